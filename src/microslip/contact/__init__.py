@@ -1,0 +1,1 @@
+"""Signorini–Coulomb contact: one solver for every analysis."""

@@ -1,0 +1,505 @@
+"""Compiled active-set solver of planar Signorini–Coulomb contact.
+
+Solves, for ``m`` contact pairs with ``v = (v_n, v_t)`` per pair (layout of `interface.py`),
+
+    v = v_free + R q - W r,        K_q q + R^T r = f_q
+    v_n <= 0,  r_n >= 0,  v_n r_n = 0                                   (Signorini)
+    |r_t| <= mu r_n,  slip v_t - v_t_old parallel to r_t when |r_t| = mu r_n   (Coulomb)
+
+``W`` is the flexibility of the analysis (static, time step, ...), ``q`` are coordinates solved for
+in equilibrium (rigid-body modes, possibly with weak springs ``K_q``).
+
+Method. Each pair is separated, sticking, slipping forward (``v_t`` grows, ``r_t = mu r_n``) or
+backward. For given states the problem is linear; its inverse ``G`` is kept from step to step and
+follows every change of state by rank-one updates (O(n²) instead of O(n³)). After each solve the
+pairs whose inequality is violated change state. When the same set of states comes back (cycling),
+only the worst violated pair changes; when that cycles too, only the first in order (Murty's
+least-index rule, finite for P-matrices); when that does not end either, the caller halves the load
+step. A solution is accepted only with its natural-map residual.
+
+Reference: Hüeber, Stadler & Wohlmuth, SIAM J. Sci. Comput. 30 (2008) 572 (primal-dual active set
+for friction); Murty, Linear Algebra Appl. 7 (1974) 65.
+"""
+
+from __future__ import annotations
+
+import numba as nb
+import numpy as np
+
+STICK, FORWARD, BACKWARD, SEPARATED = 1, 2, 3, 4
+"""Contact states, numbered as in the paper's figure 5."""
+
+MAX_FULL = 40
+MAX_RANK = 64
+_jit = nb.njit(cache=True, fastmath={"contract", "reassoc", "arcp", "nsz"}, error_model="numpy")
+
+
+@_jit
+def _fill_row(row, kind, pair, W, R, scale, mu, slots, nc):
+    """Row of the active system: kind 0 normal, 1 tangential stick, 2 forward, 3 backward slip."""
+    nr = R.shape[1]
+    if kind >= 2:
+        row[: nr + 2 * nc] = 0.0
+        sign = 1.0 if kind == 2 else -1.0
+        for k in range(nc):
+            if slots[k] == pair:
+                weight = W[2 * pair + 1, 2 * pair + 1]
+                row[nr + 2 * k + 1] = weight
+                row[nr + 2 * k] = -sign * mu[pair] * weight
+        return
+    source = 2 * pair + kind
+    for a in range(nr):
+        row[a] = -scale[a] * R[source, a]
+    for k in range(nc):
+        j = 2 * slots[k]
+        row[nr + 2 * k] = W[source, j]
+        row[nr + 2 * k + 1] = W[source, j + 1]
+
+
+@_jit
+def _tangential_kind(status):
+    return 1 if status == STICK else status
+
+
+@_jit
+def _refactor(G, W, R, stiffness, scale, mu, status, slots, slot_of):
+    """Build the active system from scratch and invert it. Returns the number of pairs touching."""
+    m = status.shape[0]
+    nr = R.shape[1]
+    nc = 0
+    for i in range(m):
+        if status[i] != SEPARATED:
+            slots[nc] = i
+            slot_of[i] = nc
+            nc += 1
+        else:
+            slot_of[i] = -1
+    n = nr + 2 * nc
+    A = np.zeros((n, n))
+    for a in range(nr):
+        A[a, a] = scale[a] * stiffness[a] * scale[a]
+        for k in range(nc):
+            j = 2 * slots[k]
+            A[a, nr + 2 * k] = scale[a] * R[j, a]
+            A[a, nr + 2 * k + 1] = scale[a] * R[j + 1, a]
+    for k in range(nc):
+        i = slots[k]
+        _fill_row(A[nr + 2 * k], 0, i, W, R, scale, mu, slots, nc)
+        kind = _tangential_kind(status[i])
+        _fill_row(A[nr + 2 * k + 1], kind, i, W, R, scale, mu, slots, nc)
+    if n > 0:
+        G[:n, :n] = np.linalg.inv(A)
+    return nc
+
+
+@_jit
+def _vector_times(G, row, out, n):
+    """Compute ``out = row @ G`` over the leading n."""
+    out[:n] = 0.0
+    for k in range(n):
+        x = row[k]
+        if x != 0.0:
+            g = G[k]
+            for j in range(n):
+                out[j] += x * g[j]
+
+
+@_jit
+def _replace_row(G, index, row, n, work):
+    """Rank-one update of the inverse when row `index` of the system becomes `row`."""
+    _vector_times(G, row, work, n)
+    pivot = work[index]
+    size = 0.0
+    for j in range(n):
+        size = max(size, abs(work[j]))
+    if not abs(pivot) > 1e-11 * size:
+        return False
+    work[index] -= 1.0
+    inverse = 1.0 / pivot
+    for i in range(n):
+        c = G[i, index] * inverse
+        if c != 0.0:
+            g = G[i]
+            for j in range(n):
+                g[j] -= c * work[j]
+    return True
+
+
+@_jit
+def _drop_variable(G, index, n):
+    """Inverse after removing variable and equation `index` (not compacted)."""
+    pivot = G[index, index]
+    size = 0.0
+    for j in range(n):
+        size = max(size, abs(G[index, j]))
+    if not abs(pivot) > 1e-11 * size:
+        return False
+    inverse = 1.0 / pivot
+    last = G[index]
+    for i in range(n):
+        if i != index:
+            c = G[i, index] * inverse
+            if c != 0.0:
+                g = G[i]
+                for j in range(n):
+                    g[j] -= c * last[j]
+    return True
+
+
+@_jit
+def _remove_pair(G, pair, nr, nc, slots, slot_of):
+    k = slot_of[pair]
+    n = nr + 2 * nc
+    base = nr + 2 * k
+    if not _drop_variable(G, base + 1, n):
+        return False
+    G[base + 1, :n] = 0.0
+    G[:n, base + 1] = 0.0
+    if not _drop_variable(G, base, n):
+        return False
+    end = nr + 2 * (nc - 1)
+    if base != end:
+        for a in range(2):
+            for j in range(n):
+                G[base + a, j] = G[end + a, j]
+        for i in range(n):
+            for a in range(2):
+                G[i, base + a] = G[i, end + a]
+        slots[k] = slots[nc - 1]
+        slot_of[slots[k]] = k
+    slot_of[pair] = -1
+    return True
+
+
+@_jit
+def _border(G, column, row, corner, n, work, work2):
+    """Inverse after adding one variable: `column` above, `row` left of, `corner` at the corner."""
+    _vector_times(G, row, work, n)
+    for i in range(n):
+        s = 0.0
+        g = G[i]
+        for j in range(n):
+            s += g[j] * column[j]
+        work2[i] = s
+    schur = corner
+    for j in range(n):
+        schur -= work[j] * column[j]
+    if not abs(schur) > 1e-12 * abs(corner):
+        return False
+    inverse = 1.0 / schur
+    for i in range(n):
+        c = work2[i] * inverse
+        g = G[i]
+        for j in range(n):
+            g[j] += c * work[j]
+        G[i, n] = -c
+    for j in range(n):
+        G[n, j] = -work[j] * inverse
+    G[n, n] = inverse
+    return True
+
+
+@_jit
+def _fill_column(column, source, W, R, scale, status, slots, nc):
+    """Column of the active system that belongs to reaction component `source`."""
+    nr = R.shape[1]
+    for a in range(nr):
+        column[a] = scale[a] * R[source, a]
+    for k in range(nc):
+        i = slots[k]
+        column[nr + 2 * k] = W[2 * i, source]
+        column[nr + 2 * k + 1] = W[2 * i + 1, source] if status[i] == STICK else 0.0
+
+
+@_jit
+def _add_pair(G, pair, W, R, scale, mu, status, slots, slot_of, nc, w1, w2, row, column):
+    """Add a pair whose new state is already in `status`."""
+    nr = R.shape[1]
+    n = nr + 2 * nc
+    _fill_row(row, 0, pair, W, R, scale, mu, slots, nc)
+    _fill_column(column, 2 * pair, W, R, scale, status, slots, nc)
+    if not _border(G, column, row, W[2 * pair, 2 * pair], n, w1, w2):
+        return False
+    weight = W[2 * pair + 1, 2 * pair + 1]
+    _fill_column(column, 2 * pair + 1, W, R, scale, status, slots, nc)
+    column[n] = W[2 * pair, 2 * pair + 1]
+    if status[pair] == STICK:
+        _fill_row(row, 1, pair, W, R, scale, mu, slots, nc)
+        row[n] = W[2 * pair + 1, 2 * pair]
+    else:
+        row[:n] = 0.0
+        row[n] = -(1.0 if status[pair] == FORWARD else -1.0) * mu[pair] * weight
+    if not _border(G, column, row, weight, n + 1, w1, w2):
+        return False
+    slots[nc] = pair
+    slot_of[pair] = nc
+    return True
+
+
+@_jit
+def _change_states(
+    G, W, R, stiffness, scale, mu, status, wanted, slots, slot_of, nc, w1, w2, w3, w4
+):
+    """Bring the inverse from `status` to `wanted`. Returns the number of pairs touching."""
+    m = status.shape[0]
+    nr = R.shape[1]
+    rank = 0
+    for i in range(m):
+        if status[i] != wanted[i]:
+            rank += 2 if (status[i] == SEPARATED or wanted[i] == SEPARATED) else 1
+    if rank > MAX_RANK:
+        status[:] = wanted
+        return _refactor(G, W, R, stiffness, scale, mu, status, slots, slot_of)
+    good = True
+    for i in range(m):
+        if good and status[i] != SEPARATED and wanted[i] == SEPARATED:
+            good = _remove_pair(G, i, nr, nc, slots, slot_of)
+            status[i] = SEPARATED
+            nc -= 1
+    for i in range(m):
+        if good and status[i] != wanted[i] and status[i] != SEPARATED:
+            status[i] = wanted[i]
+            _fill_row(w3, _tangential_kind(status[i]), i, W, R, scale, mu, slots, nc)
+            good = _replace_row(G, nr + 2 * slot_of[i] + 1, w3, nr + 2 * nc, w1)
+    for i in range(m):
+        if good and status[i] == SEPARATED and wanted[i] != SEPARATED:
+            status[i] = wanted[i]
+            good = _add_pair(G, i, W, R, scale, mu, status, slots, slot_of, nc, w1, w2, w3, w4)
+            nc += 1
+    if not good:
+        status[:] = wanted
+        nc = _refactor(G, W, R, stiffness, scale, mu, status, slots, slot_of)
+    return nc
+
+
+@_jit
+def _velocity(v, v_free, W, R, r, q):
+    v[:] = v_free - np.dot(W, r)
+    for a in range(q.shape[0]):
+        for i in range(v.shape[0]):
+            v[i] += R[i, a] * q[a]
+
+
+@_jit
+def natural_residual(W, R, stiffness, scale, mu, v_free, f_q, vt_old, r, q, v, force):
+    """Largest violation of the contact laws and of equilibrium, relative to `force`.
+
+    ``max_i |r - proj(r + v / W_ii)| / force_i`` over normal and tangential components, where the
+    displacement is measured in units of the pair's own compliance, and the imbalance of the
+    coordinates q. `v` is recomputed from W.
+    """
+    _velocity(v, v_free, W, R, r, q)
+    worst = 0.0
+    for i in range(mu.shape[0]):
+        rn = r[2 * i]
+        rt = r[2 * i + 1]
+        en = abs(rn - max(0.0, rn + v[2 * i] / W[2 * i, 2 * i]))
+        bound = mu[i] * max(rn, 0.0)
+        trial = rt + (v[2 * i + 1] - vt_old[i]) / W[2 * i + 1, 2 * i + 1]
+        et = abs(rt - min(max(trial, -bound), bound))
+        worst = max(worst, max(en, et) / force[i])
+        if not (en < np.inf and et < np.inf):
+            return np.inf
+    total = 0.0
+    for i in range(mu.shape[0]):
+        total += force[i]
+    for a in range(q.shape[0]):
+        e = stiffness[a] * q[a] - f_q[a]
+        size = 0.0
+        for i in range(r.shape[0]):
+            e += R[i, a] * r[i]
+            size = max(size, abs(R[i, a]))
+        if size > 0.0:
+            worst = max(worst, abs(e) / (size * total))
+    return worst
+
+
+@_jit
+def solve(
+    W,
+    R,
+    stiffness,
+    scale,
+    mu,
+    force,
+    tolerance,
+    v_free,
+    f_q,
+    vt_old,
+    status,
+    G,
+    slots,
+    slot_of,
+    nc,
+    r,
+    q,
+    v,
+):
+    """Solve one contact problem from the states in `status`; all of the last ten are updated.
+
+    Returns ``(nc, iterations, residual, rule)``; ``rule`` is 0 full changes, 1 worst pair, 2 least
+    index, 3 not solved.
+    """
+    m = status.shape[0]
+    N = 2 * m
+    nr = R.shape[1]
+    size = N + nr
+    b = np.empty(size)
+    z = np.empty(size)
+    w1 = np.empty(size)
+    w2 = np.empty(size)
+    w3 = np.empty(size)
+    w4 = np.empty(size)
+    wanted = np.empty_like(status)
+    limit = MAX_FULL + 12 * m + 40 * m
+    seen = np.empty(limit + 1, np.uint64)
+    since = 0
+    rule = 0
+    refreshed = -1
+    residual = np.inf
+    for iteration in range(limit):
+        n = nr + 2 * nc
+        for a in range(nr):
+            b[a] = scale[a] * f_q[a]
+        for k in range(nc):
+            i = slots[k]
+            b[nr + 2 * k] = v_free[2 * i]
+            b[nr + 2 * k + 1] = v_free[2 * i + 1] - vt_old[i] if status[i] == STICK else 0.0
+        for i in range(n):
+            g = G[i]
+            s = 0.0
+            for j in range(n):
+                s += g[j] * b[j]
+            z[i] = s
+        error = np.inf
+        for attempt in range(4):
+            r[:] = 0.0
+            for a in range(nr):
+                q[a] = scale[a] * z[a]
+            for k in range(nc):
+                i = slots[k]
+                r[2 * i] = z[nr + 2 * k]
+                if status[i] == STICK:
+                    r[2 * i + 1] = z[nr + 2 * k + 1]
+                else:
+                    r[2 * i + 1] = (1.0 if status[i] == FORWARD else -1.0) * mu[i] * r[2 * i]
+            _velocity(v, v_free, W, R, r, q)
+            error = 0.0
+            total = 0.0
+            for a in range(nr):
+                e = f_q[a] - stiffness[a] * q[a]
+                for i in range(N):
+                    e -= R[i, a] * r[i]
+                w1[a] = scale[a] * e
+            for k in range(nc):
+                i = slots[k]
+                w1[nr + 2 * k] = v[2 * i]
+                e = abs(v[2 * i]) / (W[2 * i, 2 * i] * force[i])
+                w1[nr + 2 * k + 1] = 0.0
+                total += force[i]
+                if status[i] == STICK:
+                    w1[nr + 2 * k + 1] = v[2 * i + 1] - vt_old[i]
+                    e = max(e, abs(w1[nr + 2 * k + 1]) / (W[2 * i + 1, 2 * i + 1] * force[i]))
+                error = max(error, e)
+            for a in range(nr):
+                top = 0.0
+                for i in range(N):
+                    top = max(top, abs(R[i, a]))
+                if top > 0.0 and total > 0.0:
+                    error = max(error, abs(w1[a]) / (scale[a] * top * total))
+            if error <= 0.1 * tolerance:
+                break
+            if attempt == 2 and refreshed != iteration:
+                nc = _refactor(G, W, R, stiffness, scale, mu, status, slots, slot_of)
+                refreshed = iteration
+                z[:n] = 0.0
+                for k in range(nc):
+                    i = slots[k]
+                    b[nr + 2 * k] = v_free[2 * i]
+                    b[nr + 2 * k + 1] = v_free[2 * i + 1] - vt_old[i] if status[i] == STICK else 0.0
+                w1[:n] = b[:n]
+            for i in range(n):
+                g = G[i]
+                s = 0.0
+                for j in range(n):
+                    s += g[j] * w1[j]
+                z[i] += s
+        changes = 0
+        worst = 0.0
+        worst_pair = -1
+        for i in range(m):
+            state = status[i]
+            new = state
+            size_i = 0.0
+            if state == SEPARATED:
+                e = v[2 * i] / (W[2 * i, 2 * i] * force[i])
+                if e > tolerance:
+                    slip = v[2 * i + 1] - vt_old[i]
+                    new = STICK
+                    if abs(slip) > mu[i] * v[2 * i]:
+                        new = FORWARD if slip > 0.0 else BACKWARD
+                    size_i = e
+            else:
+                e = -r[2 * i] / force[i]
+                if e > tolerance:
+                    new = SEPARATED
+                    size_i = e
+                elif state == STICK:
+                    over = (abs(r[2 * i + 1]) - mu[i] * r[2 * i]) / force[i]
+                    if over > tolerance:
+                        new = FORWARD if r[2 * i + 1] > 0.0 else BACKWARD
+                        size_i = over
+                else:
+                    slip = (v[2 * i + 1] - vt_old[i]) / (W[2 * i + 1, 2 * i + 1] * force[i])
+                    if state == BACKWARD:
+                        slip = -slip
+                    if slip < -tolerance:
+                        new = STICK
+                        size_i = -slip
+            wanted[i] = new
+            if new != state:
+                changes += 1
+                if rule == 2:
+                    if worst_pair < 0:
+                        worst_pair = i
+                elif size_i > worst:
+                    worst = size_i
+                    worst_pair = i
+        if changes == 0:
+            residual = natural_residual(
+                W, R, stiffness, scale, mu, v_free, f_q, vt_old, r, q, v, force
+            )
+            if residual <= 10.0 * tolerance:
+                return nc, iteration + 1, residual, rule
+            if refreshed == iteration:
+                return nc, iteration + 1, residual, 3
+            nc = _refactor(G, W, R, stiffness, scale, mu, status, slots, slot_of)
+            refreshed = iteration + 1
+            continue
+        if not error < np.inf:
+            return nc, iteration + 1, np.inf, 3
+        code = np.uint64(1469598103934665603)
+        for i in range(m):
+            code = (code ^ np.uint64(status[i])) * np.uint64(1099511628211)
+        for k in range(since, iteration):
+            if seen[k] == code:
+                since = iteration
+                rule += 1
+                break
+        seen[iteration] = code
+        if rule == 0 and iteration >= MAX_FULL:
+            rule = 1
+            since = iteration
+        if rule == 1 and iteration - since > 12 * m:
+            rule = 2
+            since = iteration
+        if rule > 2:
+            return nc, iteration + 1, np.inf, 3
+        if rule > 0 and worst_pair >= 0:
+            choice = wanted[worst_pair]
+            wanted[:] = status
+            wanted[worst_pair] = choice
+        nc = _change_states(
+            G, W, R, stiffness, scale, mu, status, wanted, slots, slot_of, nc, w1, w2, w3, w4
+        )
+    return nc, limit, residual, 3

@@ -1,0 +1,154 @@
+"""The contact solver as the analyses use it: problem, warm state, solution with certificate."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip.contact import planar
+from microslip.errors import ContactError
+from microslip.flexibility import Flexibility
+
+Array = NDArray[np.float64]
+
+TOLERANCE = 1e-10
+"""Inequalities may be violated by this much of the contact pressure before a state changes."""
+
+CERTIFICATE = 1e-8
+"""A solution with a larger complementarity residual is an error."""
+
+
+@dataclass(frozen=True)
+class Solution:
+    """One solved contact problem.
+
+    Attributes
+    ----------
+    r, v : (d m,) arrays
+        Reactions (N/m) and relative displacements (m), layout of `interface.py`.
+    q : (e,) array
+        Coordinates of equilibrium.
+    status : (m,) int8 array
+        1 stick, 2 forward slip, 3 backward slip, 4 separation.
+    residual : float
+        Complementarity residual relative to contact pressure and contact displacement.
+    iterations : int
+    """
+
+    r: Array
+    v: Array
+    q: Array
+    status: NDArray[np.int8]
+    residual: float
+    iterations: int
+
+
+class ContactSolver:
+    """Planar Signorini–Coulomb contact on one flexibility, warm from call to call.
+
+    Parameters
+    ----------
+    flexibility : Flexibility
+    friction : float or (m,) array
+        Coefficient of friction per pair, >= 0.
+    force : (m,) array
+        Typical contact force of each pair (N/m), the scale of tolerances and of the residual.
+    status : (m,) int8 array
+        Initial states.
+
+    Notes
+    -----
+    The state of the solver is ``status``, the inverse of the active system and the last solution.
+    It affects the speed of the next call, and its result only where friction has more than one.
+    """
+
+    def __init__(
+        self,
+        flexibility: Flexibility,
+        friction: float | Array,
+        force: Array,
+        status: NDArray[np.int8],
+    ) -> None:
+        pairs = len(status)
+        if flexibility.W.shape != (2 * pairs, 2 * pairs):
+            raise ContactError(
+                f"flexibility is {flexibility.W.shape}, {pairs} planar pairs need {2 * pairs} rows"
+            )
+        self.flexibility = flexibility
+        self.friction = np.broadcast_to(np.asarray(friction, dtype=float), (pairs,)).copy()
+        if not (np.isfinite(self.friction).all() and (self.friction >= 0).all()):
+            raise ContactError("coefficient of friction must be finite and not negative")
+        self.force = np.asarray(force, dtype=float)
+        self.status = np.array(status, dtype=np.int8)
+        e = flexibility.R.shape[1]
+        size = 2 * pairs + e
+        top = np.abs(flexibility.R).max(axis=0, initial=0.0)
+        mean = np.mean(np.diag(flexibility.W))
+        self.scale = np.where(top > 0, mean / np.where(top > 0, top, 1), 1.0)
+        self.G = np.zeros((size, size))
+        self.slots = np.zeros(pairs, dtype=np.int64)
+        self.slot_of = np.zeros(pairs, dtype=np.int64)
+        self.r = np.zeros(2 * pairs)
+        self.q = np.zeros(e)
+        self.v = np.zeros(2 * pairs)
+        self.touching = self.refresh()
+
+    def refresh(self) -> int:
+        """Rebuild the inverse from the present states; returns the number of pairs touching."""
+        f = self.flexibility
+        self.touching = planar._refactor(
+            self.G,
+            f.W,
+            f.R,
+            f.stiffness,
+            self.scale,
+            self.friction,
+            self.status,
+            self.slots,
+            self.slot_of,
+        )
+        return self.touching
+
+    def solve(self, v_free: Array, f_q: Array, vt_old: Array) -> Solution:
+        """Solve for the given free displacement; raises `ContactError` where it cannot.
+
+        Parameters
+        ----------
+        v_free : (2 m,) array
+            Relative displacement without contact, m.
+        f_q : (e,) array
+            Loads on the coordinates of equilibrium.
+        vt_old : (m,) array
+            Tangential displacement at which each pair sticks.
+        """
+        f = self.flexibility
+        self.touching, iterations, residual, rule = planar.solve(
+            f.W,
+            f.R,
+            f.stiffness,
+            self.scale,
+            self.friction,
+            self.force,
+            TOLERANCE,
+            np.ascontiguousarray(v_free),
+            np.ascontiguousarray(f_q),
+            np.ascontiguousarray(vt_old),
+            self.status,
+            self.G,
+            self.slots,
+            self.slot_of,
+            self.touching,
+            self.r,
+            self.q,
+            self.v,
+        )
+        if rule == 3 or not residual <= CERTIFICATE:
+            raise ContactError(
+                f"contact not solved: residual {residual:.1e} after {iterations} iterations; "
+                "try smaller load steps, or check that the load does not open the joint"
+            )
+        return Solution(
+            self.r.copy(), self.v.copy(), self.q.copy(), self.status.copy(), residual, iterations
+        )

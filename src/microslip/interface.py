@@ -1,0 +1,95 @@
+"""Contact pairs: where they are, what area each stands for, and their relative displacement.
+
+The relative displacement of all pairs is one vector ``v = B x``, pair by pair: ``v[d i]`` is the
+approach along the normal (positive closes the gap, so contact means ``v_n = 0`` and separation
+``v_n < 0``), ``v[d i + 1 ...]`` the tangential motion of the upper body relative to the lower.
+The reactions ``r`` have the same layout, ``r_n >= 0`` in compression, and act on the structure as
+``K x + B^T r = f``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Interface:
+    """The contact pairs of a joint.
+
+    Attributes
+    ----------
+    position : (m,) array
+        Coordinate of each pair along the interface, m, ascending.
+    area : (m,) array
+        Area of each pair per metre of width, m.
+    relative : (d m, n) scipy.sparse.csr_matrix
+        B: relative displacement of the pairs from the displacement of the structure.
+    dimension : int
+        d: 2 or 3.
+    """
+
+    position: Array
+    area: Array
+    relative: sp.csr_matrix
+    dimension: int = 2
+
+    @property
+    def pairs(self) -> int:
+        """Number of contact pairs."""
+        return len(self.position)
+
+
+def matching_interface(
+    lower_nodes: NDArray[np.int64], upper_nodes: NDArray[np.int64], x: Array, dofs: int
+) -> Interface:
+    """Interface of pairs of coincident nodes on a horizontal plane, upper body above.
+
+    Parameters
+    ----------
+    lower_nodes, upper_nodes : (m,) int arrays
+        Global node numbers, in order of ascending `x`.
+    x : (m,) array
+        Coordinates, m.
+    dofs : int
+        Degrees of freedom of the structure; node ``k`` has ``2 k`` (x) and ``2 k + 1`` (y).
+
+    Examples
+    --------
+    >>> pair = matching_interface(np.array([0]), np.array([1]), np.array([0.0]), 4)
+    >>> pair.relative.toarray()  # lower moves up: the gap closes
+    array([[ 0.,  1.,  0., -1.],
+           [-1.,  0.,  1.,  0.]])
+    """
+    m = len(x)
+    i = np.arange(m)
+    rows = np.concatenate([2 * i, 2 * i, 2 * i + 1, 2 * i + 1])
+    columns = np.concatenate(
+        [2 * lower_nodes + 1, 2 * upper_nodes + 1, 2 * lower_nodes, 2 * upper_nodes]
+    )
+    values = np.concatenate([np.ones(m), -np.ones(m), -np.ones(m), np.ones(m)])
+    relative = sp.csr_matrix((values, (rows, columns)), shape=(2 * m, dofs))
+    return Interface(np.asarray(x, dtype=float), nodal_areas(x), relative)
+
+
+def nodal_areas(x: Array) -> Array:
+    """Share of each node in the length of a line of quadratic elements (Simpson's rule).
+
+    Nodes alternate: corner, mid-side, corner, ...
+
+    Examples
+    --------
+    >>> nodal_areas(np.array([0.0, 3.0, 6.0, 9.0, 12.0]))
+    array([1., 4., 2., 4., 1.])
+    """
+    area = np.zeros(len(x))
+    size = x[2::2] - x[:-2:2]
+    area[:-2:2] += size / 6
+    area[1::2] += 4 * size / 6
+    area[2::2] += size / 6
+    return area
