@@ -1,3 +1,30 @@
 """microslip: where a frictional joint slips, what it dissipates, and how it responds."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from microslip.joint import LapJoint, load_joint
+    from microslip.pipeline import LapRun, assemble_joint, run_lap_joint
+
 __version__ = "0.1.0"
+
+__all__ = ["LapJoint", "LapRun", "assemble_joint", "load_joint", "run_lap_joint"]
+
+_HOME = {
+    "LapJoint": "joint",
+    "load_joint": "joint",
+    "LapRun": "pipeline",
+    "assemble_joint": "pipeline",
+    "run_lap_joint": "pipeline",
+}
+
+
+def __getattr__(name: str) -> object:
+    """Import public names on first use, so that ``microslip --help`` stays quick."""
+    if name not in _HOME:
+        raise AttributeError(f"module 'microslip' has no attribute {name!r}")
+    from importlib import import_module
+
+    return getattr(import_module(f"microslip.{_HOME[name]}"), name)

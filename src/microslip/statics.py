@@ -240,7 +240,7 @@ def quasi_static_cycle(
     change = np.inf
     top = np.abs(start.solution.r[::d]).max()
     hard, last = 0, None
-    for cycle in range(1, max_cycles + 1):
+    for cycle in range(1, max_cycles + 1):  # noqa: B007 - reported
         record.begin(solver)
         _march(solver, f, path, vt_old, record, model, port, start, amplitude)
         hard += int(np.sum(record.rule[1:] > 0))

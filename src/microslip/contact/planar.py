@@ -273,11 +273,20 @@ def _change_states(
 
 
 @_jit
-def _velocity(v, v_free, W, R, r, q):
-    v[:] = v_free - np.dot(W, r)
-    for a in range(q.shape[0]):
-        for i in range(v.shape[0]):
-            v[i] += R[i, a] * q[a]
+def _relative_displacement(v, v_free, W, R, r, q):
+    """Compute ``v = v_free + R q - W r`` row by row of the symmetric W, zero reactions skipped."""
+    n = v.shape[0]
+    for i in range(n):
+        s = v_free[i]
+        for a in range(q.shape[0]):
+            s += R[i, a] * q[a]
+        v[i] = s
+    for k in range(n):
+        x = r[k]
+        if x != 0.0:
+            w = W[k]
+            for i in range(n):
+                v[i] -= x * w[i]
 
 
 @_jit
@@ -288,7 +297,7 @@ def natural_residual(W, R, stiffness, scale, mu, v_free, f_q, vt_old, r, q, v, f
     displacement is measured in units of the pair's own compliance, and the imbalance of the
     coordinates q. `v` is recomputed from W.
     """
-    _velocity(v, v_free, W, R, r, q)
+    _relative_displacement(v, v_free, W, R, r, q)
     worst = 0.0
     for i in range(mu.shape[0]):
         rn = r[2 * i]
@@ -383,7 +392,7 @@ def solve(
                     r[2 * i + 1] = z[nr + 2 * k + 1]
                 else:
                     r[2 * i + 1] = (1.0 if status[i] == FORWARD else -1.0) * mu[i] * r[2 * i]
-            _velocity(v, v_free, W, R, r, q)
+            _relative_displacement(v, v_free, W, R, r, q)
             error = 0.0
             total = 0.0
             for a in range(nr):

@@ -1,0 +1,45 @@
+# Needs Python 3.11 or newer and make; everything else is installed into .venv.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+SERIAL := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
+
+.PHONY: demo test validate lint docs bench clean
+
+demo: $(VENV)/installed
+	$(BIN)/microslip run examples/lap_joint.toml --out demo-output --force
+
+test: $(VENV)/installed-test
+	$(BIN)/python -m pytest -n 2
+
+validate: $(VENV)/installed-test
+	$(BIN)/python -m pytest -m validate -n 2 --durations=5
+
+lint: $(VENV)/installed-lint
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+docs: $(VENV)/installed-docs
+	$(BIN)/sphinx-build -W --keep-going -b html docs docs/_build/html
+
+bench: $(VENV)/installed
+	$(SERIAL) $(BIN)/python benchmarks/run.py
+
+clean:
+	rm -rf demo-output docs/_build docs/api/generated build dist .pytest_cache .hypothesis .mypy_cache .ruff_cache
+	find src tests benchmarks docs -name __pycache__ -type d -prune -exec rm -rf {} +
+
+# One stamp per set of packages: installed once, and again when pyproject.toml changes.
+$(VENV)/created:
+	$(PYTHON) -c 'import sys; sys.exit(None if sys.version_info >= (3, 11) else "microslip needs Python 3.11 or newer; this is " + sys.version.split()[0] + " (choose another with make PYTHON=...)")'
+	$(PYTHON) -m venv $(VENV)
+	touch $@
+
+$(VENV)/installed: pyproject.toml | $(VENV)/created
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e .
+	touch $@
+
+$(VENV)/installed-%: pyproject.toml $(VENV)/installed | $(VENV)/created
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[$*]'
+	touch $@

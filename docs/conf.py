@@ -1,0 +1,68 @@
+"""Sphinx configuration."""
+
+import re
+
+import microslip
+
+project = "microslip"
+author = "The microslip developers"
+copyright = author
+release = version = microslip.__version__
+
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "sphinx.ext.mathjax",
+    "numpydoc",
+]
+myst_enable_extensions = ["dollarmath", "amsmath", "colon_fence", "deflist"]
+myst_heading_anchors = 3
+exclude_patterns = ["_build", "evidence"]
+templates_path = ["_templates"]
+
+autosummary_generate = True
+autodoc_member_order = "bysource"
+autodoc_typehints = "none"
+numpydoc_show_class_members = False
+
+html_theme = "furo"
+html_title = f"microslip {release}"
+
+
+def keep_equations(app, what, name, obj, options, lines):
+    """Show the indented equations of docstrings as they are written.
+
+    An indented block that follows a blank line and unindented text is an equation, not a quotation.
+    Elsewhere bars are absolute values, not markup.
+    """
+    kept = []
+    last, blank, inside = "", True, False
+    for line in lines:
+        indented = line.startswith("    ")
+        starts = indented and blank and bool(last) and not last.startswith(" ")
+        if starts and not last.endswith("::"):
+            kept += [".. code-block:: none", ""]
+        inside = starts or (inside and (indented or not line.strip()))
+        literal = inside or line.lstrip().startswith((">>>", "..."))
+        kept.append(line if literal else escape_bars(line))
+        blank = not line.strip()
+        last = line if line.strip() else last
+    lines[:] = kept
+
+
+def escape_bars(line):
+    """Escape ``|`` outside of literals."""
+    parts = re.split(r"(``.*?``)", line)
+    return "".join(p if p.startswith("``") else p.replace("|", r"\|") for p in parts)
+
+
+def skip_configuration(app, what, name, obj, skip, options):
+    """Leave out what pydantic adds to every model."""
+    return True if name == "model_config" else None
+
+
+def setup(app):
+    """Run before numpydoc, which reads the same docstrings at priority 500."""
+    app.connect("autodoc-process-docstring", keep_equations, priority=400)
+    app.connect("autodoc-skip-member", skip_configuration)

@@ -1,0 +1,606 @@
+"""What a user may write about a lap joint: validated input models, read from TOML.
+
+A joint file is TOML with one section per thing an engineer knows: the beams, their material, the
+contact, the clamp, the supports, what damps, how finely to look, what loads it and what to compute.
+Every quantity takes a unit (`microslip.units`); after reading, everything is SI and immutable.
+Two-dimensional: forces, moments and stiffnesses are per metre of width.
+"""
+
+from __future__ import annotations
+
+import difflib
+import json
+import tomllib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+
+from microslip import units
+from microslip.errors import InputError
+
+if TYPE_CHECKING:
+    from typing import Self
+
+    from pydantic.fields import FieldInfo
+    from pydantic_core import ErrorDetails
+
+    from microslip.elasticity import Material
+    from microslip.mesh.lap_joint import LapGeometry, MeshControl
+
+PAPER_GREATEST_DAMPING = 2.4
+"""The rho at which the paper finds the greatest damping."""
+
+MOST_OF_OPENING = 0.85
+"""Largest amplitude of the cycles where the file gives none, over the one that opens the joint."""
+
+MOST_COLUMNS = 20_000
+"""Elements along one beam outside the overlap: more is a slip of the pen."""
+
+
+def _one_or_more(value: Any) -> tuple[Any, ...]:
+    values = tuple(value) if isinstance(value, list | tuple) else (value,)
+    if not 1 <= len(values) <= 1000:
+        raise ValueError("must be one value or a list of 1 to 1000")
+    return values
+
+
+Number = Annotated[float, BeforeValidator(units.NUMBER.parse), units.NUMBER]
+Length = Annotated[float, BeforeValidator(units.LENGTH.parse), units.LENGTH]
+Modulus = Annotated[float, BeforeValidator(units.MODULUS.parse), units.MODULUS]
+Density = Annotated[float, BeforeValidator(units.DENSITY.parse), units.DENSITY]
+LineForce = Annotated[float, BeforeValidator(units.LINE_FORCE.parse), units.LINE_FORCE]
+LineMoment = Annotated[float, BeforeValidator(units.LINE_MOMENT.parse), units.LINE_MOMENT]
+LineStiffness = Annotated[float, BeforeValidator(units.LINE_STIFFNESS.parse), units.LINE_STIFFNESS]
+AreaStiffness = Annotated[float, BeforeValidator(units.AREA_STIFFNESS.parse), units.AREA_STIFFNESS]
+Time = Annotated[float, BeforeValidator(units.TIME.parse), units.TIME]
+Rate = Annotated[float, BeforeValidator(units.RATE.parse), units.RATE]
+Frequency = Annotated[float, BeforeValidator(units.FREQUENCY.parse), units.FREQUENCY]
+Count = Annotated[int, Field(strict=True)]
+OneOrMore = BeforeValidator(_one_or_more)
+Ratios = Annotated[tuple[Annotated[Number, Field(gt=0)], ...], OneOrMore]
+Moments = Annotated[tuple[Annotated[LineMoment, Field(gt=0)], ...], OneOrMore]
+Rhos = Annotated[tuple[Annotated[Number, Field(ge=0)], ...], OneOrMore]
+Drive = Literal["moment", "mode"]
+Variant = Literal["printed", "consistent"]
+Drives = Annotated[tuple[Drive, ...], OneOrMore]
+Variants = Annotated[tuple[Variant, ...], OneOrMore]
+LoadKind = Literal["moment", "moment_over_clamp_force_length", "rho"]
+
+
+class _Rule(ValueError):
+    """A rule between keys was broken; `key` is the one to change, seen from its model."""
+
+    def __init__(self, key: str, message: str) -> None:
+        super().__init__(message)
+        self.key = key
+
+
+class Section(BaseModel):
+    """One table of a joint file: immutable, and no key that is not known."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)
+
+
+class Beams(Section):
+    """Two identical beams and how far they overlap, m."""
+
+    length: Length = Field(gt=0)
+    thickness: Length = Field(gt=0)
+    overlap_half_length: Length = Field(gt=0)
+
+    @model_validator(mode="after")
+    def _overlap_fits(self) -> Self:
+        if self.overlap_half_length * 2 > self.length * (1 + 1e-12):
+            raise _Rule(
+                "overlap_half_length",
+                f"the beams overlap over twice this; at most half of beams.length, "
+                f"{self.length / 2:g} m, is possible",
+            )
+        return self
+
+
+class MaterialInput(Section):
+    """Linear isotropic material of both beams."""
+
+    youngs_modulus: Modulus = Field(gt=0)
+    poissons_ratio: Number = Field(gt=-1, lt=0.5)
+    density: Density = Field(gt=0)
+    plane: Literal["strain", "stress"] = "strain"
+
+
+class Contact(Section):
+    """The plane of contact: Coulomb friction, and how finely it is resolved."""
+
+    friction: Number = Field(ge=0, le=2)
+    pairs: Count = Field(default=201, ge=5, le=5001)
+    law: Literal["exact", "elastic"] = "exact"
+    tangential_stiffness: AreaStiffness | None = Field(default=None, gt=0)
+    normal_stiffness: AreaStiffness | None = Field(default=None, gt=0)
+
+    @property
+    def pairs_used(self) -> int:
+        """Number of contact pairs in the mesh: `pairs`, raised by one where even."""
+        return self.pairs + 1 - self.pairs % 2
+
+    @model_validator(mode="after")
+    def _stiffness_fits_law(self) -> Self:
+        if self.law == "elastic" and self.tangential_stiffness is None:
+            raise _Rule(
+                "tangential_stiffness",
+                f'law = "elastic" needs it: {units.AREA_STIFFNESS.advice()}',
+            )
+        for key in ("tangential_stiffness", "normal_stiffness"):
+            if self.law == "exact" and getattr(self, key) is not None:
+                raise _Rule(key, 'is only for law = "elastic": remove it, or change contact.law')
+        return self
+
+
+class Clamp(Section):
+    """Force that presses the beams together (N/m of width), spread over ``|x| <= half_length``."""
+
+    force: LineForce = Field(gt=0)
+    half_length: Length = Field(gt=0)
+
+
+class Support(Section):
+    """Weak horizontal springs at each far end, N/m per metre of width."""
+
+    horizontal_spring: LineStiffness = Field(default=1e5, ge=0)
+
+
+class Damping(Section):
+    """Rayleigh damping ``C = alpha M + beta K`` of the material."""
+
+    alpha: Rate = Field(default=0.0, ge=0)
+    beta: Time = Field(default=0.0, ge=0)
+
+
+class MeshInput(Section):
+    """How fine the mesh is away from the contact, and how many modes stay dynamic."""
+
+    overlap_growth: Number = Field(default=1.3, ge=1, le=3)
+    max_layer: Number = Field(default=0.2, gt=0.005, le=1)
+    rest_size: Number = Field(default=0.5, gt=0.005, le=10)
+    modes: Count = Field(default=60, ge=4, le=2000)
+
+
+class Load(Section):
+    """Amplitudes of the end moment: exactly one of `moment`, its ratio to P L, and `rho`.
+
+    ``rho = C mu P L / M``. The constant C is given by `rho_scale`, or else fixed such that the
+    greatest damping falls at ``rho = greatest_damping_at``.
+    """
+
+    moment: Moments | None = None
+    moment_over_clamp_force_length: Ratios | None = None
+    rho: Rhos | None = None
+    greatest_damping_at: Number = Field(default=PAPER_GREATEST_DAMPING, gt=0)
+    rho_scale: Number | None = Field(default=None, gt=0)
+
+    @property
+    def kind(self) -> LoadKind:
+        """Which of the three keys gives the load."""
+        return next(kind for kind in get_args(LoadKind) if getattr(self, kind) is not None)
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        """The values of that key."""
+        values: tuple[float, ...] = getattr(self, self.kind)
+        return values
+
+    @model_validator(mode="after")
+    def _one_load(self) -> Self:
+        kinds = get_args(LoadKind)
+        given = [kind for kind in kinds if getattr(self, kind) is not None]
+        if len(given) != 1:
+            found = " and ".join(given) if given else "none"
+            raise _Rule("", f"give exactly one of {', '.join(kinds)}; found {found}")
+        for key in ("greatest_damping_at", "rho_scale"):
+            if given != ["rho"] and key in self.model_fields_set:
+                raise _Rule(key, f"only belongs to load.rho, and the load is given by {given[0]}")
+        if self.rho_scale is not None and "greatest_damping_at" in self.model_fields_set:
+            raise _Rule("rho_scale", "fixes what greatest_damping_at would calibrate: give one")
+        return self
+
+
+class CycleAnalysis(Section):
+    """Quasi-static cycles: stiffness and damping against amplitude M/(PL)."""
+
+    drives: Drives = ("moment", "mode")
+    smallest: Number = Field(default=5e-5, gt=0)
+    largest: Number | None = Field(default=None, gt=0)
+    count: Count = Field(default=25, ge=2, le=1000)
+    moment_over_clamp_force_length: Ratios | None = None
+    steps: Count = Field(default=300, ge=20, le=100_000)
+    max_cycles: Count = Field(default=8, ge=2, le=1000)
+    closure: Number = Field(default=1e-6, gt=0, lt=0.1)
+
+    def amplitudes(self, opening: float = 1.0) -> tuple[float, ...]:
+        """M/(PL) of every cycle, ascending; `largest` left out is 0.85 of `opening`.
+
+        Examples
+        --------
+        >>> CycleAnalysis(smallest=0.001, largest=0.1, count=3).amplitudes()
+        (0.001, 0.01, 0.1)
+        """
+        if self.moment_over_clamp_force_length is not None:
+            return tuple(sorted(set(self.moment_over_clamp_force_length)))
+        largest = MOST_OF_OPENING * opening if self.largest is None else self.largest
+        ratio = largest / self.smallest
+        inner = [self.smallest * ratio ** (i / (self.count - 1)) for i in range(1, self.count - 1)]
+        return (self.smallest, *inner, largest)
+
+    @model_validator(mode="after")
+    def _one_list(self) -> Self:
+        _distinct("drives", self.drives)
+        range_keys = {"smallest", "largest", "count"} & self.model_fields_set
+        if self.moment_over_clamp_force_length is not None and range_keys:
+            raise _Rule(
+                "moment_over_clamp_force_length",
+                f"lists the amplitudes: remove {', '.join(sorted(range_keys))}",
+            )
+        if self.largest is not None and self.largest <= self.smallest:
+            raise _Rule("largest", f"must be above smallest, {self.smallest:g}")
+        return self
+
+
+class ResponseAnalysis(Section):
+    """Frequency response of the reduced model, in Hz."""
+
+    from_: Frequency = Field(default=165.0, gt=0, alias="from")
+    to: Frequency = Field(default=190.0, gt=0)
+    count: Count = Field(default=501, ge=2, le=1_000_000)
+    variants: Variants = ("printed", "consistent")
+    tolerance: Number = Field(default=1e-10, gt=0, lt=0.1)
+    max_iterations: Count = Field(default=500, ge=1, le=1_000_000)
+
+    def frequencies(self) -> tuple[float, ...]:
+        """Evenly spaced frequencies, Hz.
+
+        Examples
+        --------
+        >>> ResponseAnalysis(from_=170, to=171, count=3).frequencies()
+        (170.0, 170.5, 171.0)
+        """
+        step = (self.to - self.from_) / (self.count - 1)
+        return (*(self.from_ + i * step for i in range(self.count - 1)), self.to)
+
+    @model_validator(mode="after")
+    def _ascending(self) -> Self:
+        _distinct("variants", self.variants)
+        if self.to <= self.from_:
+            raise _Rule("to", f"must be above analysis.response.from, {self.from_:g} Hz")
+        return self
+
+
+class Analysis(Section):
+    """What to compute; a table left out is not computed."""
+
+    cycle: CycleAnalysis | None = None
+    response: ResponseAnalysis | None = None
+
+
+def _everything() -> Analysis:
+    return Analysis(cycle=CycleAnalysis(), response=ResponseAnalysis())
+
+
+class LapJoint(Section):
+    """A lap joint, its loads and the analyses asked for. SI units throughout."""
+
+    title: str | None = Field(default=None, max_length=200)
+    beams: Beams
+    material: MaterialInput
+    contact: Contact
+    clamp: Clamp
+    support: Support = Field(default_factory=Support)
+    damping: Damping = Field(default_factory=Damping)
+    mesh: MeshInput = Field(default_factory=MeshInput)
+    load: Load | None = None
+    analysis: Analysis = Field(default_factory=_everything)
+
+    @property
+    def clamp_force_length(self) -> float:
+        """P L, N m per metre of width: what amplitudes are measured by."""
+        return self.clamp.force * self.beams.length
+
+    @property
+    def opening_ratio(self) -> float:
+        """M/(PL) at which the clamped joint opens: the contact resultant has reached the tip.
+
+        Equilibrium of one beam under clamp, contact and end moment puts the resultant of the
+        contact pressure at ``x = M/P``; it cannot lie beyond the overlap, so ``M < P L_o``.
+        """
+        return self.beams.overlap_half_length / self.beams.length
+
+    def cycle_amplitudes(self) -> tuple[float, ...]:
+        """M/(PL) of every quasi-static cycle, ascending; none where cycles are not asked for."""
+        cycle = self.analysis.cycle
+        return () if cycle is None else cycle.amplitudes(self.opening_ratio)
+
+    def load_moments(self) -> tuple[float, ...]:
+        """End moments of the loads, N m per metre of width, as far as the file alone tells.
+
+        Loads given by rho need the constant C and give none.
+        """
+        if self.load is None or self.load.kind == "rho":
+            return ()
+        scale = 1.0 if self.load.kind == "moment" else self.clamp_force_length
+        return tuple(scale * value for value in self.load.values)
+
+    def geometry(self) -> LapGeometry:
+        """Dimensions for the mesh."""
+        from microslip.mesh.lap_joint import LapGeometry
+
+        b = self.beams
+        return LapGeometry(b.length, b.thickness, b.overlap_half_length, self.clamp.half_length)
+
+    def material_model(self) -> Material:
+        """Material for the assembly."""
+        from microslip.elasticity import Material
+
+        m = self.material
+        return Material(m.youngs_modulus, m.poissons_ratio, m.density, m.plane)
+
+    def mesh_control(self) -> MeshControl:
+        """Fineness of the mesh, with the number of contact pairs that is used."""
+        from microslip.mesh.lap_joint import MeshControl
+
+        m = self.mesh
+        return MeshControl(self.contact.pairs_used, m.overlap_growth, m.max_layer, m.rest_size)
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        _clamp_fits(self)
+        _mesh_is_reasonable(self)
+        _response_has_its_inputs(self)
+        _joint_stays_closed(self)
+        return self
+
+
+def _distinct(key: str, values: Sequence[str]) -> None:
+    if len(set(values)) < len(values):
+        raise _Rule(key, "names one thing twice")
+
+
+def _clamp_fits(joint: LapJoint) -> None:
+    overlap = joint.beams.overlap_half_length
+    if joint.clamp.half_length > overlap * (1 + 1e-12):
+        raise _Rule(
+            "clamp.half_length",
+            f"the clamp must lie on the overlap: at most beams.overlap_half_length, {overlap:g} m",
+        )
+
+
+def _mesh_is_reasonable(joint: LapJoint) -> None:
+    rest = joint.beams.length - 2 * joint.beams.overlap_half_length
+    columns = rest / (joint.mesh.rest_size * joint.beams.thickness)
+    if columns > MOST_COLUMNS:
+        raise _Rule(
+            "beams.thickness",
+            f"the beams would be {columns:.0f} elements long and {MOST_COLUMNS} are allowed: "
+            "check beams.length and beams.thickness, or raise mesh.rest_size",
+        )
+
+
+def _response_has_its_inputs(joint: LapJoint) -> None:
+    if joint.analysis.response is not None and joint.analysis.cycle is None:
+        raise _Rule(
+            "analysis.response",
+            "is computed from the cycles: add a section [analysis.cycle]; it may be empty",
+        )
+    if joint.analysis.response is not None and joint.load is None:
+        raise _Rule(
+            "load",
+            "the section is missing and analysis.response needs it: write for example [load] "
+            "with rho = 2.4, or leave analysis.response out",
+        )
+    if joint.load is not None and joint.contact.friction == 0 and any(joint.load.rho or ()):
+        raise _Rule(
+            "load.rho", "without contact.friction rho is 0: give the moment, or some friction"
+        )
+
+
+def _joint_stays_closed(joint: LapJoint) -> None:
+    cycle, load = joint.analysis.cycle, joint.load
+    if cycle is not None:
+        amplitudes = joint.cycle_amplitudes()
+        if amplitudes[-1] < amplitudes[0]:
+            raise _Rule(
+                "analysis.cycle.smallest",
+                f"must be below the largest amplitude, by default {MOST_OF_OPENING:g} of the one "
+                f"that opens the joint: {amplitudes[-1]:.4g}",
+            )
+        listed = cycle.moment_over_clamp_force_length is not None
+        key = "moment_over_clamp_force_length" if listed else "largest"
+        _holds(joint, f"analysis.cycle.{key}", max(joint.cycle_amplitudes()))
+    if load is None:
+        return
+    if load.kind != "rho":
+        size = joint.clamp_force_length
+        _holds(joint, f"load.{load.kind}", max(joint.load_moments()) / size)
+    elif load.rho_scale is not None and any(load.values):
+        smallest = min(rho for rho in load.values if rho > 0)
+        _holds(joint, "load.rho", load.rho_scale * joint.contact.friction / smallest)
+
+
+def _holds(joint: LapJoint, key: str, ratio: float) -> None:
+    limit = joint.opening_ratio
+    if ratio >= limit:
+        raise _Rule(
+            key,
+            f"M/(PL) = {ratio:.4g} opens the joint: the clamp holds less than "
+            f"overlap_half_length/length = {limit:.4g}, a moment of "
+            f"{limit * joint.clamp_force_length:.4g} N*m/m",
+        )
+
+
+def load_joint(path: str | Path) -> LapJoint:
+    """Read and validate a joint file.
+
+    Raises
+    ------
+    InputError
+        With one message: file, key, value, and what is allowed.
+    """
+    return parse_joint(_read_toml(Path(path)), str(path))
+
+
+def parse_joint(document: Mapping[str, Any], source: str = "joint") -> LapJoint:
+    """Validate a joint given as nested mappings, as `tomllib` makes them.
+
+    Raises
+    ------
+    InputError
+        Naming `source`, key, value, and what is allowed.
+
+    Examples
+    --------
+    >>> parse_joint({"beams": {"length": "-1 m"}})
+    Traceback (most recent call last):
+    ...
+    microslip.errors.InputError: joint: 6 problems
+      beams.length = "-1 m": must be greater than 0
+      beams.thickness is missing: expected a length, for example "12.5 mm"
+      beams.overlap_half_length is missing: expected a length, for example "12.5 mm"
+      [material] is missing: a section with youngs_modulus, poissons_ratio, density
+      [contact] is missing: a section with friction
+      ...
+    """
+    try:
+        return LapJoint.model_validate(document)
+    except ValidationError as failure:
+        problems = [_describe(error, document) for error in failure.errors()]
+    raise InputError(_joined(source, problems)) from None
+
+
+def _read_toml(path: Path) -> dict[str, Any]:
+    if path.is_dir():
+        raise InputError(f"{path}: is a folder; a joint file was expected")
+    try:
+        return tomllib.loads(path.read_bytes().decode())
+    except FileNotFoundError:
+        hint = f"; `microslip new lap {path}` writes one" if path.suffix == ".toml" else ""
+        raise InputError(f"{path}: no such file{hint}") from None
+    except UnicodeDecodeError as failure:
+        raise InputError(f"{path}: not UTF-8 text (byte {failure.start})") from None
+    except tomllib.TOMLDecodeError as failure:
+        raise InputError(f"{path}: not valid TOML: {failure}") from None
+    except (OSError, ValueError) as failure:
+        reason = getattr(failure, "strerror", None) or failure
+        raise InputError(f"{path}: cannot be read: {reason}") from None
+
+
+def _joined(source: str, problems: list[str], shown: int = 5) -> str:
+    if len(problems) == 1:
+        return f"{source}: {problems[0]}"
+    rest = ["..."] if len(problems) > shown else []
+    return "\n  ".join([f"{source}: {len(problems)} problems", *problems[:shown], *rest])
+
+
+def _describe(error: ErrorDetails, document: Mapping[str, Any]) -> str:
+    """One problem in the words of the joint file."""
+    loc, kind = error["loc"], error["type"]
+    context: Mapping[str, Any] = error.get("ctx", {})
+    cause = context.get("error")
+    if isinstance(cause, _Rule):
+        loc = (*loc, *cause.key.split(".")) if cause.key else loc
+        return f"{_written(loc, document)}: {cause}"
+    if kind == "missing":
+        return _missing(loc)
+    if kind == "extra_forbidden":
+        return _unknown(loc)
+    if kind == "model_type":
+        return f"{_written(loc, document)}: must be a section, [{_dotted(loc)}]"
+    message = str(cause) if cause is not None else error["msg"]
+    for start in ("Input should be ", "Value should have "):
+        message = message.replace(start, "must be " if start.startswith("I") else "must have ")
+    return f"{_written(loc, document)}: {message}"
+
+
+def _dotted(loc: Sequence[int | str]) -> str:
+    return ".".join(part for part in loc if isinstance(part, str))
+
+
+def _written(loc: Sequence[int | str], document: Mapping[str, Any]) -> str:
+    """Key and value as the user wrote them."""
+    value: Any = document
+    key = ""
+    for part in loc:
+        if isinstance(part, int):
+            if not isinstance(value, list | tuple):
+                break
+            key += f"[{part}]"
+            value = value[part]
+        else:
+            key += f".{part}" if key else part
+            value = value.get(part) if isinstance(value, Mapping) else None
+    if value is None:
+        return key
+    if isinstance(value, Mapping):
+        return f"[{key}]"
+    text = json.dumps(value, ensure_ascii=False, default=str)
+    return f"{key} = {text if len(text) <= 60 else text[:57] + '...'}"
+
+
+def _model_at(loc: Sequence[int | str]) -> type[BaseModel] | None:
+    """Model of the section at a location."""
+    model: type[BaseModel] = LapJoint
+    for part in loc:
+        found = _field(model, part)
+        section = None if found is None else _section(found)
+        if section is None:
+            return None
+        model = section
+    return model
+
+
+def _field(model: type[BaseModel], key: int | str) -> FieldInfo | None:
+    return {info.alias or name: info for name, info in model.model_fields.items()}.get(str(key))
+
+
+def _section(info: FieldInfo) -> type[BaseModel] | None:
+    for choice in (info.annotation, *get_args(info.annotation)):
+        if isinstance(choice, type) and issubclass(choice, BaseModel):
+            return choice
+    return None
+
+
+def _keys(model: type[BaseModel], *, required: bool = False) -> list[str]:
+    return [
+        info.alias or name
+        for name, info in model.model_fields.items()
+        if info.is_required() or not required
+    ]
+
+
+def _missing(loc: Sequence[int | str]) -> str:
+    model = _model_at(loc[:-1])
+    info = None if model is None else _field(model, loc[-1])
+    section = None if info is None else _section(info)
+    if section is not None:
+        needed = ", ".join(_keys(section, required=True))
+        return f"[{_dotted(loc)}] is missing: a section with {needed}"
+    kinds = [item for item in (info.metadata if info else []) if isinstance(item, units.Kind)]
+    advice = f": {kinds[0].advice()}" if kinds else ""
+    return f"{_dotted(loc)} is missing{advice}"
+
+
+def _unknown(loc: Sequence[int | str]) -> str:
+    key, place = str(loc[-1]), _dotted(loc[:-1])
+    model = _model_at(loc[:-1]) or LapJoint
+    known = _keys(model)
+    close = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
+    where = f"in [{place}]" if place else "at the top of the file"
+    if close:
+        return f"{_dotted(loc)} is not a known key; the nearest {where} is {close[0]!r}"
+    homes = [name for name, info in LapJoint.model_fields.items() if _has(info, key)]
+    if homes:
+        return f"{_dotted(loc)} is not a known key {where}; it belongs in [{homes[0]}]"
+    return f"{_dotted(loc)} is not a known key; {where} there are {', '.join(known)}"
+
+
+def _has(info: FieldInfo, key: str) -> bool:
+    section = _section(info)
+    return section is not None and key in _keys(section)

@@ -1,0 +1,358 @@
+"""The main job: from a lap joint's description to its forced response.
+
+Each stage is a function of its inputs; `run_lap_joint` strings them together, reports progress,
+records failed points and goes on.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
+
+from microslip.backbone import DRIVES, EquivalentTable, equivalent_table
+from microslip.errors import ContactError, MicroslipError
+from microslip.flexibility import Flexibility, static_flexibility, with_compliance
+from microslip.joint import LapJoint
+from microslip.model import JointModel, Reducer
+from microslip.progress import NullProgress, Progress
+from microslip.reduced import (
+    Response,
+    TwoModeModel,
+    forced_response,
+    greatest_damping_load,
+    two_mode_model,
+)
+from microslip.states import LinearStates, linear_states
+from microslip.statics import Cycle, Prestress, opening_load, prestress, quasi_static_cycle
+from microslip.structure import Structure, lap_joint_structure
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class JointAssembly:
+    """A described joint made ready for every analysis.
+
+    Attributes
+    ----------
+    joint : LapJoint
+    structure : Structure
+    reducer : Reducer
+    model : JointModel
+        Ports: the structure's loads, ``sliding`` and ``stuck`` (modal inertia loads).
+    flexibility : Flexibility
+        Static, with the contact compliance where the contact is elastic.
+    prestress : Prestress
+    states : LinearStates
+    opening_moment : float
+        End moment that opens the joint, N m per metre of width.
+    """
+
+    joint: LapJoint
+    structure: Structure
+    reducer: Reducer
+    model: JointModel
+    flexibility: Flexibility
+    prestress: Prestress
+    states: LinearStates
+    opening_moment: float
+
+    @property
+    def moment_unit(self) -> float:
+        """P L: moments are reported over it."""
+        return self.joint.clamp.force * self.joint.beams.length
+
+
+@dataclass
+class LapRun:
+    """Everything a run computed; analyses that were not asked for are empty.
+
+    Attributes
+    ----------
+    joint : LapJoint
+    assembly : JointAssembly
+    cycles : dict of str to list of Cycle
+        By drive, ascending load.
+    moments : dict of str to list of float
+        End moment of each cycle; for drive ``mode`` the one as close to opening the joint.
+    tables : dict of str to EquivalentTable
+    responses : list of Response
+    frictionless : Response or None
+        The joint without friction under the first load, eq. (18).
+    rho_scale : float
+        C in ``rho = C mu P L / M``; nan where loads were given as moments.
+    failures : list of str
+        Points that could not be solved, and why.
+    timings : dict of str to float
+        Seconds of wall time per stage.
+    interrupted : bool
+    """
+
+    joint: LapJoint
+    assembly: JointAssembly
+    cycles: dict[str, list[Cycle]] = field(default_factory=dict)
+    moments: dict[str, list[float]] = field(default_factory=dict)
+    tables: dict[str, EquivalentTable] = field(default_factory=dict)
+    responses: list[Response] = field(default_factory=list)
+    frictionless: Response | None = None
+    rho_scale: float = np.nan
+    failures: list[str] = field(default_factory=list)
+    timings: dict[str, float] = field(default_factory=dict)
+    interrupted: bool = False
+
+    @property
+    def states(self) -> LinearStates:
+        """Sliding and stuck mode."""
+        return self.assembly.states
+
+    @property
+    def prestress(self) -> Prestress:
+        """Contact under the clamp alone."""
+        return self.assembly.prestress
+
+    @property
+    def model(self) -> JointModel:
+        """The reduced model every analysis ran on."""
+        return self.assembly.model
+
+    @property
+    def structure(self) -> Structure:
+        """The finite elements."""
+        return self.assembly.structure
+
+
+def assemble_joint(joint: LapJoint) -> JointAssembly:
+    """Mesh, matrices, reduction, prestress and linear states of a described joint.
+
+    Raises
+    ------
+    ModelError, ContactError
+    """
+    structure = lap_joint_structure(
+        joint.geometry(),
+        joint.material_model(),
+        joint.mesh_control(),
+        horizontal_spring=joint.support.horizontal_spring,
+    )
+    modes = min(joint.mesh.modes, structure.dofs // 4)
+    reducer = Reducer(structure, modes, (joint.damping.alpha, joint.damping.beta))
+    model = reducer.model(structure.loads)
+    flexibility = contact_flexibility(joint, model)
+    start = prestress(model, flexibility, joint.clamp.force)
+    states = linear_states(structure, np.flatnonzero(start.touching), "moment")
+    model = reducer.with_ports(model, states.ports(structure))
+    flexibility = contact_flexibility(joint, model)
+    return JointAssembly(
+        joint=joint,
+        structure=structure,
+        reducer=reducer,
+        model=model,
+        flexibility=flexibility,
+        prestress=start,
+        states=states,
+        opening_moment=opening_load(model, flexibility, start, "moment"),
+    )
+
+
+def contact_flexibility(joint: LapJoint, model: JointModel) -> Flexibility:
+    """Static flexibility of the model, behind the contact stiffness of an elastic contact."""
+    flexibility = static_flexibility(model)
+    contact = joint.contact
+    if contact.law == "exact":
+        return flexibility
+    compliance = np.zeros(2 * model.pairs)
+    if contact.normal_stiffness:
+        compliance[0::2] = 1 / (contact.normal_stiffness * model.area)
+    if contact.tangential_stiffness:
+        compliance[1::2] = 1 / (contact.tangential_stiffness * model.area)
+    return with_compliance(flexibility, compliance)
+
+
+def cycle_loads(assembly: JointAssembly, drive: str) -> tuple[Array, Array]:
+    """Amplitudes on the port of a drive, and the end moments they correspond to.
+
+    The modal inertia load that corresponds to an end moment is the same fraction of the load that
+    opens the joint: both shift the resultant of the contact pressure equally far.
+    """
+    moments = np.asarray(assembly.joint.cycle_amplitudes()) * assembly.moment_unit
+    if drive == "moment":
+        return moments, moments
+    a = assembly
+    opening = opening_load(a.model, a.flexibility, a.prestress, DRIVES[drive])
+    return moments * opening / a.opening_moment, moments
+
+
+def run_cycles(result: LapRun, drive: str, progress: Progress) -> None:
+    """Steady cycles of one drive at every amplitude, and their table, into `result`."""
+    a, joint = result.assembly, result.joint
+    settings = joint.analysis.cycle
+    loads, moments = cycle_loads(a, drive)
+    progress.start(f"quasi-static cycles, {drive}-driven", len(loads))
+    done: list[Cycle] = []
+    kept: list[float] = []
+    result.cycles[drive], result.moments[drive] = done, kept
+    for load, moment in zip(loads, moments, strict=True):
+        try:
+            cycle = quasi_static_cycle(
+                a.model, a.flexibility, a.prestress, DRIVES[drive], load,
+                joint.contact.friction, steps=settings.steps, max_cycles=settings.max_cycles,
+                closure=settings.closure,
+            )
+            done.append(cycle)
+            kept.append(float(moment))
+        except ContactError as error:
+            result.failures.append(f"{drive} cycle at M/(PL) = {moment / a.moment_unit:.3g}: {error}")
+        progress.advance()
+    progress.finish()
+    if len(done) >= 2:
+        result.tables[drive] = equivalent_table(
+            done, a.model, a.states, joint.clamp.force, drive
+        )
+
+
+TABLE_OF = {"printed": "moment", "consistent": "mode"}
+"""Drive of the table that each variant uses by default: the paper's, and the dynamic one."""
+
+
+def run_responses(result: LapRun, progress: Progress) -> None:
+    """Forced response of every variant and load, into `result`."""
+    joint, a = result.joint, result.assembly
+    settings = joint.analysis.response
+    frequency = np.linspace(settings.from_, settings.to, settings.count)
+    rayleigh = (joint.damping.alpha, joint.damping.beta)
+    models: dict[str, tuple[TwoModeModel, EquivalentTable]] = {}
+    for variant in settings.variants:
+        drive = TABLE_OF[variant] if TABLE_OF[variant] in result.tables else next(
+            iter(result.tables), ""
+        )
+        if drive:
+            models[variant] = (
+                two_mode_model(a.states, "moment", rayleigh, variant), result.tables[drive]
+            )
+    if not models:
+        result.failures.append("no forced response: no table of equivalent stiffness and damping")
+        return
+    loads = _response_loads(result, models, frequency)
+    progress.start("forced response", len(loads) * len(models))
+    linear = two_mode_model(a.states, "moment", rayleigh, "consistent")
+    result.frictionless = forced_response(
+        linear, None, frequency, loads[0][1], rho=0.0, friction=0.0, variant="frictionless"
+    )
+    for rho, moment in loads:
+        for variant, (model, table) in models.items():
+            frictionless = rho == 0 or joint.contact.friction == 0
+            response = forced_response(
+                model, None if frictionless else table, frequency, moment, rho=rho,
+                friction=0.0 if frictionless else joint.contact.friction, variant=variant,
+                tolerance=settings.tolerance, max_iterations=settings.max_iterations,
+            )
+            result.responses.append(response)
+            if len(response.unconverged):
+                bad = response.unconverged
+                result.failures.append(
+                    f"{variant} response, M = {moment:.4g} N m/m: {len(bad)} of {len(frequency)} "
+                    f"points have no answer in the table, {bad.min():.2f} to {bad.max():.2f} Hz"
+                )
+            progress.advance()
+    progress.finish()
+
+
+def _response_loads(
+    result: LapRun, models: dict[str, tuple[TwoModeModel, EquivalentTable]], frequency: Array
+) -> list[tuple[float, float]]:
+    """Pairs (rho, end moment) of the loads that the input asks for."""
+    joint, a = result.joint, result.assembly
+    load = joint.load
+    strength = joint.contact.friction * a.moment_unit
+    if load.rho is None:
+        moments = joint.load_moments()
+        return [(strength / m if m else np.nan, m) for m in moments]
+    if load.rho_scale is not None:
+        result.rho_scale = load.rho_scale
+    elif strength == 0:
+        result.rho_scale = 1.0
+    else:
+        name = "consistent" if "consistent" in models else next(iter(models))
+        band = np.linspace(
+            0.9 * a.states.sliding_frequency, 1.1 * a.states.stuck_frequency, 1201
+        )
+        best = greatest_damping_load(*models[name], band, _search_bounds(a, models[name]))
+        result.rho_scale = load.greatest_damping_at * best / strength
+    top = result.rho_scale * strength
+    positive = [r for r in load.rho if r > 0]
+    reference = top / min(positive) if positive and top > 0 else a.moment_unit * 1e-4
+    return [(r, top / r if r > 0 and top > 0 else reference) for r in load.rho]
+
+
+def _search_bounds(
+    a: JointAssembly, model: tuple[TwoModeModel, EquivalentTable]
+) -> tuple[float, float]:
+    """Loads whose resonance could lie in the table: from lightly damped to gross slip."""
+    two_mode, table = model
+    force = max(abs(two_mode.force[0]), 1e-300)
+    scale = two_mode.omega**2 / force
+    return (1e-5 * table.amplitude[0] * scale, 1.0 * table.amplitude[-1] * scale)
+
+
+@contextmanager
+def _timed(timings: dict[str, float], name: str) -> Iterator[None]:
+    start = time.perf_counter()
+    try:
+        yield
+    finally:
+        timings[name] = timings.get(name, 0.0) + time.perf_counter() - start
+
+
+def run_lap_joint(joint: LapJoint, progress: Progress | None = None) -> LapRun:
+    """Run all the analyses that a lap-joint description asks for.
+
+    Parameters
+    ----------
+    joint : LapJoint
+        From `microslip.load_joint`.
+    progress : Progress, optional
+        Told of every long step.
+
+    Returns
+    -------
+    LapRun
+        Failed points are listed in ``failures``; Ctrl-C between pieces sets ``interrupted`` and
+        keeps what was done.
+
+    Raises
+    ------
+    MicroslipError
+        Where the joint itself cannot be assembled.
+    """
+    progress = progress or NullProgress()
+    timings: dict[str, float] = {}
+    with threadpool_limits(1):
+        with _timed(timings, "assemble"):
+            progress.start("finite elements, reduction, prestress", 1)
+            assembly = assemble_joint(joint)
+            progress.advance()
+            progress.finish()
+        result = LapRun(joint=joint, assembly=assembly, timings=timings)
+        try:
+            if joint.analysis.cycle is not None:
+                for drive in joint.analysis.cycle.drives:
+                    with _timed(timings, f"cycles_{drive}"):
+                        run_cycles(result, drive, progress)
+            if joint.analysis.response is not None:
+                with _timed(timings, "response"):
+                    try:
+                        run_responses(result, progress)
+                    except ContactError:
+                        raise
+                    except MicroslipError as error:
+                        result.failures.append(f"forced response: {error}")
+        except KeyboardInterrupt:
+            result.interrupted = True
+    timings["total"] = sum(timings.values())
+    return result

@@ -1,0 +1,484 @@
+"""Reduced models of the forced response: the paper's as printed, and the consistent one.
+
+Two coordinates, ``x = T y`` with ``T = [Phi_sl Phi_st]``. At each frequency
+
+    [-omega² m + (1 + i omega beta) k + i omega alpha m] y + f_f(y) = T^T F
+
+with the friction force replaced by its first harmonic from a table of equivalent stiffness and
+damping against amplitude:
+
+``printed``      f_f = (k_eq + i gamma_eq)(|y_sl|) omega_sl² I y on the coordinates of T (the paper's
+                 eqs. (15), (16); the misprints of its eqs. (6), (7), (10), (13), (14) corrected).
+``consistent``   basis M-orthonormalised, the force itself projected: on the sliding mode
+                 ``omega_sl² (k_eq + i gamma_eq)(|q|) q`` and on the second coordinate its measured
+                 cross part, both functions of ``q = Phi_sl^T M x``.
+
+Either is a fixed-point problem for one amplitude ``a``: solve the linear system with the table at
+``a``, get a new amplitude ``g(a)``. Plain iteration runs from the neighbouring frequency's answer;
+where it does not contract it is safeguarded by regula falsi (Illinois) on ``g(a) - a``, which has a
+root between 0 and the largest response. ``|g'|`` at the answer, the contraction factor, is kept:
+where it exceeds 1 plain iteration would fail.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numba as nb
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
+from scipy.optimize import brentq, minimize_scalar
+
+from microslip.backbone import EquivalentTable
+from microslip.errors import MicroslipError
+from microslip.states import LinearStates
+
+Array = NDArray[np.float64]
+
+VARIANTS = ("printed", "consistent")
+
+CONVERGED, NOT_CONVERGED, OUTSIDE = 0, 1, 2
+"""Flags of a point: converged; iteration did not end; amplitude above the table."""
+
+
+@dataclass(frozen=True)
+class TwoModeModel:
+    """Linear part of the reduced model and where the table enters it.
+
+    ``[-omega² m + (1 + i omega beta) k + i omega alpha m + omega_sl² (E kappa + X chi)] y = force``,
+    ``kappa = k_eq + i gamma_eq`` and ``chi`` the cross coefficient at ``a = |argument . y|``;
+    the modal amplitude reported is ``sliding . y``.
+
+    Attributes
+    ----------
+    m, k, E, X : (2, 2) arrays
+    argument, sliding : (2,) arrays
+    force : (2,) array
+        Projection of a unit load.
+    rayleigh : tuple of float
+    omega : float
+        omega_sl, rad/s.
+    """
+
+    m: Array
+    k: Array
+    E: Array
+    X: Array
+    argument: Array
+    sliding: Array
+    force: Array
+    rayleigh: tuple[float, float]
+    omega: float
+
+
+def two_mode_model(
+    states: LinearStates, load: str, rayleigh: tuple[float, float], variant: str
+) -> TwoModeModel:
+    """Reduced model of the sliding and the stuck mode.
+
+    Parameters
+    ----------
+    states : LinearStates
+    load : str
+        Driving load of the structure.
+    rayleigh : tuple of float
+        alpha (1/s), beta (s).
+    variant : str
+        One of `VARIANTS`.
+    """
+    c = states.overlap
+    sl2, st2 = states.sliding_omega**2, states.stuck_omega**2
+    f_sl, f_st = states.load_on_sliding[load], states.load_on_stuck[load]
+    if variant == "printed":
+        return TwoModeModel(
+            m=np.array([[1.0, c], [c, 1.0]]),
+            k=np.array([[sl2, c * sl2], [c * sl2, st2]]),
+            E=np.eye(2),
+            X=np.zeros((2, 2)),
+            argument=np.array([1.0, 0.0]),
+            sliding=np.array([1.0, c]),
+            force=np.array([f_sl, f_st]),
+            rayleigh=rayleigh,
+            omega=states.sliding_omega,
+        )
+    if variant != "consistent":
+        raise MicroslipError(f"no variant {variant!r}: choose one of {', '.join(VARIANTS)}")
+    s = np.sqrt(1 - c**2)
+    return TwoModeModel(
+        m=np.eye(2),
+        k=np.diag([sl2, (st2 - c**2 * sl2) / s**2]),
+        E=np.array([[1.0, 0.0], [0.0, 0.0]]),
+        X=np.array([[0.0, 0.0], [1.0, 0.0]]),
+        argument=np.array([1.0, 0.0]),
+        sliding=np.array([1.0, 0.0]),
+        force=np.array([f_sl, (f_st - c * f_sl) / s]),
+        rayleigh=rayleigh,
+        omega=states.sliding_omega,
+    )
+
+
+@dataclass(frozen=True)
+class Response:
+    """Forced response of a reduced model over frequency.
+
+    Attributes
+    ----------
+    variant, drive : str
+        Of the reduced model and of its table (empty for the frictionless joint).
+    rho : float
+        As the input gave it; nan where it gave a moment.
+    load : float
+        Amplitude of the driving load.
+    friction : float
+    frequency : (n,) array
+        Hz.
+    amplitude : (n,) complex array
+        First harmonic of ``Phi_sl^T M (x - x_prestress)``, phase against the load's sine.
+    iterations : (n,) int array
+    contraction : (n,) array
+        ``|g'|`` at the answer.
+    flag : (n,) int array
+        0 converged, 1 not converged, 2 amplitude above the table.
+    """
+
+    variant: str
+    drive: str
+    rho: float
+    load: float
+    friction: float
+    frequency: Array
+    amplitude: NDArray[np.complex128]
+    iterations: NDArray[np.int64]
+    contraction: Array
+    flag: NDArray[np.int64]
+
+    @property
+    def peak(self) -> int:
+        """Index of the largest converged amplitude."""
+        return int(np.argmax(np.where(self.flag == CONVERGED, np.abs(self.amplitude), -1.0)))
+
+    @property
+    def peak_frequency(self) -> float:
+        """Hz, parabola through the largest point and its neighbours."""
+        return self._vertex()[0]
+
+    @property
+    def peak_amplitude(self) -> float:
+        """Same parabola."""
+        return self._vertex()[1]
+
+    @property
+    def unconverged(self) -> Array:
+        """Frequencies of the points that are not answers, Hz."""
+        return self.frequency[self.flag != CONVERGED]
+
+    def _vertex(self) -> tuple[float, float]:
+        i, size = self.peak, np.abs(self.amplitude)
+        if 0 < i < len(size) - 1 and (self.flag[i - 1 : i + 2] == CONVERGED).all():
+            left, top, right = size[i - 1 : i + 2]
+            bend = left - 2 * top + right
+            if bend < 0 and max(left, right) > 0.5 * top:
+                shift = 0.5 * (left - right) / bend
+                step = self.frequency[i + 1] - self.frequency[i]
+                return (
+                    float(self.frequency[i] + shift * step),
+                    float(top - 0.25 * (left - right) * shift),
+                )
+        return float(self.frequency[i]), float(size[i])
+
+
+@dataclass(frozen=True)
+class TableCurve:
+    """Monotone cubic interpolation of a table in ``log(amplitude / clamp)``.
+
+    Below the table k_eq and cross keep their first value and gamma_eq falls in proportion to
+    amplitude (partial slip: dissipation grows as amplitude cubed). Above it there is no answer.
+    """
+
+    knots: Array
+    coefficients: Array
+
+
+def table_curve(table: EquivalentTable) -> TableCurve:
+    """Coefficients for the compiled evaluation of a table."""
+    if len(table.amplitude) < 2:
+        raise MicroslipError("a table of equivalent stiffness needs at least two amplitudes")
+    x = np.log(table.amplitude / table.clamp)
+    if not (np.diff(x) > 0).all():
+        raise MicroslipError("amplitudes of the table do not grow with the load: drive it further")
+    columns = [table.k_eq, table.gamma_eq, table.cross.real, table.cross.imag]
+    c = np.stack([PchipInterpolator(x, y).c for y in columns])
+    return TableCurve(x, np.ascontiguousarray(np.moveaxis(c, 0, -1)))
+
+
+_NO_ANSWER = 1e3
+
+_jit = nb.njit(cache=True, error_model="numpy")
+
+
+@_jit
+def evaluate_curve(knots, coefficients, x, out):
+    """Table at ``x = log(a / clamp)`` into ``out``: k_eq, gamma_eq, cross (real, imaginary)."""
+    n = knots.shape[0]
+    i = min(max(np.searchsorted(knots, x) - 1, 0), n - 2)
+    t = min(max(x, knots[0]), knots[n - 1]) - knots[i]
+    for j in range(4):
+        out[j] = (
+            (coefficients[0, i, j] * t + coefficients[1, i, j]) * t + coefficients[2, i, j]
+        ) * t + coefficients[3, i, j]
+    if x < knots[0]:
+        out[1] *= np.exp(x - knots[0])
+
+
+@_jit
+def _respond(a, w, clamp, knots, coefficients, m, k, E, X, argument, force, alpha, beta, w2, out, y):
+    """One pass of the fixed-point map: amplitude `a` in, new amplitude out, `y` the response."""
+    kappa = 0.0 + 0.0j
+    chi = 0.0 + 0.0j
+    if knots.shape[0] > 0:
+        evaluate_curve(knots, coefficients, np.log(max(a, 1e-300) / clamp), out)
+        kappa = w2 * (out[0] + 1j * out[1])
+        chi = w2 * (out[2] + 1j * out[3])
+    stiff = 1.0 + 1j * w * beta
+    inert = -w * w + 1j * w * alpha
+    z00 = inert * m[0, 0] + stiff * k[0, 0] + kappa * E[0, 0] + chi * X[0, 0]
+    z01 = inert * m[0, 1] + stiff * k[0, 1] + kappa * E[0, 1] + chi * X[0, 1]
+    z10 = inert * m[1, 0] + stiff * k[1, 0] + kappa * E[1, 0] + chi * X[1, 0]
+    z11 = inert * m[1, 1] + stiff * k[1, 1] + kappa * E[1, 1] + chi * X[1, 1]
+    det = z00 * z11 - z01 * z10
+    y[0] = (z11 * force[0] - z01 * force[1]) / det
+    y[1] = (z00 * force[1] - z10 * force[0]) / det
+    return abs(argument[0] * y[0] + argument[1] * y[1])
+
+
+@_jit
+def sweep(
+    omegas, load, clamp, knots, coefficients, m, k, E, X, argument, sliding, unit_force,
+    alpha, beta, omega_sl, start, tolerance, max_iterations, amplitude, iterations, contraction, flag,
+):
+    """Fixed-point answers at every frequency in turn, each starting from the last one's."""
+    out = np.zeros(4)
+    y = np.zeros(2, np.complex128)
+    force = load * unit_force
+    w2 = omega_sl**2
+    top = clamp * np.exp(knots[-1]) if knots.shape[0] > 0 else np.inf
+    a = start
+    for i in range(omegas.shape[0]):
+        w = omegas[i]
+        count = 0
+        good = False
+        previous = np.inf
+        for _ in range(max_iterations):
+            new = _respond(
+                a, w, clamp, knots, coefficients, m, k, E, X, argument, force, alpha, beta, w2, out, y
+            )
+            count += 1
+            change = abs(new - a)
+            if change <= tolerance * new:
+                a = new
+                good = True
+                break
+            if change > 0.7 * previous:
+                break
+            previous = change
+            a = new
+        if not good:
+            low = 0.0
+            f_low = _respond(
+                low, w, clamp, knots, coefficients, m, k, E, X, argument, force, alpha, beta, w2, out, y
+            )
+            # Bracket the root nearest to the start: grow an interval around it.
+            base = a if a > 0.0 else f_low
+            f_base = _respond(
+                base, w, clamp, knots, coefficients, m, k, E, X, argument, force, alpha, beta, w2, out, y
+            ) - base
+            count += 2
+            lower, upper = base, base
+            f_lower, f_upper = f_base, f_base
+            factor = 1.01
+            while f_lower * f_upper > 0.0 and count < max_iterations:
+                if f_base < 0.0:
+                    upper, f_upper = lower, f_lower
+                    lower = lower / factor
+                    f_lower = _respond(
+                        lower, w, clamp, knots, coefficients, m, k, E, X, argument, force, alpha,
+                        beta, w2, out, y,
+                    ) - lower
+                else:
+                    lower, f_lower = upper, f_upper
+                    upper = upper * factor
+                    f_upper = _respond(
+                        upper, w, clamp, knots, coefficients, m, k, E, X, argument, force, alpha,
+                        beta, w2, out, y,
+                    ) - upper
+                factor *= 1.2
+                count += 1
+            side = 0
+            while count < max_iterations:
+                if f_lower * f_upper > 0.0:
+                    break
+                a = (lower * f_upper - upper * f_lower) / (f_upper - f_lower)
+                if upper - lower <= tolerance * upper:
+                    good = True
+                    break
+                f_a = _respond(
+                    a, w, clamp, knots, coefficients, m, k, E, X, argument, force, alpha, beta, w2,
+                    out, y,
+                ) - a
+                count += 1
+                if abs(f_a) <= tolerance * a:
+                    good = True
+                    break
+                if f_a * f_upper > 0.0:
+                    upper, f_upper = a, f_a
+                    if side == 1:
+                        f_lower *= 0.5
+                    side = 1
+                else:
+                    lower, f_lower = a, f_a
+                    if side == 2:
+                        f_upper *= 0.5
+                    side = 2
+        if knots.shape[0] > 0 and good:
+            h = 1e-5 * a
+            plus = _respond(
+                a + h, w, clamp, knots, coefficients, m, k, E, X, argument, force, alpha, beta, w2, out, y
+            )
+            minus = _respond(
+                a - h, w, clamp, knots, coefficients, m, k, E, X, argument, force, alpha, beta, w2, out, y
+            )
+            contraction[i] = abs(plus - minus) / (2.0 * h)
+        else:
+            contraction[i] = 0.0
+        _respond(
+            a, w, clamp, knots, coefficients, m, k, E, X, argument, force, alpha, beta, w2, out, y
+        )
+        amplitude[i] = sliding[0] * y[0] + sliding[1] * y[1]
+        iterations[i] = count
+        flag[i] = CONVERGED if good else NOT_CONVERGED
+        if good and a > top:
+            flag[i] = OUTSIDE
+
+
+def forced_response(
+    model: TwoModeModel,
+    table: EquivalentTable | None,
+    frequency: Array,
+    load: float,
+    *,
+    clamp: float | None = None,
+    rho: float = np.nan,
+    friction: float = np.nan,
+    variant: str = "",
+    tolerance: float = 1e-10,
+    max_iterations: int = 500,
+) -> Response:
+    """Forced response over frequency; `table` None is the linear frictionless joint, eq. (18).
+
+    The sweep starts at the end of the band farther from resonance.
+
+    Parameters
+    ----------
+    model : TwoModeModel
+    table : EquivalentTable or None
+    frequency : (n,) array
+        Hz, ascending.
+    load : float
+        Amplitude of the driving load.
+    clamp : float, optional
+        Clamp force, N/m; that of the table when left out. Amplitudes scale with it.
+    rho, friction, variant
+        Labels kept in the result.
+    tolerance : float
+        Relative change of amplitude at which a point is converged.
+    max_iterations : int
+        Evaluations of the fixed-point map per frequency.
+    """
+    frequency = np.ascontiguousarray(frequency, dtype=float)
+    if table is None:
+        knots, coefficients, clamp_used = np.zeros(0), np.zeros((4, 0, 4)), 1.0
+    else:
+        curve = table_curve(table)
+        knots, coefficients = curve.knots, curve.coefficients
+        clamp_used = table.clamp if clamp is None else clamp
+    centre = model.omega / (2 * np.pi)
+    backward = abs(frequency[-1] - centre) > abs(frequency[0] - centre)
+    order = slice(None, None, -1 if backward else 1)
+    n = len(frequency)
+    amplitude = np.zeros(n, complex)
+    iterations, flag = np.zeros(n, np.int64), np.zeros(n, np.int64)
+    contraction = np.zeros(n)
+    alpha, beta = model.rayleigh
+    sweep(
+        2 * np.pi * np.ascontiguousarray(frequency[order]), load, clamp_used, knots, coefficients,
+        model.m, model.k, model.E, model.X, model.argument, model.sliding, model.force,
+        alpha, beta, model.omega, 0.0, tolerance, max_iterations,
+        amplitude, iterations, contraction, flag,
+    )
+    return Response(
+        variant=variant, drive="" if table is None else table.drive, rho=rho, load=load,
+        friction=friction, frequency=frequency, amplitude=amplitude[order],
+        iterations=iterations[order], contraction=contraction[order], flag=flag[order],
+    )
+
+
+def all_amplitudes(
+    model: TwoModeModel, table: EquivalentTable, frequency: float, load: float, points: int = 400
+) -> Array:
+    """Every amplitude with ``g(a) = a`` inside the table at one frequency (folds have three)."""
+    curve = table_curve(table)
+    out, y = np.zeros(4), np.zeros(2, complex)
+    alpha, beta = model.rayleigh
+
+    def gap(a: float) -> float:
+        return float(
+            _respond(
+                a, 2 * np.pi * frequency, table.clamp, curve.knots, curve.coefficients, model.m,
+                model.k, model.E, model.X, model.argument, load * model.force, alpha, beta,
+                model.omega**2, out, y,
+            )
+            - a
+        )
+
+    grid = table.clamp * np.exp(np.linspace(curve.knots[0] - 5, curve.knots[-1], points))
+    values = np.array([gap(a) for a in grid])
+    roots = []
+    for i in np.flatnonzero(values[:-1] * values[1:] <= 0):
+        roots.append(brentq(gap, grid[i], grid[i + 1], xtol=1e-14 * grid[i]))
+    return np.array(roots)
+
+
+def greatest_damping_load(
+    model: TwoModeModel, table: EquivalentTable, frequency: Array, bounds: tuple[float, float]
+) -> float:
+    """Load amplitude at which the resonance peak per unit load is lowest.
+
+    Parameters
+    ----------
+    model : TwoModeModel
+    table : EquivalentTable
+    frequency : (n,) array
+        Band in which the peak is looked for, Hz.
+    bounds : tuple of float
+        Loads between which to look.
+    """
+
+    def gain(log_load: float) -> float:
+        load = float(np.exp(log_load))
+        response = forced_response(model, table, frequency, load)
+        if (response.flag != CONVERGED).any():
+            return _NO_ANSWER
+        return float(np.log(response.peak_amplitude / load))
+
+    grid = np.linspace(np.log(bounds[0]), np.log(bounds[1]), 60)
+    values = [gain(x) for x in grid]
+    i = int(np.argmin(values))
+    if not 0 < i < len(grid) - 1 or max(values[i - 1], values[i + 1]) == _NO_ANSWER:
+        raise MicroslipError(
+            "the load of greatest damping is outside the amplitudes of the table: widen "
+            "[analysis.cycle] smallest and largest"
+        )
+    found = minimize_scalar(gain, bounds=(grid[i - 1], grid[i + 1]), method="bounded",
+                            options={"xatol": 1e-4})
+    return float(np.exp(found.x))

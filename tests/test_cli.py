@@ -1,0 +1,311 @@
+"""The command line: what it writes, what it refuses, and what it never touches."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+
+import pytest
+from typer.testing import CliRunner
+
+from microslip import __version__
+from microslip.cli import app, degrees_of_freedom, seconds
+from microslip.joint import load_joint
+from microslip.structure import lap_joint_structure
+
+EXAMPLE = Path(__file__).parents[1] / "examples" / "lap_joint.toml"
+
+
+@pytest.fixture
+def command(tmp_path, monkeypatch):
+    """Run a command in an empty folder that holds nothing but the example as joint.toml."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "joint.toml").write_text(EXAMPLE.read_text())
+    return lambda *words: CliRunner().invoke(app, [str(word) for word in words])
+
+
+class Stages:
+    """Stands in for the computation: a run is what the command line makes of its stages."""
+
+    def __init__(self) -> None:
+        self.runs = 0
+        self.interrupted = False
+        self.failure: BaseException | None = None
+
+    def run_lap_joint(self, joint, progress):
+        self.runs += 1
+        progress.start("cycles", 2)
+        progress.advance()
+        progress.advance()
+        progress.finish()
+        if self.failure is not None:
+            raise self.failure
+        return SimpleNamespace(interrupted=self.interrupted)
+
+    def write_results(self, result, out_dir, progress):
+        file = out_dir / "summary.json"
+        file.write_text("{}")
+        return [file]
+
+    def print_summary(self, result, console):
+        console.print("the summary")
+
+
+@pytest.fixture
+def stages(monkeypatch):
+    stages = Stages()
+    for module, name in [
+        ("pipeline", "run_lap_joint"),
+        ("results", "write_results"),
+        ("summary", "print_summary"),
+    ]:
+        fake = ModuleType(f"microslip.{module}")
+        setattr(fake, name, getattr(stages, name))
+        monkeypatch.setitem(sys.modules, f"microslip.{module}", fake)
+    return stages
+
+
+def assert_refused(result, *parts):
+    assert result.exit_code == 2
+    assert result.stderr.startswith("error: ")
+    assert "Traceback" not in result.output
+    for part in parts:
+        assert part in result.stderr
+
+
+# -- start -------------------------------------------------------------------------------------
+
+
+def test_version(command):
+    assert command("--version").stdout == f"microslip {__version__}\n"
+
+
+def test_help_names_the_commands(command):
+    text = command("--help").stdout
+    assert all(name in text for name in ("new", "check", "run"))
+
+
+def test_help_imports_nothing_heavy():
+    heavy = ["pint", "pydantic", "numba", "skfem", "matplotlib", "xarray", "scipy", "numpy"]
+    code = (
+        "import sys; from typer.testing import CliRunner; from microslip.cli import app; "
+        "assert CliRunner().invoke(app, ['--help']).exit_code == 0; "
+        f"print([name for name in {heavy} if name in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+# -- new ---------------------------------------------------------------------------------------
+
+
+def test_new_writes_a_joint_that_loads(command, tmp_path):
+    assert command("new", "lap", "mine.toml").exit_code == 0
+    assert load_joint(tmp_path / "mine.toml") == load_joint(EXAMPLE)
+
+
+def test_new_does_not_overwrite(command, tmp_path):
+    (tmp_path / "mine.toml").write_text("precious")
+    assert_refused(command("new", "lap", "mine.toml"), "mine.toml", "exists already", "--force")
+    assert (tmp_path / "mine.toml").read_text() == "precious"
+    assert command("new", "lap", "mine.toml", "--force").exit_code == 0
+    assert "[beams]" in (tmp_path / "mine.toml").read_text()
+
+
+@pytest.mark.parametrize("place", ["nowhere/mine.toml", "joint.toml/mine.toml"])
+def test_new_in_a_place_that_cannot_be_written(command, place):
+    assert_refused(command("new", "lap", place), place, "cannot be written")
+
+
+def test_new_over_a_folder(command, tmp_path):
+    (tmp_path / "folder").mkdir()
+    assert_refused(command("new", "lap", "folder", "--force"), "folder")
+
+
+# -- check -------------------------------------------------------------------------------------
+
+
+def test_check_shows_what_follows(command):
+    result = command("check", "joint.toml")
+    assert result.exit_code == 0
+    # E'h³/12 = 70e9/0.91 * 0.0125³/12; P/(2 L_p) = 1e6/0.05; L_o/L = 37.5/251.5
+    for part in ("12.52 kN", "20 MPa", "0.1491", "201", "estimated time"):
+        assert part in result.stdout
+
+
+def test_a_title_is_shown_as_written(command, tmp_path):
+    file = tmp_path / "joint.toml"
+    file.write_text(file.read_text().replace("Reference lap joint", "Joint [/b] [red]"))
+    assert "Joint [/b] [red]" in command("check", "joint.toml").stdout
+
+
+def test_check_says_that_pairs_were_raised(command, tmp_path):
+    file = tmp_path / "joint.toml"
+    file.write_text(file.read_text().replace("pairs = 201", "pairs = 50"))
+    assert "51  (raised from 50" in command("check", "joint.toml").stdout
+
+
+def test_check_refuses_more_modes_than_the_mesh_has(command, tmp_path):
+    file = tmp_path / "joint.toml"
+    coarse = file.read_text().replace("pairs = 201", "pairs = 5")
+    file.write_text(coarse + "\n[mesh]\nmodes = 2000\nmax_layer = 1\nrest_size = 10\n")
+    assert_refused(command("check", "joint.toml"), "mesh.modes = 2000", "degrees of freedom")
+
+
+def test_check_names_the_mistake(command, tmp_path):
+    file = tmp_path / "joint.toml"
+    file.write_text(file.read_text().replace("70 GPa", "70 GHz"))
+    assert_refused(
+        command("check", "joint.toml"), "joint.toml", "material.youngs_modulus", "70 GHz", "70 GPa"
+    )
+
+
+def test_check_of_a_missing_file(command):
+    assert_refused(command("check", "none.toml"), "none.toml: no such file")
+
+
+def test_degrees_of_freedom_are_those_of_the_structure():
+    joint = load_joint(EXAMPLE)
+    joint = joint.model_copy(update={"contact": joint.contact.model_copy(update={"pairs": 21})})
+    structure = lap_joint_structure(
+        joint.geometry(),
+        joint.material_model(),
+        joint.mesh_control(),
+        horizontal_spring=joint.support.horizontal_spring,
+    )
+    assert degrees_of_freedom(joint) == structure.dofs
+
+
+def test_cost_grows_with_what_is_asked_for():
+    joint = load_joint(EXAMPLE)
+    cycle = joint.analysis.cycle.model_copy(update={"drives": ("mode",)})
+    less = joint.model_copy(update={"analysis": joint.analysis.model_copy(update={"cycle": cycle})})
+    assert 5 < seconds(less, 10_000) < seconds(joint, 10_000) < seconds(joint, 20_000)
+
+
+# -- run ---------------------------------------------------------------------------------------
+
+
+def test_run_writes_beside_where_it_was_called(command, stages, tmp_path):
+    result = command("run", "joint.toml")
+    assert result.exit_code == 0, result.output
+    assert (tmp_path / "joint-output" / "summary.json").is_file()
+    assert "the summary" in result.stdout
+    assert "results are in joint-output" in result.stdout
+    assert result.stderr == ""
+
+
+def test_quiet_run_says_nothing(command, stages):
+    assert command("run", "joint.toml", "--quiet").output == ""
+
+
+def test_run_into_a_new_nested_folder(command, stages, tmp_path):
+    assert command("run", "joint.toml", "--out", "a/b").exit_code == 0
+    assert (tmp_path / "a" / "b" / "summary.json").is_file()
+
+
+def test_run_into_an_empty_folder(command, stages, tmp_path):
+    (tmp_path / "out").mkdir()
+    assert command("run", "joint.toml", "--out", "out").exit_code == 0
+
+
+def test_existing_output_is_not_touched(command, stages, tmp_path):
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "summary.json").write_text("precious")
+    assert_refused(command("run", "joint.toml", "--out", "out"), "out", "--force")
+    assert stages.runs == 0
+    assert [p.name for p in (tmp_path / "out").iterdir()] == ["summary.json"]
+    assert (tmp_path / "out" / "summary.json").read_text() == "precious"
+
+
+def test_force_replaces_results_and_nothing_else(command, stages, tmp_path):
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "summary.json").write_text("old")
+    (tmp_path / "out" / "notes.txt").write_text("precious")
+    result = command("run", "joint.toml", "--out", "out", "--force")
+    assert result.exit_code == 0
+    assert (tmp_path / "out" / "summary.json").read_text() == "{}"
+    assert (tmp_path / "out" / "notes.txt").read_text() == "precious"
+    assert "left as they were: notes.txt" in result.stderr
+
+
+@pytest.mark.parametrize("place", ["joint.toml", "joint.toml/out", "joint.toml/a/b"])
+@pytest.mark.parametrize("force", [[], ["--force"]])
+def test_output_that_is_or_lies_in_a_file(command, stages, place, force):
+    assert_refused(command("run", "joint.toml", "--out", place, *force), place)
+    assert stages.runs == 0
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
+def test_unwritable_output(command, stages, tmp_path):
+    (tmp_path / "locked").mkdir(mode=0o500)
+    for place in ("locked", "locked/out"):
+        assert_refused(command("run", "joint.toml", "--out", place), "cannot be written to")
+    assert stages.runs == 0
+
+
+def test_denied_output(command, stages, monkeypatch):
+    def denied(self, *args, **kwargs):
+        raise PermissionError(13, "Permission denied", str(self))
+
+    monkeypatch.setattr(Path, "mkdir", denied)
+    assert_refused(command("run", "joint.toml"), "joint-output", "Permission denied")
+    assert stages.runs == 0
+
+
+def test_bad_joint_creates_no_output(command, stages, tmp_path):
+    (tmp_path / "joint.toml").write_text("[beams]\n")
+    assert_refused(command("run", "joint.toml"), "beams.length is missing")
+    assert [p.name for p in tmp_path.iterdir()] == ["joint.toml"]
+
+
+def test_failed_run_leaves_no_empty_folder(command, stages, tmp_path):
+    from microslip.errors import ContactError
+
+    stages.failure = ContactError("contact not solved")
+    result = command("run", "joint.toml", "--out", "a/b")
+    assert result.exit_code == 1
+    assert result.stderr == "error: contact not solved\n"
+    assert [p.name for p in tmp_path.iterdir()] == ["joint.toml"]
+
+
+def test_interrupted_run_keeps_what_is_done(command, stages, tmp_path):
+    stages.interrupted = True
+    result = command("run", "joint.toml")
+    assert result.exit_code == 130
+    assert (tmp_path / "joint-output" / "summary.json").is_file()
+    assert "interrupted: what was finished is in joint-output" in result.stderr
+
+
+def test_run_interrupted_before_anything_was_done(command, stages, tmp_path):
+    stages.failure = KeyboardInterrupt()
+    result = command("run", "joint.toml")
+    assert result.exit_code == 130
+    assert "interrupted" in result.stderr
+    assert [p.name for p in tmp_path.iterdir()] == ["joint.toml"]
+
+
+def test_bars_follow_the_work():
+    from io import StringIO
+
+    from rich.console import Console
+
+    from microslip.progress import NullProgress, RichProgress, progress_on
+
+    screen = StringIO()
+    terminal = Console(file=screen, force_terminal=True, width=80)
+    with progress_on(terminal) as progress:
+        assert isinstance(progress, RichProgress)
+        progress.advance()
+        progress.start("first", 3)
+        progress.advance(2)
+        progress.start("second", 1)
+        progress.finish()
+        progress.finish()
+    assert "first" in screen.getvalue()
+    assert "3/3" in screen.getvalue()
+    assert isinstance(progress_on(terminal, quiet=True), NullProgress)
+    assert isinstance(progress_on(Console(file=StringIO())), NullProgress)

@@ -1,0 +1,455 @@
+"""Joint files: what is read, and what every mistake is answered with."""
+
+from __future__ import annotations
+
+import copy
+import itertools
+import math
+import tomllib
+from importlib import resources
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from microslip import units
+from microslip.errors import InputError
+from microslip.joint import LapJoint, load_joint, parse_joint
+
+EXAMPLE = Path(__file__).parents[1] / "examples" / "lap_joint.toml"
+
+
+@pytest.fixture
+def document() -> dict:
+    return copy.deepcopy(tomllib.loads(EXAMPLE.read_text()))
+
+
+def refused(document: dict) -> str:
+    with pytest.raises(InputError) as caught:
+        parse_joint(document, "my.toml")
+    message = str(caught.value)
+    assert message.startswith("my.toml: ")
+    assert "pydantic" not in message
+    return message
+
+
+# -- units -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("kind", "text", "value"),
+    [
+        (units.LENGTH, "12.5 mm", 0.0125),
+        (units.LENGTH, "12.5mm", 0.0125),
+        (units.LENGTH, 0.0125, 0.0125),
+        (units.LENGTH, "0.0125", 0.0125),
+        (units.LENGTH, "1 inch", 0.0254),
+        (units.MODULUS, "70 GPa", 70e9),
+        (units.MODULUS, "70e3 N/mm^2", 70e9),
+        (units.TIME, "0.73 us", 0.73e-6),
+        (units.TIME, "0.73 µs", 0.73e-6),
+        (units.DENSITY, "2 g/cm^3", 2000.0),
+        (units.DENSITY, "2 g/cm³", 2000.0),
+        (units.LINE_FORCE, "1 MN/m", 1e6),
+        (units.LINE_STIFFNESS, "1e5 N/m/m", 1e5),
+        (units.AREA_STIFFNESS, "1e13 Pa/m", 1e13),
+        (units.FREQUENCY, "165 Hz", 165.0),
+        (units.LINE_MOMENT, "150 N*m/m", 150.0),
+        (units.LINE_MOMENT, "150 N·m/m", 150.0),
+        (units.RATE, "5 1/s", 5.0),
+        (units.NUMBER, "25 %", 0.25),
+    ],
+)
+def test_quantities_as_people_write_them(kind, text, value):
+    assert kind.parse(text) == value
+
+
+@given(st.floats(1e-9, 1e9))
+def test_millimetres_equal_metres(metres):
+    # a decimal shift of the text, exact, so the two floats must be the same
+    digits, exponent = f"{metres:.16e}".split("e")
+    in_mm = f"{digits}e{int(exponent) + 3} mm"
+    assert units.LENGTH.parse(in_mm) == units.LENGTH.parse(f"{metres:.16e} m") == metres
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False))
+def test_plain_numbers_are_si(value):
+    for kind in (units.LENGTH, units.MODULUS, units.FREQUENCY):
+        assert kind.parse(value) == value
+        assert kind.parse(repr(value)) == value
+
+
+@given(st.text(max_size=30))
+def test_any_text_parses_to_a_finite_number_or_is_refused(text):
+    try:
+        value = units.LENGTH.parse(text)
+    except ValueError:
+        return
+    assert math.isfinite(value)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["nan", "nan mm", "inf", "-inf m", "1e999 m", "", "mm", "1,5 mm", "5 m/", "5 m**9**9**9"],
+)
+def test_not_a_quantity(text):
+    with pytest.raises(ValueError, match=r'a length, for example "12.5 mm"'):
+        units.LENGTH.parse(text)
+
+
+@pytest.mark.parametrize("value", [True, None, [1.0], {}, float("nan"), float("inf"), 10**400])
+def test_not_a_number(value):
+    with pytest.raises(ValueError, match="a length"):
+        units.LENGTH.parse(value)
+
+
+@pytest.mark.parametrize("text", ["60 rpm", "1000 rad/s"])
+def test_angular_frequency_is_not_taken_for_hertz(text):
+    with pytest.raises(ValueError, match=r"angular frequency.*165 Hz"):
+        units.FREQUENCY.parse(text)
+
+
+# -- the reference joint -----------------------------------------------------------------------
+
+
+def test_example_is_the_reference_joint():
+    joint = load_joint(EXAMPLE)
+    assert joint.beams.model_dump() == {
+        "length": 0.2515,
+        "thickness": 0.0125,
+        "overlap_half_length": 0.0375,
+    }
+    material = joint.material
+    assert (material.youngs_modulus, material.poissons_ratio) == (70e9, 0.3)
+    assert (material.density, material.plane) == (2000.0, "strain")
+    assert (joint.contact.friction, joint.contact.pairs_used) == (0.25, 201)
+    assert (joint.clamp.force, joint.clamp.half_length) == (1e6, 0.025)
+    assert joint.support.horizontal_spring == 1e5
+    assert (joint.damping.alpha, joint.damping.beta) == (0.0, 7.3e-7)
+    assert joint.load is not None
+    assert (joint.load.kind, joint.load.values) == ("rho", (0.0, 0.8, 2.4, 5.0))
+    assert joint.load.greatest_damping_at == 2.4
+    assert joint.analysis.cycle is not None
+    assert joint.analysis.response is not None
+
+
+def test_template_is_the_example_with_every_default_written_out(tmp_path):
+    template = resources.files("microslip").joinpath("templates", "lap.toml").read_text("utf-8")
+    (tmp_path / "joint.toml").write_text(template, encoding="utf-8")
+    assert load_joint(tmp_path / "joint.toml") == load_joint(EXAMPLE)
+
+
+def test_template_names_every_key():
+    template = resources.files("microslip").joinpath("templates", "lap.toml").read_text("utf-8")
+    joint = load_joint(EXAMPLE)
+    sections = [joint, *(getattr(joint, name) for name in type(joint).model_fields)]
+    sections += [joint.analysis.cycle, joint.analysis.response]
+    for section in sections:
+        for name, info in getattr(type(section), "model_fields", {}).items():
+            assert info.alias or name in template
+
+
+def test_models_of_the_reference_joint():
+    joint = load_joint(EXAMPLE)
+    g = joint.geometry()
+    assert (g.length, g.thickness, g.overlap_half_length, g.clamp_half_length) == (
+        0.2515,
+        0.0125,
+        0.0375,
+        0.025,
+    )
+    assert joint.material_model().plane_modulus() == pytest.approx(70e9 / 0.91)
+    assert joint.mesh_control().contact_pairs == 201
+    assert joint.clamp_force_length == pytest.approx(251.5e3)
+    assert joint.opening_ratio == pytest.approx(37.5 / 251.5)
+
+
+def test_a_joint_cannot_be_changed():
+    joint = load_joint(EXAMPLE)
+    with pytest.raises(ValueError, match="frozen"):
+        joint.clamp.force = 2e6  # type: ignore[misc]
+
+
+@pytest.mark.parametrize(("written", "used"), [(5, 5), (6, 7), (200, 201), (201, 201)])
+def test_even_number_of_pairs_is_raised_by_one(document, written, used):
+    document["contact"]["pairs"] = written
+    contact = parse_joint(document).contact
+    assert (contact.pairs, contact.pairs_used) == (written, used)
+
+
+def test_amplitudes_are_evenly_spaced_in_their_logarithm():
+    amplitudes = load_joint(EXAMPLE).cycle_amplitudes()
+    largest = 0.85 * 37.5 / 251.5
+    assert (len(amplitudes), amplitudes[0]) == (25, 5e-5)
+    assert amplitudes[-1] == pytest.approx(largest)
+    ratios = [b / a for a, b in itertools.pairwise(amplitudes)]
+    assert ratios == pytest.approx([(largest / 5e-5) ** (1 / 24)] * 24)
+
+
+def test_listed_amplitudes(document):
+    document["analysis"]["cycle"] = {"moment_over_clamp_force_length": [1e-3, 1e-4]}
+    assert parse_joint(document).cycle_amplitudes() == (1e-4, 1e-3)
+
+
+def test_frequencies_run_from_end_to_end(document):
+    document["analysis"]["response"] = {"from": "0.17 kHz", "to": 180, "count": 5}
+    response = parse_joint(document).analysis.response
+    assert response is not None
+    assert response.frequencies() == (170.0, 172.5, 175.0, 177.5, 180.0)
+
+
+def test_without_analysis_everything_is_computed(document):
+    with_empty_tables = parse_joint(document)
+    del document["analysis"]
+    assert parse_joint(document) == with_empty_tables
+
+
+def test_cycles_alone_need_no_load(document):
+    del document["analysis"]["response"], document["load"]
+    joint = parse_joint(document)
+    assert joint.load is None
+    assert joint.load_moments() == ()
+
+
+def test_one_moment_or_many(document):
+    document["load"] = {"moment": "50 N*m/m"}
+    assert parse_joint(document).load_moments() == (50.0,)
+    document["load"] = {"moment": [50, "0.1 kN*m/m"]}
+    assert parse_joint(document).load_moments() == (50.0, 100.0)
+    document["load"] = {"moment_over_clamp_force_length": 2e-4}
+    assert parse_joint(document).load_moments() == pytest.approx((50.3,))
+
+
+# -- mistakes ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("section", "key", "value", "parts"),
+    [
+        ("beams", "length", "-1 m", ['beams.length = "-1 m"', "greater than 0"]),
+        ("beams", "thickness", 0, ["beams.thickness = 0", "greater than 0"]),
+        ("beams", "overlap_half_length", "0.2 m", ['= "0.2 m"', "0.12575 m"]),
+        ("beams", "thickness", "1 nm", ["beams.thickness", "20000", "beams.length"]),
+        ("beams", "length", float("nan"), ["beams.length", "finite"]),
+        ("beams", "length", "nan mm", ["beams.length", "finite"]),
+        ("clamp", "force", float("inf"), ["clamp.force", "finite"]),
+        ("clamp", "force", 0, ["clamp.force", "greater than 0"]),
+        ("clamp", "force", "1 MN", ['"1 MN"', "per metre of width", "1 MN/m"]),
+        ("clamp", "half_length", "40 mm", ['clamp.half_length = "40 mm"', "0.0375 m"]),
+        (
+            "material",
+            "youngs_modulus",
+            "70 GHz",
+            ['material.youngs_modulus = "70 GHz"', "modulus of elasticity", '"70 GPa"'],
+        ),
+        ("material", "youngs_modulus", "70 GPA", ["not a known unit", '"70 GPa"']),
+        ("material", "youngs_modulus", True, ["material.youngs_modulus = true", '"70 GPa"']),
+        ("material", "poissons_ratio", 0.5, ["material.poissons_ratio = 0.5", "less than 0.5"]),
+        ("material", "plane", "stres", ["material.plane", "'strain' or 'stress'"]),
+        ("contact", "friction", -0.1, ["contact.friction = -0.1", "greater than or equal to 0"]),
+        ("contact", "friction", 3, ["contact.friction = 3", "less than or equal to 2"]),
+        ("contact", "friction", "0.25 mm", ["contact.friction", "a plain number"]),
+        ("contact", "pairs", 3, ["contact.pairs = 3", "greater than or equal to 5"]),
+        ("contact", "pairs", 200.5, ["contact.pairs = 200.5", "integer"]),
+        ("contact", "pairs", "201", ["contact.pairs", "integer"]),
+        ("contact", "law", "elastic", ["contact.tangential_stiffness", "1e13 Pa/m"]),
+        ("contact", "tangential_stiffness", 1e13, ["contact.tangential_stiffness", "elastic"]),
+        ("contact", "normal_stiffness", 1e13, ["contact.normal_stiffness", "elastic"]),
+        ("damping", "beta", "0.73 Hz", ["damping.beta", '"0.73 us"']),
+        ("load", "moment", 50, ["[load]: ", "exactly one of", "moment and rho"]),
+        ("load", "rho", [], ["load.rho = []", "list of 1 to 1000"]),
+        ("load", "rho", [1, "two"], ['load.rho[1] = "two"', "a plain number"]),
+        ("load", "rho", -1, ["load.rho = -1", "greater than or equal to 0"]),
+        ("load", "greatest_damping_at", 0, ["load.greatest_damping_at = 0"]),
+    ],
+)
+def test_a_wrong_value_is_named(document, section, key, value, parts):
+    document[section][key] = value
+    message = refused(document)
+    assert "\n" not in message
+    for part in parts:
+        assert part in message
+
+
+@pytest.mark.parametrize(
+    ("section", "key", "parts"),
+    [
+        ("contact", "fricton", ["contact.fricton", "'friction'"]),
+        ("beams", "lenght", ["beams.lenght", "'length'"]),
+        ("clamp", "friction", ["clamp.friction", "belongs in [contact]"]),
+        ("damping", "xyzzy", ["damping.xyzzy", "alpha, beta"]),
+    ],
+)
+def test_an_unknown_key_names_the_nearest(document, section, key, parts):
+    document[section][key] = 1
+    message = refused(document)
+    for part in parts:
+        assert part in message
+
+
+def test_an_unknown_section_names_the_nearest(document):
+    document["bems"] = {}
+    assert "bems is not a known key; the nearest at the top of the file is 'beams'" in refused(
+        document
+    )
+
+
+def test_an_unknown_key_of_an_analysis_names_the_nearest(document):
+    document["analysis"]["response"]["form"] = 1
+    assert "analysis.response.form" in (message := refused(document))
+    assert "'from'" in message
+
+
+def test_no_clamp_force(document):
+    del document["clamp"]["force"]
+    assert "clamp.force is missing: expected a force per metre of width" in refused(document)
+
+
+def test_no_clamp_section(document):
+    del document["clamp"]
+    assert "[clamp] is missing: a section with force, half_length" in refused(document)
+
+
+def test_a_section_that_is_a_number(document):
+    document["clamp"] = 3
+    assert "clamp = 3: must be a section, [clamp]" in refused(document)
+
+
+@pytest.mark.parametrize(
+    ("load", "key"),
+    [
+        ({"moment": "40 kN*m/m"}, "load.moment"),
+        ({"moment_over_clamp_force_length": [0.01, 0.2]}, "load.moment_over_clamp_force_length"),
+        ({"rho": [0, 0.5, 5], "rho_scale": 1.0}, "load.rho"),
+    ],
+)
+def test_a_load_that_opens_the_joint_states_the_limit(document, load, key):
+    document["load"] = load
+    message = refused(document)
+    assert message.startswith(f"my.toml: {key} = ")
+    assert "opens the joint" in message
+    assert "0.1491" in message
+
+
+@pytest.mark.parametrize(
+    "cycle", [{"largest": 0.15}, {"moment_over_clamp_force_length": [0.01, 37.5 / 251.5]}]
+)
+def test_a_cycle_that_opens_the_joint_states_the_limit(document, cycle):
+    document["analysis"]["cycle"] = cycle
+    message = refused(document)
+    assert f"analysis.cycle.{next(iter(cycle))} = " in message
+    assert "0.1491" in message
+
+
+@pytest.mark.parametrize(
+    ("load", "key"),
+    [
+        ({}, "load: give exactly one of"),
+        ({"moment": 50, "rho_scale": 1.0}, "load.rho_scale = 1.0: only belongs to load.rho"),
+        ({"moment": 50, "greatest_damping_at": 2.4}, "load.greatest_damping_at = 2.4: only"),
+        ({"rho": 1, "greatest_damping_at": 2.4, "rho_scale": 0.01}, "load.rho_scale = 0.01"),
+        ({"moment": 0}, "load.moment = 0: must be greater than 0"),
+    ],
+)
+def test_contradictory_loads(document, load, key):
+    document["load"] = load
+    message = refused(document)
+    assert key in message.replace("[load]", "load")
+
+
+def test_rho_needs_friction(document):
+    document["contact"]["friction"] = 0
+    assert "load.rho" in refused(document)
+    document["load"]["rho"] = 0
+    assert parse_joint(document).contact.friction == 0
+
+
+@pytest.mark.parametrize(
+    ("table", "change", "part"),
+    [
+        (
+            "cycle",
+            {"smallest": 0.1, "largest": 0.05},
+            "analysis.cycle.largest: must be above smallest, 0.1",
+        ),
+        ("cycle", {"smallest": 0.14}, "analysis.cycle.smallest: must be below the largest"),
+        ("cycle", {"drives": []}, "analysis.cycle.drives = []: must be"),
+        ("cycle", {"drives": ["mode", "mode"]}, "twice"),
+        ("cycle", {"drives": ["modes"]}, "'moment' or 'mode'"),
+        ("cycle", {"steps": 10}, "analysis.cycle.steps = 10"),
+        ("cycle", {"moment_over_clamp_force_length": 0.01, "count": 3}, "remove count"),
+        ("response", {"to": 100}, "analysis.response.to = 100: must be above"),
+        ("response", {"from": "-1 Hz"}, 'analysis.response.from = "-1 Hz"'),
+        ("response", {"from": "60 rpm"}, "angular frequency"),
+        ("response", {"variants": ["other"]}, "'printed' or 'consistent'"),
+    ],
+)
+def test_contradictory_analyses(document, table, change, part):
+    document["analysis"][table] = change
+    assert part in refused(document)
+
+
+def test_a_response_needs_loads_and_cycles(document):
+    without_load = {**document}
+    del without_load["load"]
+    assert "my.toml: load" in refused(without_load)
+    del document["analysis"]["cycle"]
+    assert "[analysis.cycle]" in refused(document)
+
+
+def test_many_mistakes_are_a_few_lines():
+    message = refused({"beams": {"length": -1, "xyzzy": 1}, "clamp": {"force": "1 m"}})
+    assert 3 < len(message.splitlines()) <= 7
+
+
+# -- files -------------------------------------------------------------------------------------
+
+
+def test_missing_file(tmp_path):
+    with pytest.raises(InputError, match=r"none\.toml: no such file.*microslip new lap"):
+        load_joint(tmp_path / "none.toml")
+
+
+def test_folder_instead_of_file(tmp_path):
+    with pytest.raises(InputError, match="is a folder"):
+        load_joint(tmp_path)
+
+
+def test_syntax_error_names_the_line(tmp_path):
+    file = tmp_path / "bad.toml"
+    file.write_text("[beams]\nlength = = 3\n")
+    with pytest.raises(InputError, match=r"bad\.toml: not valid TOML: .*line 2"):
+        load_joint(file)
+
+
+def test_binary_file(tmp_path):
+    file = tmp_path / "bad.toml"
+    file.write_bytes(b"title = '\xff\xfe'")
+    with pytest.raises(InputError, match="not UTF-8"):
+        load_joint(file)
+
+
+def test_empty_file(tmp_path):
+    file = tmp_path / "empty.toml"
+    file.write_text("")
+    with pytest.raises(InputError, match=r"\[beams\] is missing"):
+        load_joint(file)
+
+
+@given(
+    st.recursive(
+        st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
+        lambda inner: (
+            st.lists(inner, max_size=3)
+            | st.dictionaries(
+                st.sampled_from([*LapJoint.model_fields, "cycle", "length", "force", "x"]), inner
+            )
+        ),
+        max_leaves=8,
+    ).filter(lambda value: isinstance(value, dict))
+)
+def test_any_document_is_refused_with_one_message(document):
+    with pytest.raises(InputError) as caught:
+        parse_joint(document)
+    assert len(str(caught.value).splitlines()) <= 7

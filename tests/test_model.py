@@ -1,0 +1,148 @@
+"""Reduction: what it must keep exactly, and the error of what it does not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import scipy.sparse.linalg as spla
+from conftest import RAYLEIGH, joint_structure
+from microslip.errors import ModelError
+from microslip.flexibility import static_flexibility
+from microslip.model import Reducer
+from microslip.modes import bonding, linear_modes
+
+PAIRS = np.arange(8, 43)
+NORMAL = 2 * PAIRS
+BOTH = np.sort(np.r_[2 * PAIRS, 2 * PAIRS + 1])
+
+
+@pytest.fixture(scope="module")
+def structure():
+    return joint_structure(51)
+
+
+@pytest.fixture(scope="module")
+def models(structure):
+    found = {}
+    for count in (20, 40, 80):
+        found[count] = Reducer(structure, count, RAYLEIGH).model(structure.loads)
+    return found
+
+
+@pytest.mark.parametrize("bonded", [NORMAL, BOTH], ids=["sliding", "stuck"])
+def test_bonded_frequencies_tend_to_the_full_ones(structure, models, bonded):
+    """From above (Ritz), and the nearer the more modes are kept."""
+    full = linear_modes(structure, bonded, 6).frequency
+    errors = np.array(
+        [models[k].bonded_frequencies(bonded, 6) / full - 1 for k in (20, 40, 80)]
+    )
+    elastic = full > 100.0
+    print("relative errors at 20, 40, 80 modes", errors[:, elastic].max(axis=1))
+    assert np.all(np.diff(np.abs(errors[:, elastic]).max(axis=1)) < 0)
+    assert np.abs(errors[-1, elastic]).max() < 1e-4
+
+
+@pytest.mark.parametrize("kept", [4, 10, 40])
+def test_truncation_keeps_the_static_flexibility(models, kept):
+    whole, part = static_flexibility(models[80]), static_flexibility(models[80].truncated(kept))
+    for name in ("W", "R", "loads_v", "loads_q", "loads_loads"):
+        a, b = getattr(whole, name), getattr(part, name)
+        assert np.abs(a - b).max() <= 1e-12 * np.abs(a).max()
+    assert len(models[80].truncated(kept).omega) == kept
+
+
+@pytest.mark.parametrize("count", [20, 40])
+def test_static_flexibility_does_not_depend_on_the_modes_kept(models, count):
+    """Kept or residual, a mode has the same static response. Up to the choice of soft modes."""
+    one, other = static_flexibility(models[count]), static_flexibility(models[80])
+    assert one.R.shape == other.R.shape
+    assert np.abs(one.W - other.W).max() <= 1e-7 * np.abs(other.W).max()
+
+
+def test_residual_is_positive_semidefinite(models):
+    for model in models.values():
+        values = np.linalg.eigvalsh(model.residual)
+        assert values[0] > -1e-9 * values[-1]
+
+
+def test_flexibility_is_symmetric(models):
+    W = static_flexibility(models[80]).W
+    assert np.array_equal(W, W.T)
+
+
+def bonded_solution(model, bonded, load):
+    """Static response of the model with components of v held at zero: (outputs, r)."""
+    f = static_flexibility(model)
+    e, c = f.R.shape[1], len(bonded)
+    system = np.zeros((e + c, e + c))
+    system[:e, :e] = np.diag(f.stiffness)
+    system[:e, e:] = f.R[bonded].T
+    system[e:, :e] = f.R[bonded]
+    system[e:, e:] = -f.W[np.ix_(bonded, bonded)]
+    scale = np.r_[np.full(e, np.abs(f.R).max() / np.abs(f.W).mean()), np.ones(c)]
+    scale[:e] = 1 / scale[:e]
+    right = np.r_[f.loads_q @ load, -f.loads_v[bonded] @ load]
+    z = np.linalg.solve(system, right)
+    r = np.zeros(f.W.shape[0])
+    r[bonded] = z[e:]
+    return f.loads_loads @ load + z[:e] @ f.loads_q - r @ f.loads_v, r
+
+
+@pytest.mark.parametrize("bonded", [NORMAL, BOTH], ids=["sliding", "stuck"])
+@pytest.mark.parametrize("port", ["clamp", "moment"])
+def test_static_response_is_that_of_the_full_mesh(structure, models, bonded, port):
+    basis = bonding(structure.interface.relative, bonded)
+    K = (basis.T @ structure.stiffness @ basis).tocsc()
+    full = basis @ spla.spsolve(K, basis.T @ structure.loads[port])
+    expected = np.array([load @ full for load in structure.loads.values()])
+    force = structure.loads[port] - structure.stiffness @ full
+    B = structure.interface.relative
+    reaction = 0.5 * (B @ force)  # B B^T = 2: matching nodes, one pair each
+    load = np.zeros(4)
+    load[models[80].port(port)] = 1.0
+    found, r = bonded_solution(models[80], bonded, load)
+    # condition of the nearly free beams on their springs: 1e-7 of what they would move by alone
+    assert found == pytest.approx(expected, rel=1e-6, abs=1e-7 * np.abs(expected).max())
+    assert np.abs(r - reaction).max() < 1e-6 * np.abs(reaction).max()
+
+
+def test_ports_added_later_are_the_same(structure, models):
+    """with_ports gives what model gives with all ports at once."""
+    reducer = Reducer(structure, 40, RAYLEIGH)
+    extra = {"push": structure.mass @ np.ones(structure.dofs), "tip": np.eye(structure.dofs)[7]}
+    both = reducer.model({**structure.loads, **extra})
+    added = reducer.with_ports(reducer.model(structure.loads), extra)
+    assert added.ports == both.ports
+    for name in ("port_modes", "port_v", "port_port"):
+        a, b = getattr(added, name), getattr(both, name)
+        size = np.sqrt(np.abs(np.outer(np.diag(b), np.diag(b)))) if name == "port_port" else 1.0
+        top = np.abs(b).max(axis=0) if name != "port_port" else size
+        assert np.all(np.abs(a - b) <= 1e-7 * top + 1e-30)
+
+
+def test_ports_are_reciprocal(models):
+    """Static response at port a to port b is that at b to a."""
+    f = static_flexibility(models[80])
+    assert np.abs(f.loads_loads - f.loads_loads.T).max() <= 1e-12 * np.abs(f.loads_loads).max()
+
+
+def test_rayleigh_damping_of_each_mode(models):
+    model = models[20]
+    zeta = model.modal_damping() / (2 * model.omega)
+    assert zeta == pytest.approx(RAYLEIGH[1] * model.omega / 2)
+
+
+def test_paper_damping_ratio():
+    """beta = 7.3e-7 s is zeta = 3.9e-4 at 170 Hz."""
+    assert RAYLEIGH[1] * 2 * np.pi * 170 / 2 == pytest.approx(3.9e-4, rel=1e-2)
+
+
+def test_errors_name_what_there_is(structure, models):
+    with pytest.raises(ModelError, match="clamp, moment"):
+        models[20].port("torque")
+    with pytest.raises(ModelError, match="cannot keep"):
+        models[20].truncated(21)
+    with pytest.raises(ModelError, match="cannot keep"):
+        models[20].truncated(3)
+    with pytest.raises(ModelError, match="cannot keep"):
+        Reducer(structure, structure.dofs, RAYLEIGH)
