@@ -1,91 +1,338 @@
-"""Time integration of the joint model with exact contact, and its steady state by marching.
+"""Time integration of the joint model with exact contact.
 
-See `contact/timestep.py` for the scheme. Its period error is ``(omega dt)²/12`` relative (longer) to
-leading order for alpha = 0; compare methods at the frequency corrected for it.
+The scheme is that of `contact/timestep.py`: second order, unconditionally stable for the linear
+joint, dissipative at high frequency only (numerical damping ratio of a mode
+``alpha (omega dt)²/2 ...`` to leading order; alpha = 0.05 by default). Implicit steps lengthen the
+period by ``(omega dt)²/12 (1 + ...)``: see `period_error`, and compare methods at a frequency
+corrected for it.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from microslip.contact.planar import SEPARATED, STICK, _refactor
-from microslip.contact.solver import TOLERANCE
-from microslip.contact.timestep import step_cycles
-from microslip.errors import ContactError
-from microslip.harmonics import harmonic
+from microslip.contact.solver import CERTIFICATE, TOLERANCE
+from microslip.contact.timestep import step_through
+from microslip.errors import ContactError, JointOpensError, MicroslipError
 from microslip.model import JointModel
 from microslip.statics import Prestress
 
 Array = NDArray[np.float64]
 
+ALPHA = 0.05
 
-class TimeIntegrator:
-    def __init__(self, model, prestress, friction, dt, port="moment", alpha=0.05, compliance=None):
-        self.model, self.dt, self.alpha = model, dt, alpha
-        m, N = model.pairs, 2 * model.pairs
-        self.mu = np.full(m, float(friction))
-        self.tau = model.rayleigh[1]
-        gamma, beta, a1 = 0.5 + alpha, 0.25 * (1 + alpha) ** 2, 1 - alpha
-        self.damping = model.modal_damping()
-        den = 1 + a1 * (gamma * dt * self.damping + beta * dt**2 * model.omega**2)
-        S = a1 * beta * dt**2 / den
-        W = model.residual / (1 + self.tau / dt) + (model.mode_v * S) @ model.mode_v.T
-        if compliance is not None:
-            W = W + np.diag(compliance)
-        self.W = np.ascontiguousarray(0.5 * (W + W.T))
-        self.psi_t = np.ascontiguousarray(model.mode_v.T)
-        p, c = model.port(port), model.port("clamp")
-        self.drive = p
-        P = prestress.clamp
-        self.constant_modes = model.port_modes[:, c] * P
-        self.constant_v = model.port_v[:, c] * P
-        self.drive_modes = np.ascontiguousarray(model.port_modes[:, p])
-        self.drive_v = np.ascontiguousarray(model.port_v[:, p])
-        self.out_load = np.vstack([model.port_port[c] * P, model.port_port[p]])
-        # state
-        sol = prestress.solution
-        self.r, self.v = sol.r.copy(), sol.v.copy()
-        x = model.mode_v.T @ self.r
-        e = model.equilibrium_modes
-        self.eta = np.zeros(len(model.omega))
-        self.eta[:e] = sol.q
-        self.eta[e:] = (self.constant_modes - x)[e:] / model.omega[e:] ** 2
-        self.eta1 = np.zeros_like(self.eta)
-        self.eta2 = np.zeros_like(self.eta)
-        self.modal_force = self.constant_modes - x
-        self.s = self.v - model.mode_v @ self.eta
-        self.vt_old = self.v[1::2].copy()
-        self.status = np.where(prestress.touching, STICK, SEPARATED).astype(np.int8)
-        self.force = np.full(m, np.abs(sol.r).max())
-        self.G = np.zeros((N, N))
-        self.slots = np.zeros(m, np.int64)
-        self.slot_of = np.zeros(m, np.int64)
-        self.R = np.zeros((N, 0))
-        self.e0 = np.zeros(0)
-        self.touching = _refactor(self.G, self.W, self.R, self.e0, self.e0, self.mu, self.status, self.slots, self.slot_of)
-        self.rest = self.out_load[0] + model.port_modes.T @ self.eta - model.port_v.T @ self.r
 
-    def march(self, load, keep=False):
-        m, N = self.model.pairs, 2 * self.model.pairs
-        n = len(load)
-        outputs = np.zeros((n, len(self.model.ports)))
-        friction, normal, damped = np.zeros(m), np.zeros(1), np.zeros(1)
-        kk = n if keep else 1
-        r_out, v_out = np.zeros((kk, N)), np.zeros((kk, N))
-        st = np.zeros((kk, m), np.int8)
-        its, res = np.zeros(n, np.int64), np.zeros(n)
-        outputs[0] = self.rest
-        self.touching, failed = step_cycles(
-            self.W, self.R, self.e0, self.e0, self.mu, self.force, TOLERANCE, self.model.mode_v,
-            self.psi_t, self.model.residual, self.model.omega, self.damping, self.tau, self.alpha,
-            self.dt, self.drive_modes, self.drive_v, self.constant_modes, self.constant_v, load,
-            self.model.port_modes, self.model.port_v, self.out_load,
-            self.eta, self.eta1, self.eta2, self.modal_force, self.s, self.vt_old, self.status,
-            self.G, self.slots, self.slot_of, self.touching, self.r, self.e0, self.v,
-            outputs, friction, normal, damped, r_out, v_out, st, keep, its, res)
-        if failed >= 0:
-            raise ContactError(f"step {failed}")
-        return outputs - self.rest, friction, normal[0], damped[0], its, res
+@dataclass(frozen=True)
+class TimeScheme:
+    """A joint model made ready for one step size and one driven port.
+
+    Attributes
+    ----------
+    model : JointModel
+    prestress : Prestress
+    friction : (m,) array
+    dt, alpha : float
+        Step (s) and numerical dissipation.
+    port : str
+        Driven port.
+    W : (d m, d m) array
+        Flexibility over one step.
+    """
+
+    model: JointModel
+    prestress: Prestress
+    friction: Array
+    dt: float
+    alpha: float
+    port: str
+    W: Array
+    kernel: Mapping[str, Array] = field(repr=False)
+
+
+@dataclass(frozen=True)
+class State:
+    """Everything the next step depends on; frozen, marching returns a new one.
+
+    Attributes
+    ----------
+    eta, rate, acceleration, modal_force : (k,) arrays
+    residual_v : (d m,) array
+        Residual part of the relative displacement.
+    r, v : (d m,) arrays
+    status : (m,) int8 array
+    """
+
+    eta: Array
+    rate: Array
+    acceleration: Array
+    modal_force: Array
+    residual_v: Array
+    r: Array
+    v: Array
+    status: NDArray[np.int8]
+
+
+@dataclass(frozen=True)
+class March:
+    """Result of marching: samples at every step, the first is the state at entry.
+
+    Attributes
+    ----------
+    time : (n,) array
+        s.
+    load : (n,) array
+    output : (n, p) array
+        Outputs of all ports, change from prestress.
+    state : State
+        At the end.
+    friction_work : (m,) array
+        J per metre of width.
+    external, modal_damping, residual_damping, normal_work : float
+        Work of the load, of material damping in the modes and in the residual part, and of the
+        normal reactions (an error of discretisation), J per metre of width.
+    iterations, residual : (n,) arrays
+    r, v, status : arrays or empty
+        Histories, where asked for.
+    """
+
+    time: Array
+    load: Array
+    output: Array
+    state: State
+    friction_work: Array
+    external: float
+    modal_damping: float
+    residual_damping: float
+    normal_work: float
+    iterations: NDArray[np.int64]
+    residual: Array
+    r: Array
+    v: Array
+    status: NDArray[np.int8]
+
+    @property
+    def dissipated(self) -> float:
+        """Friction work, J per metre of width."""
+        return float(self.friction_work.sum())
+
+
+def period_error(omega_dt: float, alpha: float = ALPHA) -> float:
+    """Relative lengthening of the period of an undamped linear oscillator by the scheme.
+
+    From the eigenvalues of its amplification matrix; ``(omega dt)²/12`` for alpha = 0 and small
+    steps.
+
+    Examples
+    --------
+    >>> round(period_error(2 * np.pi / 150, 0.0) / ((2 * np.pi / 150) ** 2 / 12), 3)
+    1.0
+    """
+    values = np.linalg.eigvals(amplification(omega_dt, alpha))
+    principal = values[np.argmax(np.abs(values) * (np.abs(values.imag) > 1e-12))]
+    return float(omega_dt / abs(np.angle(principal)) - 1)
+
+
+def amplification(omega_dt: float, alpha: float) -> Array:
+    """Amplification matrix of the scheme on ``(x, dt x', dt² x'')`` of an undamped oscillator."""
+    gamma, beta, a1 = 0.5 + alpha, 0.25 * (1 + alpha) ** 2, 1 - alpha
+    w2 = omega_dt**2
+    position = np.array([1.0, 1.0, 0.5 - beta])
+    rate = np.array([0.0, 1.0, 1 - gamma])
+    acceleration = -(a1 * w2 * position + alpha * w2 * np.array([1.0, 0, 0])) / (1 + a1 * beta * w2)
+    return np.array([position + beta * acceleration, rate + gamma * acceleration, acceleration])
+
+
+def time_scheme(
+    model: JointModel,
+    prestress: Prestress,
+    friction: float | Array,
+    dt: float,
+    *,
+    port: str = "moment",
+    alpha: float = ALPHA,
+    compliance: Array | None = None,
+) -> TimeScheme:
+    """Prepare time integration.
+
+    Parameters
+    ----------
+    model : JointModel
+        With a port ``clamp``.
+    prestress : Prestress
+        Where motion starts from; its clamp force is held.
+    friction : float or (m,) array
+    dt : float
+        Step, s.
+    port : str
+        Driven port.
+    alpha : float
+        Numerical dissipation, 0 to 1/3.
+    compliance : (d m,) array, optional
+        Contact compliance, m/N (elastic contact).
+    """
+    if not dt > 0:
+        raise MicroslipError(f"time step {dt:g} s must be positive")
+    gamma, beta, a1 = 0.5 + alpha, 0.25 * (1 + alpha) ** 2, 1 - alpha
+    damping = model.modal_damping()
+    tau = model.rayleigh[1]
+    denominator = 1 + a1 * (gamma * dt * damping + beta * dt**2 * model.omega**2)
+    per_force = a1 * beta * dt**2 / denominator
+    residual = model.residual + (np.diag(compliance) if compliance is not None else 0.0)
+    W = residual / (1 + tau / dt) + (model.mode_v * per_force) @ model.mode_v.T
+    driven, clamp = model.port(port), model.port("clamp")
+    P = prestress.clamp
+    kernel = {
+        "psi_t": np.ascontiguousarray(model.mode_v.T),
+        "damping": damping,
+        "drive_modes": np.ascontiguousarray(model.port_modes[:, driven]),
+        "drive_v": np.ascontiguousarray(model.port_v[:, driven]),
+        "constant_modes": model.port_modes[:, clamp] * P,
+        "constant_v": model.port_v[:, clamp] * P,
+        "out_modes": np.ascontiguousarray(model.port_modes),
+        "out_v": np.ascontiguousarray(model.port_v.T),
+        "out_load": np.vstack([model.port_port[clamp] * P, model.port_port[driven]]),
+    }
+    return TimeScheme(
+        model=model,
+        prestress=prestress,
+        friction=np.broadcast_to(np.asarray(friction, float), (model.pairs,)).copy(),
+        dt=float(dt),
+        alpha=float(alpha),
+        port=port,
+        W=np.ascontiguousarray(0.5 * (W + W.T)),
+        kernel=kernel,
+    )
+
+
+def prestressed_state(scheme: TimeScheme, amplitude: float = 0.0, omega: float = 1.0) -> State:
+    """At rest under the clamp, or passing through it with the velocity of a harmonic motion.
+
+    Parameters
+    ----------
+    scheme : TimeScheme
+    amplitude : float
+        Amplitude of the sliding coordinate (port ``sliding``).
+    omega : float
+        Its circular frequency, rad/s.
+    """
+    model, solution = scheme.model, scheme.prestress.solution
+    contact = model.mode_v.T @ solution.r
+    force = scheme.kernel["constant_modes"] - contact
+    e = model.equilibrium_modes
+    eta = np.concatenate([solution.q, force[e:] / model.omega[e:] ** 2])
+    rate = np.zeros_like(eta)
+    if amplitude:
+        rate = model.port_modes[:, model.port("sliding")] * (amplitude * omega)
+    return State(
+        eta=eta,
+        rate=rate,
+        acceleration=np.zeros_like(eta),
+        modal_force=force,
+        residual_v=solution.v - model.mode_v @ eta,
+        r=solution.r.copy(),
+        v=solution.v.copy(),
+        status=np.where(scheme.prestress.touching, STICK, SEPARATED).astype(np.int8),
+    )
+
+
+def march(scheme: TimeScheme, state: State, load: Array, *, keep: bool = False) -> March:
+    """Integrate over ``len(load) - 1`` steps from `state`.
+
+    Parameters
+    ----------
+    scheme : TimeScheme
+    state : State
+    load : (n,) array
+        Amplitude of the driven port at every step, ``load[0]`` at the state itself.
+    keep : bool
+        Keep reactions, relative displacements and contact states of every step.
+
+    Raises
+    ------
+    ContactError
+        Where a step does not solve: names the time and the load.
+    """
+    load = np.ascontiguousarray(load, dtype=float)
+    if not np.isfinite(load).all():
+        raise MicroslipError(f"the load is not finite at step {int(np.argmin(np.isfinite(load)))}")
+    m, N = scheme.model.pairs, len(state.v)
+    n = len(load)
+    rows = n if keep else 0
+    k = scheme.kernel
+    eta, rate, acceleration = state.eta.copy(), state.rate.copy(), state.acceleration.copy()
+    modal_force, s = state.modal_force.copy(), state.residual_v.copy()
+    r, v, status = state.r.copy(), state.v.copy(), state.status.copy()
+    vt_old = v[1::2].copy()
+    G, slots, slot_of = np.zeros((N, N)), np.zeros(m, np.int64), np.zeros(m, np.int64)
+    nothing = np.zeros(0)
+    force = np.full(m, np.abs(scheme.prestress.solution.r).max())
+    touching = _refactor(
+        G, scheme.W, np.zeros((N, 0)), nothing, nothing, scheme.friction, status, slots, slot_of
+    )
+    outputs = np.zeros((n, len(scheme.model.ports)))
+    rest = _output(scheme, prestressed_state(scheme), 0.0)
+    outputs[0] = _output(scheme, state, load[0])
+    works, friction = np.zeros(5), np.zeros(m)
+    r_out, v_out = np.zeros((rows, N)), np.zeros((rows, N))
+    status_out = np.zeros((rows, m), np.int8)
+    if keep:
+        r_out[0], v_out[0], status_out[0] = r, v, status
+    iterations, residual = np.zeros(n, np.int64), np.zeros(n)
+    _, failed = step_through(
+        scheme.W, scheme.friction, force, TOLERANCE, k["psi_t"], scheme.model.omega, k["damping"],
+        scheme.model.rayleigh[1], scheme.alpha, scheme.dt, k["drive_modes"], k["drive_v"],
+        k["constant_modes"], k["constant_v"], load, scheme.model.port(scheme.port),
+        k["out_modes"], k["out_v"], k["out_load"],
+        eta, rate, acceleration, modal_force, s, vt_old, status, G, slots, slot_of, touching, r, v,
+        outputs, works, friction, r_out, v_out, status_out, iterations, residual,
+    )
+    if failed >= 0 or not residual.max() <= CERTIFICATE:
+        step = failed if failed >= 0 else int(np.argmax(residual))
+        worst = int(np.argmax(np.abs(r[::2])))
+        raise ContactError(
+            f"contact not solved at t = {step * scheme.dt:.6g} s (step {step}, load "
+            f"{load[step]:.4g}, pair {worst} at x = {scheme.model.position[worst]:.4g} m carries "
+            "most): try more steps per cycle"
+        )
+    if not np.isfinite(eta).all():
+        raise MicroslipError("time integration gave a number that is not finite")
+    return March(
+        time=scheme.dt * np.arange(n),
+        load=load,
+        output=outputs - rest,
+        state=State(eta, rate, acceleration, modal_force, s, r, v, status),
+        friction_work=friction,
+        external=float(works[0]),
+        modal_damping=float(works[3]),
+        residual_damping=float(works[4]),
+        normal_work=float(works[2]),
+        iterations=iterations,
+        residual=residual,
+        r=r_out,
+        v=v_out,
+        status=status_out,
+    )
+
+
+def _output(scheme: TimeScheme, state: State, load: float) -> Array:
+    k = scheme.kernel
+    constant = k["out_load"][0] + k["out_load"][1] * load
+    return constant + k["out_modes"].T @ state.eta - k["out_v"] @ state.r
+
+
+def check_closed(march_result: March) -> None:
+    """Raise `JointOpensError` where no pair touched at some kept step (time and load named)."""
+    if len(march_result.status) == 0:
+        return
+    open_all = (march_result.status == SEPARATED).all(axis=1)
+    if open_all.any():
+        i = int(np.argmax(open_all))
+        raise JointOpensError(
+            f"the joint opens at t = {march_result.time[i]:.6g} s under load "
+            f"{march_result.load[i]:.4g}: no pair touches"
+        )

@@ -1,8 +1,13 @@
 """Compiled time stepping of a joint model with exact contact.
 
-Hilber–Hughes–Taylor on the modes (``alpha`` in [0, 1/3], gamma = 1/2 + alpha,
-beta = (1 + alpha)²/4), the residual flexibility quasi-static with its share of the stiffness
-damping. One contact problem per step:
+Hilber–Hughes–Taylor on the modes (``alpha`` in [0, 1/3], gamma = 1/2 + alpha, beta = (1 + alpha)²/4,
+Hughes, The Finite Element Method, 9.3), with ``f`` all external and contact forces on a mode,
+
+    eta''_1 + (1 - alpha)(c eta'_1 + omega² eta_1) + alpha (c eta'_0 + omega² eta_0)
+        = (1 - alpha) f_1 + alpha f_0
+
+and the residual flexibility quasi-static behind its share of the stiffness damping,
+``s + tau s' = V_res a - W_res r`` (backward Euler). One contact problem per step:
 
     v = v_free - W_step r,   W_step = W_res / (1 + tau/dt) + Psi S Psi^T
 
@@ -11,25 +16,27 @@ with ``S`` the displacement of a mode at the end of a step per unit force there.
 
 from __future__ import annotations
 
-import numba as nb
 import numpy as np
 
-from microslip.contact.planar import _jit, _refactor, solve
+from microslip.contact.planar import _jit, solve
 
-assert nb
+EXTERNAL, FRICTION, NORMAL, MODAL, RESIDUAL = 0, 1, 2, 3, 4
+"""Places in the array of works: of the load, friction, normal reactions, damping of the modes,
+damping of the residual part."""
 
 
 @_jit
-def step_cycles(
-    W, R, stiffness, scale, mu, force, tolerance, psi, psi_t, W_res, omega, damping, tau, alpha,
-    dt, drive_modes, drive_v, constant_modes, constant_v, load, out_modes, out_v, out_load,
-    eta, eta1, eta2, modal_force, s, vt_old, status, G, slots, slot_of, touching, r, q, v,
-    outputs, friction, normal, damped, r_out, v_out, status_out, keep, iterations, residuals,
+def step_through(
+    W, mu, force, tolerance, psi_t, omega, damping, tau, alpha, dt,
+    drive_modes, drive_v, constant_modes, constant_v, load, drive,
+    out_modes, out_v, out_load,
+    eta, eta1, eta2, modal_force, s, vt_old, status, G, slots, slot_of, touching, r, v,
+    outputs, works, friction, r_out, v_out, status_out, iterations, residuals,
 ):
-    """March over ``load.shape[0] - 1`` steps; the state arrays are updated in place.
+    """March over the steps of `load` (row 0 is the state at entry); the state is updated in place.
 
-    ``load`` is the amplitude of the driving port at every step; outputs are written per step,
-    work and damping summed. Returns (touching, failed step or -1).
+    ``r_out``, ``v_out``, ``status_out`` are filled where they have as many rows as `load`.
+    Returns (touching, failed step or -1).
     """
     k = eta.shape[0]
     N = v.shape[0]
@@ -38,86 +45,80 @@ def step_cycles(
     beta = 0.25 * (1.0 + alpha) ** 2
     a1 = 1.0 - alpha
     decay = tau / dt
+    keep = r_out.shape[0] == load.shape[0]
+    R = np.empty((N, 0))
+    nothing = np.empty(0)
     v_free = np.empty(N)
-    f_q = np.empty(0)
-    pe = np.empty(k)
     pv = np.empty(k)
     denominator = np.empty(k)
-    compliance = np.empty(k)
     start = np.empty(k)
-    eta_new = np.empty(k)
-    new_force = np.empty(k)
+    predicted = np.empty(k)
+    external = np.empty(k)
     r_old = r.copy()
     v_old = v.copy()
-    res = np.empty(N)
     for j in range(k):
         denominator[j] = 1.0 + a1 * (gamma * dt * damping[j] + beta * dt * dt * omega[j] ** 2)
-        compliance[j] = a1 * beta * dt * dt / denominator[j]
     for step in range(1, load.shape[0]):
         for j in range(k):
-            pe[j] = eta[j] + dt * eta1[j] + dt * dt * (0.5 - beta) * eta2[j]
+            pe = eta[j] + dt * eta1[j] + dt * dt * (0.5 - beta) * eta2[j]
             pv[j] = eta1[j] + dt * (1.0 - gamma) * eta2[j]
-            external = constant_modes[j] + drive_modes[j] * load[step]
-            rhs = (
-                a1 * external
+            external[j] = constant_modes[j] + drive_modes[j] * load[step]
+            start[j] = (
+                a1 * (external[j] - damping[j] * pv[j] - omega[j] ** 2 * pe)
                 + alpha * (modal_force[j] - damping[j] * eta1[j] - omega[j] ** 2 * eta[j])
-                - a1 * (damping[j] * pv[j] + omega[j] ** 2 * pe[j])
-            )
-            start[j] = rhs / denominator[j]
-            eta_new[j] = pe[j] + beta * dt * dt * start[j]
-            new_force[j] = external
+            ) / denominator[j]
+            predicted[j] = pe + beta * dt * dt * start[j]
         for i in range(N):
             v_free[i] = (constant_v[i] + drive_v[i] * load[step] + decay * s[i]) / (1.0 + decay)
         for j in range(k):
-            x = eta_new[j]
+            x = predicted[j]
             p = psi_t[j]
             for i in range(N):
                 v_free[i] += x * p[i]
         touching, its, residual, rule = solve(
-            W, R, stiffness, scale, mu, force, tolerance, v_free, f_q, vt_old, status, G, slots,
-            slot_of, touching, r, q, v,
+            W, R, nothing, nothing, mu, force, tolerance, v_free, nothing, vt_old, status, G,
+            slots, slot_of, touching, r, nothing, v,
         )
         iterations[step] = its
         residuals[step] = residual
         if rule == 3:
             return touching, step
+        for i in range(N):
+            works[RESIDUAL] += 0.5 * (r[i] + r_old[i]) * s[i]
+            s[i] = v[i]
         for j in range(k):
             x = 0.0
             p = psi_t[j]
             for i in range(N):
                 x += p[i] * r[i]
             acceleration = start[j] - a1 * x / denominator[j]
-            velocity = pv[j] + gamma * dt * acceleration
-            position = eta_new[j] - compliance[j] * x
-            mean_velocity = (position - eta[j]) / dt
-            damped[0] += damping[j] * mean_velocity**2 * dt
+            position = predicted[j] - beta * dt * dt * a1 * x / denominator[j]
+            rate = (position - eta[j]) / dt
+            works[MODAL] += damping[j] * rate**2 * dt
             eta[j] = position
-            eta1[j] = velocity
+            eta1[j] = pv[j] + gamma * dt * acceleration
             eta2[j] = acceleration
-            modal_force[j] = new_force[j] - x
-        for i in range(N):
-            res[i] = v[i]
-        for j in range(k):
-            x = eta[j]
-            p = psi_t[j]
+            modal_force[j] = external[j] - x
             for i in range(N):
-                res[i] -= x * p[i]
+                s[i] -= position * p[i]
         for i in range(N):
-            # residual part: its own damping force is tau * (stiffness) * rate
-            s[i] = res[i]
+            works[RESIDUAL] -= 0.5 * (r[i] + r_old[i]) * s[i]
         for i in range(m):
-            mean_t = 0.5 * (r[2 * i + 1] + r_old[2 * i + 1])
-            friction[i] += mean_t * (v[2 * i + 1] - v_old[2 * i + 1])
-            mean_n = 0.5 * (r[2 * i] + r_old[2 * i])
-            normal[0] += mean_n * (v[2 * i] - v_old[2 * i])
+            work = 0.5 * (r[2 * i + 1] + r_old[2 * i + 1]) * (v[2 * i + 1] - v_old[2 * i + 1])
+            friction[i] += work
+            works[FRICTION] += work
+            works[NORMAL] += 0.5 * (r[2 * i] + r_old[2 * i]) * (v[2 * i] - v_old[2 * i])
             vt_old[i] = v[2 * i + 1]
         for o in range(outputs.shape[1]):
             y = out_load[0, o] + out_load[1, o] * load[step]
             for j in range(k):
                 y += out_modes[j, o] * eta[j]
             for i in range(N):
-                y -= out_v[i, o] * r[i]
+                y -= out_v[o, i] * r[i]
             outputs[step, o] = y
+        works[EXTERNAL] += (
+            0.5 * (load[step] + load[step - 1]) * (outputs[step, drive] - outputs[step - 1, drive])
+        )
         if keep:
             r_out[step] = r
             v_out[step] = v

@@ -1,0 +1,201 @@
+"""Steady state under harmonic load: marching, or Anderson acceleration of the period map.
+
+The period map takes the state at one passage of the load's phase to the next. Its fixed point is
+the steady state. Marching converges at the rate of the slowest transient (hundreds of cycles for a
+lightly damped joint); the accelerated search combines the last few states so that their combined
+change is least (Anderson; Walker & Ni, SIAM J. Numer. Anal. 49 (2011) 1715), in the energy norm of
+the modes, which removes the few slow transients in about as many cycles as there are of them.
+"""
+
+from __future__ import annotations
+
+import time as clock
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip.errors import ContactError
+from microslip.harmonics import harmonic
+from microslip.transient import March, State, TimeScheme, march, prestressed_state
+
+Array = NDArray[np.float64]
+
+DEPTH = 10
+
+
+@dataclass(frozen=True)
+class SteadyState:
+    """Steady (or last) cycle under ``A sin(omega t)``.
+
+    Attributes
+    ----------
+    frequency, load : float
+        Hz, and amplitude of the driven port.
+    cycle : March
+        The last cycle, histories kept; its output starts at phase `phase`.
+    phase : float
+        Phase of the load at the start of the cycle, rad.
+    amplitude : complex
+        First harmonic of the sliding coordinate against the load's sine.
+    change : float
+        Relative change of the state over the last cycle, energy norm.
+    energy_change : float
+        Relative change of the dissipated energy between the last two cycles.
+    cycles : int
+    converged : bool
+    seconds : float
+    history : (cycles,) array
+        `change` of every cycle.
+    unsolved : int
+        Cycles that had to be repeated with the plain iteration.
+    """
+
+    frequency: float
+    load: float
+    cycle: March
+    phase: float
+    amplitude: complex
+    change: float
+    energy_change: float
+    cycles: int
+    converged: bool
+    seconds: float
+    history: Array
+    unsolved: int
+
+
+def steady_state(
+    scheme: TimeScheme,
+    frequency: float,
+    load: float,
+    *,
+    guess: complex = 0.0,
+    accelerate: bool = True,
+    tolerance: float = 1e-6,
+    max_cycles: int = 400,
+    start: State | None = None,
+) -> SteadyState:
+    """Find the steady state at one frequency.
+
+    Parameters
+    ----------
+    scheme : TimeScheme
+        Its step must divide the period: ``1 / (frequency dt)`` steps per cycle.
+    frequency : float
+        Hz.
+    load : float
+        Amplitude of the driven port.
+    guess : complex
+        First harmonic of the sliding coordinate, e.g. of the reduced model.
+    accelerate : bool
+        Anderson acceleration; False marches.
+    tolerance : float
+        Relative change of the state over a cycle at which it is steady.
+    max_cycles : int
+    start : State, optional
+        A state at phase 0 to start from instead of the guess.
+    """
+    steps = round(1 / (frequency * scheme.dt))
+    omega = 2 * np.pi * frequency
+    phase = 0.0 if start is not None or guess == 0 else float(-np.angle(guess))
+    state = start if start is not None else prestressed_state(scheme, abs(guess), omega)
+    theta = phase + 2 * np.pi * np.arange(steps + 1) / steps
+    wave = load * np.sin(theta)
+    began = clock.perf_counter()
+    memory = _Memory(scheme, DEPTH if accelerate else 0)
+    history: list[float] = []
+    dissipated = [0.0, np.inf]
+    unsolved = 0
+    for _ in range(max_cycles):
+        try:
+            cycle = march(scheme, state, wave)
+        except ContactError:
+            if memory.plain is None:
+                raise
+            unsolved += 1
+            state = memory.restart()
+            continue
+        change = memory.distance(state, cycle.state)
+        history.append(change)
+        dissipated = [dissipated[1], cycle.dissipated]
+        if change <= tolerance:
+            state = cycle.state
+            break
+        state = memory.next(state, cycle.state)
+    cycle = march(scheme, state, wave, keep=True)
+    change = memory.distance(state, cycle.state)
+    history.append(change)
+    reference = max(abs(cycle.dissipated), 1e-300)
+    Q = harmonic(cycle.output[:, scheme.model.port("sliding")], theta)
+    return SteadyState(
+        frequency=frequency,
+        load=load,
+        cycle=cycle,
+        phase=phase,
+        amplitude=complex(Q),
+        change=change,
+        energy_change=abs(cycle.dissipated - dissipated[1]) / reference,
+        cycles=len(history) + unsolved,
+        converged=change <= 10 * tolerance,
+        seconds=clock.perf_counter() - began,
+        history=np.array(history),
+        unsolved=unsolved,
+    )
+
+
+_LINEAR = ("eta", "rate", "acceleration", "modal_force", "residual_v", "r", "v")
+
+
+class _Memory:
+    """Last states and their changes, and the combination of least change."""
+
+    def __init__(self, scheme: TimeScheme, depth: int) -> None:
+        self.omega = scheme.model.omega
+        self.rest = prestressed_state(scheme)
+        self.depth = depth
+        self.images: list[State] = []
+        self.changes: list[Array] = []
+        self.plain: State | None = None
+
+    def _energy_coordinates(self, state: State) -> Array:
+        soft = np.maximum(self.omega, 1.0)
+        return np.concatenate([soft * (state.eta - self.rest.eta), state.rate])
+
+    def distance(self, before: State, after: State) -> float:
+        a, b = self._energy_coordinates(before), self._energy_coordinates(after)
+        return float(np.linalg.norm(b - a) / max(np.linalg.norm(b), 1e-300))
+
+    def next(self, before: State, after: State) -> State:
+        self.plain = after
+        if self.depth == 0:
+            return after
+        change = self._energy_coordinates(after) - self._energy_coordinates(before)
+        self.images.append(after)
+        self.changes.append(change)
+        del self.images[: -self.depth], self.changes[: -self.depth]
+        count = len(self.changes)
+        if count == 1:
+            return after
+        last = self.changes[-1]
+        differences = np.column_stack([last - c for c in self.changes[:-1]])
+        weights = np.linalg.lstsq(differences, last, rcond=1e-8)[0]
+        share = np.append(weights, 1 - weights.sum())
+        if np.abs(share).max() > 1e4:
+            self.restart()
+            return after
+        mixed = {
+            name: sum(
+                w * getattr(image, name) for w, image in zip(share, self.images, strict=True)
+            )
+            for name in _LINEAR
+        }
+        return replace(after, **mixed)  # type: ignore[arg-type]
+
+    def restart(self) -> State:
+        self.images.clear()
+        self.changes.clear()
+        plain = self.plain
+        assert plain is not None
+        self.plain = None
+        return plain
