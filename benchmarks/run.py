@@ -54,8 +54,15 @@ def triangular_solve(assembly):
 def cycle(assembly, drive, load, steps=300, max_cycles=8):
     a = assembly
     return quasi_static_cycle(
-        a.model, a.flexibility, a.prestress, PORTS[drive], load, a.joint.contact.friction,
-        steps=steps, max_cycles=max_cycles, closure=1e-6,
+        a.model,
+        a.flexibility,
+        a.prestress,
+        PORTS[drive],
+        load,
+        a.joint.contact.friction,
+        steps=steps,
+        max_cycles=max_cycles,
+        closure=1e-6,
     )
 
 
@@ -107,9 +114,7 @@ def wall(command, repeats=3):
 
 
 def with_pairs(joint, pairs):
-    return joint.model_copy(
-        update={"contact": joint.contact.model_copy(update={"pairs": pairs})}
-    )
+    return joint.model_copy(update={"contact": joint.contact.model_copy(update={"pairs": pairs})})
 
 
 def growth(joint, counts):
@@ -166,7 +171,10 @@ def plot_growth(rows, path):
         ("assemble_s", "assembly and reduction, s", "^", "#009E73"),
     ):
         axes.loglog(
-            pairs, [row[key] for row in rows], marker=marker, color=color,
+            pairs,
+            [row[key] for row in rows],
+            marker=marker,
+            color=color,
             label=f"{label} (exponent {exponent(rows, key):.1f})",
         )
     axes.set(xlabel="contact pairs", ylabel="time (unit in the legend)")
@@ -181,7 +189,10 @@ def main():
     parser.add_argument("--quick", action="store_true", help="no growth study, no wall times")
     options = parser.parse_args()
     joint = load_joint(EXAMPLE)
-    found = {"machine": platform.processor() or platform.machine(), "python": platform.python_version()}
+    found = {
+        "machine": platform.processor() or platform.machine(),
+        "python": platform.python_version(),
+    }
     with threadpool_limits(1):
         assembly = assemble_joint(joint)
         reference = triangular_solve(assembly)

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
+
 from microslip.elasticity import Material
 from microslip.flexibility import Flexibility, static_flexibility
 from microslip.mesh.lap_joint import LapGeometry, MeshControl
@@ -15,7 +17,6 @@ from microslip.model import JointModel, Reducer
 from microslip.modes import LinearModes, linear_modes
 from microslip.statics import Prestress, prestress
 from microslip.structure import Structure, lap_joint_structure
-from numpy.typing import NDArray
 
 GEOMETRY = LapGeometry(
     length=0.2515, thickness=0.0125, overlap_half_length=0.0375, clamp_half_length=0.025

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+
 from microslip.contact.solver import ContactSolver
 from microslip.errors import ContactError
 from microslip.flexibility import Flexibility, with_compliance

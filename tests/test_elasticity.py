@@ -7,6 +7,9 @@ import pytest
 import scipy.sparse.linalg as spla
 import skfem
 from conftest import GEOMETRY, MATERIAL, joint_structure
+from scipy.linalg import expm
+from scipy.optimize import brentq
+
 from microslip.elasticity import (
     Body,
     Material,
@@ -15,8 +18,6 @@ from microslip.elasticity import (
     traction_load,
     traction_stiffness,
 )
-from scipy.linalg import expm
-from scipy.optimize import brentq
 
 PLANES = ("strain", "stress")
 
@@ -53,7 +54,9 @@ def test_rigid_motion_makes_no_force(plane):
 
 
 @pytest.mark.parametrize("plane", PLANES)
-@pytest.mark.parametrize("strain", [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (0.3, -0.7, 0.4)])
+@pytest.mark.parametrize(
+    "strain", [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (0.3, -0.7, 0.4)]
+)
 def test_constant_strain_patch(plane, strain):
     """Linear displacements are in balance with the tractions of their constant stress."""
     E, nu = 70e9, 0.3

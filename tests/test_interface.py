@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from conftest import GEOMETRY, MATERIAL, joint_structure
+
 from microslip.elasticity import elastic_body
 from microslip.interface import matching_interface, nodal_areas
 from microslip.mesh.lap_joint import LapGeometry, MeshControl, lap_joint_meshes
@@ -43,7 +44,9 @@ def test_common_rigid_motion_is_no_relative_motion(joint, name):
     assert np.all(structure.interface.relative @ displacement(structure, nodes, move, move) == 0)
 
 
-@pytest.mark.parametrize(("name", "normal", "tangential"), [("x", 0, 1), ("y", -1, 0), ("turn", "-x", 0)])
+@pytest.mark.parametrize(
+    ("name", "normal", "tangential"), [("x", 0, 1), ("y", -1, 0), ("turn", "-x", 0)]
+)
 def test_upper_body_moves_alone(joint, name, normal, tangential):
     """Moving up opens (v_n < 0), moving right slips forward (v_t > 0)."""
     structure, nodes = joint
@@ -132,9 +135,7 @@ def test_meshes_fill_the_beams():
 
 def test_relative_displacement_and_reaction_do_the_same_work():
     """``B`` and ``B^T`` are conjugate: a pair of unit reactions presses the bodies apart."""
-    interface = matching_interface(
-        np.arange(3), np.arange(3, 6), np.array([0.0, 0.5, 1.0]), 12
-    )
+    interface = matching_interface(np.arange(3), np.arange(3, 6), np.array([0.0, 0.5, 1.0]), 12)
     force = -interface.relative.T @ np.eye(6)[0]  # K x = f - B^T r
     assert force[1] == -1  # lower node pushed down
     assert force[7] == 1  # upper node pushed up

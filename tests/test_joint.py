@@ -371,9 +371,9 @@ def test_rho_needs_friction(document):
         (
             "cycle",
             {"smallest": 0.1, "largest": 0.05},
-            "analysis.cycle.largest: must be above smallest, 0.1",
+            "analysis.cycle.largest = 0.05: must be above smallest, 0.1",
         ),
-        ("cycle", {"smallest": 0.14}, "analysis.cycle.smallest: must be below the largest"),
+        ("cycle", {"smallest": 0.14}, "analysis.cycle.smallest = 0.14: must be below the largest"),
         ("cycle", {"drives": []}, "analysis.cycle.drives = []: must be"),
         ("cycle", {"drives": ["mode", "mode"]}, "twice"),
         ("cycle", {"drives": ["modes"]}, "'moment' or 'mode'"),

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 from conftest import GEOMETRY, bending_mode, build_reference, joint_structure
+
 from microslip.errors import ModelError
 from microslip.flexibility import static_flexibility
 from microslip.interface import Interface
@@ -149,9 +150,9 @@ def test_sliding_frequency_of_the_paper(published):
 def test_sliding_frequency_converges_at_first_order():
     """A fixed end of bonding leaves a square-root singularity: energy, and omega², of order 1.
 
-    The end, 1.2 L_p, is a node of every mesh.
+    The end, 1.2 L_p, is an element corner of every mesh (with 51 pairs it is a mid-side node).
     """
-    pairs = (51, 101, 201, 401)
+    pairs = (101, 201, 401, 801)
     found = []
     for m in pairs:
         structure = joint_structure(m)
@@ -162,7 +163,8 @@ def test_sliding_frequency_converges_at_first_order():
     orders = np.log2(steps[:-1] / steps[1:])
     limit = found[-1] + steps[-1] / (2 ** orders[-1] - 1)
     print(f"sliding frequencies {found}, orders {orders}, limit {limit:.4f} Hz")
-    assert orders == pytest.approx(1.0, abs=0.15)
+    assert orders[-1] == pytest.approx(1.0, abs=0.05)
+    assert abs(orders[-1] - 1) < abs(orders[0] - 1)
 
 
 @pytest.mark.validate

@@ -7,6 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scipy.sparse.linalg as spla
+from scipy.optimize import brentq
+
 from microslip.backbone import EquivalentTable, equivalent_table, modal_quantities
 from microslip.errors import MicroslipError
 from microslip.modes import bonding
@@ -18,7 +20,6 @@ from microslip.reduced import (
 )
 from microslip.states import linear_states
 from microslip.statics import quasi_static_cycle
-from scipy.optimize import brentq
 
 RAYLEIGH = (0.0, 7.3e-7)
 
@@ -34,8 +35,14 @@ def cycles(reference):
     """Mode-driven cycles from nearly stuck to mostly slipping."""
     return [
         quasi_static_cycle(
-            reference.model, reference.flexibility, reference.start, "sliding", load, 0.25,
-            steps=100, max_cycles=4,
+            reference.model,
+            reference.flexibility,
+            reference.start,
+            "sliding",
+            load,
+            0.25,
+            steps=100,
+            max_cycles=4,
         )
         for load in np.geomspace(300, 60000, 6)
     ]
@@ -52,9 +59,7 @@ def jenkins_table(omega, ratio=0.12, slip=1e-3):
     k = ratio * (theta - np.sin(2 * theta) / 2) / np.pi
     gamma = 4 * ratio * slip * (a - slip) / (np.pi * a**2)
     zero = np.zeros_like(a)
-    return EquivalentTable(
-        "mode", 1.0, omega, a, a, k, gamma, zero.astype(complex), zero, zero
-    )
+    return EquivalentTable("mode", 1.0, omega, a, a, k, gamma, zero.astype(complex), zero, zero)
 
 
 def jenkins(a, ratio=0.12, slip=1e-3):
@@ -178,10 +183,11 @@ def test_lowest_gain_is_where_a_search_finds_it(states):
 def test_points_above_the_table_are_marked(states):
     table = jenkins_table(states.sliding_omega)
     short = replace(
-        table, **{
+        table,
+        **{
             name: getattr(table, name)[:1000]
             for name in ("load", "amplitude", "k_eq", "gamma_eq", "cross", "dissipated", "stored")
-        }
+        },
     )
     model = two_mode_model(states, "moment", RAYLEIGH, "consistent")
     frequency = np.linspace(170, 180, 101)
@@ -198,15 +204,13 @@ def test_modal_contact_force_is_the_work_of_the_reactions(reference, states, cyc
     shape = states.sliding
     bond_force = s.stiffness @ shape - states.sliding_omega**2 * (s.mass @ shape)
     relative = s.interface.relative
-    bonds = np.linalg.lstsq(
-        relative[2 * states.pairs].T.toarray(), bond_force, rcond=None
-    )[0]
+    bonds = np.linalg.lstsq(relative[2 * states.pairs].T.toarray(), bond_force, rcond=None)[0]
     assert relative[2 * states.pairs].T @ bonds == pytest.approx(
         bond_force, abs=1e-6 * np.abs(bond_force).max()
     )
     projected = relative @ shape
     for cycle in cycles:
-        q, f = modal_quantities(cycle, reference.model, states)
+        _, f = modal_quantities(cycle, reference.model, states)
         contact = (cycle.r - start.solution.r) @ projected
         opened = (cycle.v - start.solution.v)[:, 2 * states.pairs] @ bonds
         assert f == pytest.approx(contact + opened, abs=1e-5 * np.abs(f).max())

@@ -40,8 +40,7 @@ def main() -> None:
     print(f"opening load M/(P L)        {limit:.5f}, L_o/L {0.0375 / LENGTH:.5f}")
 
     print(
-        "\nM/(P L)  drive   k_eq    gamma_eq  dissipated/(q W_c)"
-        "  dissipated/work of load  residual"
+        "\nM/(P L)  drive   k_eq    gamma_eq  dissipated/(q W_c)  dissipated/work of load  residual"
     )
     for ratio in LOADS:
         for drive, port in (("moment", "moment"), ("mode", "sliding")):

@@ -66,9 +66,7 @@ class EquivalentTable:
     stored: Array
 
 
-def modal_quantities(
-    cycle: Cycle, model: JointModel, states: LinearStates
-) -> tuple[Array, Array]:
+def modal_quantities(cycle: Cycle, model: JointModel, states: LinearStates) -> tuple[Array, Array]:
     """Sliding coordinate q and modal contact force f over a cycle, both ``(s + 1,)``."""
     q = cycle.output[:, model.port("sliding")]
     push = 1.0 if cycle.port == "sliding" else states.load_on_sliding[cycle.port]

@@ -62,6 +62,11 @@ OneOrMore = BeforeValidator(_one_or_more)
 Ratios = Annotated[tuple[Annotated[Number, Field(gt=0)], ...], OneOrMore]
 Moments = Annotated[tuple[Annotated[LineMoment, Field(gt=0)], ...], OneOrMore]
 Rhos = Annotated[tuple[Annotated[Number, Field(ge=0)], ...], OneOrMore]
+Frequencies = Annotated[
+    tuple[Annotated[Frequency, Field(gt=0)], ...],
+    Field(min_length=1, max_length=10_000),
+    OneOrMore,
+]
 Drive = Literal["moment", "mode"]
 Variant = Literal["printed", "consistent"]
 Drives = Annotated[tuple[Drive, ...], OneOrMore]
@@ -215,7 +220,7 @@ class CycleAnalysis(Section):
     moment_over_clamp_force_length: Ratios | None = None
     steps: Count = Field(default=300, ge=20, le=100_000)
     max_cycles: Count = Field(default=8, ge=2, le=1000)
-    closure: Number = Field(default=1e-6, gt=0, lt=0.1)
+    closure: Number = Field(default=1e-5, gt=0, lt=0.1)
 
     def amplitudes(self, opening: float = 1.0) -> tuple[float, ...]:
         """M/(PL) of every cycle, ascending; `largest` left out is 0.85 of `opening`.
@@ -275,11 +280,53 @@ class ResponseAnalysis(Section):
         return self
 
 
+class TimeAnalysis(Section):
+    """Steady states by time integration with full contact: the truth at a few frequencies."""
+
+    frequencies: Frequencies | None = None
+    from_: Frequency | None = Field(default=None, gt=0, alias="from")
+    to: Frequency | None = Field(default=None, gt=0)
+    count: Count | None = Field(default=None, ge=2, le=10_000)
+    steps: Count = Field(default=150, ge=20, le=100_000)
+    max_cycles: Count = Field(default=400, ge=2, le=100_000)
+    tolerance: Number = Field(default=1e-5, gt=0, lt=0.1)
+    search: Literal["accelerated", "marched"] = "accelerated"
+    workers: Count = Field(default=2, ge=1, le=256)
+
+    def band(self) -> tuple[float, ...]:
+        """Frequencies, Hz, ascending.
+
+        Examples
+        --------
+        >>> TimeAnalysis(from_=170, to=171, count=3).band()
+        (170.0, 170.5, 171.0)
+        """
+        if self.frequencies is not None:
+            return tuple(sorted(set(self.frequencies)))
+        assert self.from_ is not None
+        assert self.to is not None
+        assert self.count is not None
+        step = (self.to - self.from_) / (self.count - 1)
+        return (*(self.from_ + i * step for i in range(self.count - 1)), self.to)
+
+    @model_validator(mode="after")
+    def _one_band(self) -> Self:
+        band = (self.from_, self.to, self.count)
+        if self.frequencies is not None and any(x is not None for x in band):
+            raise _Rule("frequencies", "lists the frequencies: remove from, to and count")
+        if self.frequencies is None and any(x is None for x in band):
+            raise _Rule("frequencies", "give a list of frequencies, or from, to and count")
+        if self.from_ is not None and self.to is not None and self.to <= self.from_:
+            raise _Rule("to", f"must be above analysis.time.from, {self.from_:g} Hz")
+        return self
+
+
 class Analysis(Section):
     """What to compute; a table left out is not computed."""
 
     cycle: CycleAnalysis | None = None
     response: ResponseAnalysis | None = None
+    time: TimeAnalysis | None = None
 
 
 def _everything() -> Analysis:
@@ -355,6 +402,7 @@ class LapJoint(Section):
         _clamp_fits(self)
         _mesh_is_reasonable(self)
         _response_has_its_inputs(self)
+        _time_has_its_inputs(self)
         _joint_stays_closed(self)
         return self
 
@@ -399,6 +447,14 @@ def _response_has_its_inputs(joint: LapJoint) -> None:
     if joint.load is not None and joint.contact.friction == 0 and any(joint.load.rho or ()):
         raise _Rule(
             "load.rho", "without contact.friction rho is 0: give the moment, or some friction"
+        )
+
+
+def _time_has_its_inputs(joint: LapJoint) -> None:
+    if joint.analysis.time is not None and joint.analysis.response is None:
+        raise _Rule(
+            "analysis.time",
+            "starts from the reduced model: add a section [analysis.response]; it may be empty",
         )
 
 

@@ -31,6 +31,7 @@ from microslip.reduced import (
 from microslip.states import LinearStates, linear_states
 from microslip.statics import Cycle, Prestress, opening_load, prestress, quasi_static_cycle
 from microslip.structure import Structure, lap_joint_structure
+from microslip.timedomain import Request, TimePoint, steady_states
 
 Array = NDArray[np.float64]
 
@@ -85,6 +86,7 @@ class LapRun:
     responses : list of Response
     frictionless : Response or None
         The joint without friction under the first load, eq. (18).
+    time_domain : list of TimePoint
     rho_scale : float
         C in ``rho = C mu P L / M``; nan where loads were given as moments.
     failures : list of str
@@ -101,6 +103,7 @@ class LapRun:
     tables: dict[str, EquivalentTable] = field(default_factory=dict)
     responses: list[Response] = field(default_factory=list)
     frictionless: Response | None = None
+    time_domain: list[TimePoint] = field(default_factory=list)
     rho_scale: float = np.nan
     failures: list[str] = field(default_factory=list)
     timings: dict[str, float] = field(default_factory=dict)
@@ -192,6 +195,7 @@ def run_cycles(result: LapRun, drive: str, progress: Progress) -> None:
     """Steady cycles of one drive at every amplitude, and their table, into `result`."""
     a, joint = result.assembly, result.joint
     settings = joint.analysis.cycle
+    assert settings is not None
     loads, moments = cycle_loads(a, drive)
     progress.start(f"quasi-static cycles, {drive}-driven", len(loads))
     done: list[Cycle] = []
@@ -200,20 +204,26 @@ def run_cycles(result: LapRun, drive: str, progress: Progress) -> None:
     for load, moment in zip(loads, moments, strict=True):
         try:
             cycle = quasi_static_cycle(
-                a.model, a.flexibility, a.prestress, DRIVES[drive], load,
-                joint.contact.friction, steps=settings.steps, max_cycles=settings.max_cycles,
+                a.model,
+                a.flexibility,
+                a.prestress,
+                DRIVES[drive],
+                load,
+                joint.contact.friction,
+                steps=settings.steps,
+                max_cycles=settings.max_cycles,
                 closure=settings.closure,
             )
             done.append(cycle)
             kept.append(float(moment))
         except ContactError as error:
-            result.failures.append(f"{drive} cycle at M/(PL) = {moment / a.moment_unit:.3g}: {error}")
+            result.failures.append(
+                f"{drive} cycle at M/(PL) = {moment / a.moment_unit:.3g}: {error}"
+            )
         progress.advance()
     progress.finish()
     if len(done) >= 2:
-        result.tables[drive] = equivalent_table(
-            done, a.model, a.states, joint.clamp.force, drive
-        )
+        result.tables[drive] = equivalent_table(done, a.model, a.states, joint.clamp.force, drive)
 
 
 TABLE_OF = {"printed": "moment", "consistent": "mode"}
@@ -224,16 +234,20 @@ def run_responses(result: LapRun, progress: Progress) -> None:
     """Forced response of every variant and load, into `result`."""
     joint, a = result.joint, result.assembly
     settings = joint.analysis.response
+    assert settings is not None
     frequency = np.linspace(settings.from_, settings.to, settings.count)
     rayleigh = (joint.damping.alpha, joint.damping.beta)
     models: dict[str, tuple[TwoModeModel, EquivalentTable]] = {}
     for variant in settings.variants:
-        drive = TABLE_OF[variant] if TABLE_OF[variant] in result.tables else next(
-            iter(result.tables), ""
+        drive = (
+            TABLE_OF[variant]
+            if TABLE_OF[variant] in result.tables
+            else next(iter(result.tables), "")
         )
         if drive:
             models[variant] = (
-                two_mode_model(a.states, "moment", rayleigh, variant), result.tables[drive]
+                two_mode_model(a.states, "moment", rayleigh, variant),
+                result.tables[drive],
             )
     if not models:
         result.failures.append("no forced response: no table of equivalent stiffness and damping")
@@ -248,9 +262,15 @@ def run_responses(result: LapRun, progress: Progress) -> None:
         for variant, (model, table) in models.items():
             frictionless = rho == 0 or joint.contact.friction == 0
             response = forced_response(
-                model, None if frictionless else table, frequency, moment, rho=rho,
-                friction=0.0 if frictionless else joint.contact.friction, variant=variant,
-                tolerance=settings.tolerance, max_iterations=settings.max_iterations,
+                model,
+                None if frictionless else table,
+                frequency,
+                moment,
+                rho=rho,
+                friction=0.0 if frictionless else joint.contact.friction,
+                variant=variant,
+                tolerance=settings.tolerance,
+                max_iterations=settings.max_iterations,
             )
             result.responses.append(response)
             if len(response.unconverged):
@@ -269,6 +289,7 @@ def _response_loads(
     """Pairs (rho, end moment) of the loads that the input asks for."""
     joint, a = result.joint, result.assembly
     load = joint.load
+    assert load is not None
     strength = joint.contact.friction * a.moment_unit
     if load.rho is None:
         moments = joint.load_moments()
@@ -279,15 +300,21 @@ def _response_loads(
         result.rho_scale = 1.0
     else:
         name = "consistent" if "consistent" in models else next(iter(models))
-        band = np.linspace(
-            0.9 * a.states.sliding_frequency, 1.1 * a.states.stuck_frequency, 1201
-        )
+        band = np.linspace(0.9 * a.states.sliding_frequency, 1.1 * a.states.stuck_frequency, 1201)
         best = greatest_damping_load(*models[name], band, _search_bounds(a, models[name]))
         result.rho_scale = load.greatest_damping_at * best / strength
     top = result.rho_scale * strength
-    positive = [r for r in load.rho if r > 0]
-    reference = top / min(positive) if positive and top > 0 else a.moment_unit * 1e-4
-    return [(r, top / r if r > 0 and top > 0 else reference) for r in load.rho]
+    gentle = _gentle_load(result, frequency)
+    return [(r, top / r if r > 0 and top > 0 else gentle) for r in load.rho]
+
+
+def _gentle_load(result: LapRun, frequency: Array) -> float:
+    """Load for the frictionless joint: its peak is the smallest amplitude of the tables."""
+    joint, states = result.joint, result.states
+    rayleigh = (joint.damping.alpha, joint.damping.beta)
+    linear = two_mode_model(states, "moment", rayleigh, "consistent")
+    peak = forced_response(linear, None, frequency, 1.0).peak_amplitude
+    return float(min(table.amplitude[0] for table in result.tables.values()) / peak)
 
 
 def _search_bounds(
@@ -298,6 +325,49 @@ def _search_bounds(
     force = max(abs(two_mode.force[0]), 1e-300)
     scale = two_mode.omega**2 / force
     return (1e-5 * table.amplitude[0] * scale, 1.0 * table.amplitude[-1] * scale)
+
+
+def run_time_domain(result: LapRun, progress: Progress) -> None:
+    """Steady states by time integration at every load and frequency, into `result`."""
+    joint, a = result.joint, result.assembly
+    settings = joint.analysis.time
+    assert settings is not None
+    responses = {r.load: r for r in result.responses if r.variant == "consistent"}
+    responses = responses or {r.load: r for r in result.responses}
+    requests = []
+    for response in responses.values():
+        real = np.interp(settings.band(), response.frequency, response.amplitude.real)
+        imag = np.interp(settings.band(), response.frequency, response.amplitude.imag)
+        for f, guess in zip(settings.band(), real + 1j * imag, strict=True):
+            requests.append(
+                Request(
+                    rho=response.rho,
+                    frequency=f,
+                    load=response.load,
+                    friction=response.friction,
+                    guess=complex(guess),
+                    steps=settings.steps,
+                    tolerance=settings.tolerance,
+                    max_cycles=settings.max_cycles,
+                    accelerate=settings.search == "accelerated",
+                )
+            )
+    progress.start("time domain", len(requests))
+    compliance = np.diag(a.flexibility.W - static_flexibility(a.model).W)
+    for outcome in steady_states(a.model, a.prestress, requests, compliance, settings.workers):
+        if isinstance(outcome, str):
+            result.failures.append(outcome)
+        else:
+            result.time_domain.append(outcome)
+            if not outcome.steady.converged:
+                result.failures.append(
+                    f"time domain, rho = {outcome.rho:g}, {outcome.steady.frequency:g} Hz: not "
+                    f"steady after {outcome.steady.cycles} cycles, last change "
+                    f"{outcome.steady.change:.1e}"
+                )
+        progress.advance()
+    result.time_domain.sort(key=lambda p: (p.rho, p.steady.load, p.steady.frequency))
+    progress.finish()
 
 
 @contextmanager
@@ -352,6 +422,9 @@ def run_lap_joint(joint: LapJoint, progress: Progress | None = None) -> LapRun:
                         raise
                     except MicroslipError as error:
                         result.failures.append(f"forced response: {error}")
+            if joint.analysis.time is not None and result.responses:
+                with _timed(timings, "time_domain"):
+                    run_time_domain(result, progress)
         except KeyboardInterrupt:
             result.interrupted = True
     timings["total"] = sum(timings.values())

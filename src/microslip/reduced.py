@@ -232,7 +232,9 @@ def evaluate_curve(knots, coefficients, x, out):
 
 
 @_jit
-def _respond(a, w, clamp, knots, coefficients, m, k, E, X, argument, force, alpha, beta, w2, out, y):
+def _respond(
+    a, w, clamp, knots, coefficients, m, k, E, X, argument, force, alpha, beta, w2, out, y
+):
     """One pass of the fixed-point map: amplitude `a` in, new amplitude out, `y` the response."""
     kappa = 0.0 + 0.0j
     chi = 0.0 + 0.0j
@@ -254,8 +256,28 @@ def _respond(a, w, clamp, knots, coefficients, m, k, E, X, argument, force, alph
 
 @_jit
 def sweep(
-    omegas, load, clamp, knots, coefficients, m, k, E, X, argument, sliding, unit_force,
-    alpha, beta, omega_sl, start, tolerance, max_iterations, amplitude, iterations, contraction, flag,
+    omegas,
+    load,
+    clamp,
+    knots,
+    coefficients,
+    m,
+    k,
+    E,
+    X,
+    argument,
+    sliding,
+    unit_force,
+    alpha,
+    beta,
+    omega_sl,
+    start,
+    tolerance,
+    max_iterations,
+    amplitude,
+    iterations,
+    contraction,
+    flag,
 ):
     """Fixed-point answers at every frequency in turn, each starting from the last one's."""
     out = np.zeros(4)
@@ -271,7 +293,22 @@ def sweep(
         previous = np.inf
         for _ in range(max_iterations):
             new = _respond(
-                a, w, clamp, knots, coefficients, m, k, E, X, argument, force, alpha, beta, w2, out, y
+                a,
+                w,
+                clamp,
+                knots,
+                coefficients,
+                m,
+                k,
+                E,
+                X,
+                argument,
+                force,
+                alpha,
+                beta,
+                w2,
+                out,
+                y,
             )
             count += 1
             change = abs(new - a)
@@ -286,13 +323,46 @@ def sweep(
         if not good:
             low = 0.0
             f_low = _respond(
-                low, w, clamp, knots, coefficients, m, k, E, X, argument, force, alpha, beta, w2, out, y
+                low,
+                w,
+                clamp,
+                knots,
+                coefficients,
+                m,
+                k,
+                E,
+                X,
+                argument,
+                force,
+                alpha,
+                beta,
+                w2,
+                out,
+                y,
             )
             # Bracket the root nearest to the start: grow an interval around it.
             base = a if a > 0.0 else f_low
-            f_base = _respond(
-                base, w, clamp, knots, coefficients, m, k, E, X, argument, force, alpha, beta, w2, out, y
-            ) - base
+            f_base = (
+                _respond(
+                    base,
+                    w,
+                    clamp,
+                    knots,
+                    coefficients,
+                    m,
+                    k,
+                    E,
+                    X,
+                    argument,
+                    force,
+                    alpha,
+                    beta,
+                    w2,
+                    out,
+                    y,
+                )
+                - base
+            )
             count += 2
             lower, upper = base, base
             f_lower, f_upper = f_base, f_base
@@ -301,17 +371,51 @@ def sweep(
                 if f_base < 0.0:
                     upper, f_upper = lower, f_lower
                     lower = lower / factor
-                    f_lower = _respond(
-                        lower, w, clamp, knots, coefficients, m, k, E, X, argument, force, alpha,
-                        beta, w2, out, y,
-                    ) - lower
+                    f_lower = (
+                        _respond(
+                            lower,
+                            w,
+                            clamp,
+                            knots,
+                            coefficients,
+                            m,
+                            k,
+                            E,
+                            X,
+                            argument,
+                            force,
+                            alpha,
+                            beta,
+                            w2,
+                            out,
+                            y,
+                        )
+                        - lower
+                    )
                 else:
                     lower, f_lower = upper, f_upper
                     upper = upper * factor
-                    f_upper = _respond(
-                        upper, w, clamp, knots, coefficients, m, k, E, X, argument, force, alpha,
-                        beta, w2, out, y,
-                    ) - upper
+                    f_upper = (
+                        _respond(
+                            upper,
+                            w,
+                            clamp,
+                            knots,
+                            coefficients,
+                            m,
+                            k,
+                            E,
+                            X,
+                            argument,
+                            force,
+                            alpha,
+                            beta,
+                            w2,
+                            out,
+                            y,
+                        )
+                        - upper
+                    )
                 factor *= 1.2
                 count += 1
             side = 0
@@ -322,10 +426,27 @@ def sweep(
                 if upper - lower <= tolerance * upper:
                     good = True
                     break
-                f_a = _respond(
-                    a, w, clamp, knots, coefficients, m, k, E, X, argument, force, alpha, beta, w2,
-                    out, y,
-                ) - a
+                f_a = (
+                    _respond(
+                        a,
+                        w,
+                        clamp,
+                        knots,
+                        coefficients,
+                        m,
+                        k,
+                        E,
+                        X,
+                        argument,
+                        force,
+                        alpha,
+                        beta,
+                        w2,
+                        out,
+                        y,
+                    )
+                    - a
+                )
                 count += 1
                 if abs(f_a) <= tolerance * a:
                     good = True
@@ -343,10 +464,40 @@ def sweep(
         if knots.shape[0] > 0 and good:
             h = 1e-5 * a
             plus = _respond(
-                a + h, w, clamp, knots, coefficients, m, k, E, X, argument, force, alpha, beta, w2, out, y
+                a + h,
+                w,
+                clamp,
+                knots,
+                coefficients,
+                m,
+                k,
+                E,
+                X,
+                argument,
+                force,
+                alpha,
+                beta,
+                w2,
+                out,
+                y,
             )
             minus = _respond(
-                a - h, w, clamp, knots, coefficients, m, k, E, X, argument, force, alpha, beta, w2, out, y
+                a - h,
+                w,
+                clamp,
+                knots,
+                coefficients,
+                m,
+                k,
+                E,
+                X,
+                argument,
+                force,
+                alpha,
+                beta,
+                w2,
+                out,
+                y,
             )
             contraction[i] = abs(plus - minus) / (2.0 * h)
         else:
@@ -411,15 +562,40 @@ def forced_response(
     contraction = np.zeros(n)
     alpha, beta = model.rayleigh
     sweep(
-        2 * np.pi * np.ascontiguousarray(frequency[order]), load, clamp_used, knots, coefficients,
-        model.m, model.k, model.E, model.X, model.argument, model.sliding, model.force,
-        alpha, beta, model.omega, 0.0, tolerance, max_iterations,
-        amplitude, iterations, contraction, flag,
+        2 * np.pi * np.ascontiguousarray(frequency[order]),
+        load,
+        clamp_used,
+        knots,
+        coefficients,
+        model.m,
+        model.k,
+        model.E,
+        model.X,
+        model.argument,
+        model.sliding,
+        model.force,
+        alpha,
+        beta,
+        model.omega,
+        0.0,
+        tolerance,
+        max_iterations,
+        amplitude,
+        iterations,
+        contraction,
+        flag,
     )
     return Response(
-        variant=variant, drive="" if table is None else table.drive, rho=rho, load=load,
-        friction=friction, frequency=frequency, amplitude=amplitude[order],
-        iterations=iterations[order], contraction=contraction[order], flag=flag[order],
+        variant=variant,
+        drive="" if table is None else table.drive,
+        rho=rho,
+        load=load,
+        friction=friction,
+        frequency=frequency,
+        amplitude=amplitude[order],
+        iterations=iterations[order],
+        contraction=contraction[order],
+        flag=flag[order],
     )
 
 
@@ -434,9 +610,22 @@ def all_amplitudes(
     def gap(a: float) -> float:
         return float(
             _respond(
-                a, 2 * np.pi * frequency, table.clamp, curve.knots, curve.coefficients, model.m,
-                model.k, model.E, model.X, model.argument, load * model.force, alpha, beta,
-                model.omega**2, out, y,
+                a,
+                2 * np.pi * frequency,
+                table.clamp,
+                curve.knots,
+                curve.coefficients,
+                model.m,
+                model.k,
+                model.E,
+                model.X,
+                model.argument,
+                load * model.force,
+                alpha,
+                beta,
+                model.omega**2,
+                out,
+                y,
             )
             - a
         )
@@ -479,6 +668,7 @@ def greatest_damping_load(
             "the load of greatest damping is outside the amplitudes of the table: widen "
             "[analysis.cycle] smallest and largest"
         )
-    found = minimize_scalar(gain, bounds=(grid[i - 1], grid[i + 1]), method="bounded",
-                            options={"xatol": 1e-4})
+    found = minimize_scalar(
+        gain, bounds=(grid[i - 1], grid[i + 1]), method="bounded", options={"xatol": 1e-4}
+    )
     return float(np.exp(found.x))

@@ -103,9 +103,7 @@ def table_of(result: LapRun, drive: str) -> EquivalentTable | None:
     cycles = result.cycles.get(drive)
     if not cycles:
         return None
-    return equivalent_table(
-        cycles, result.model, result.states, result.joint.clamp.force, drive
-    )
+    return equivalent_table(cycles, result.model, result.states, result.joint.clamp.force, drive)
 
 
 def frictionless_peak(result: LapRun, load: float) -> float:
@@ -131,7 +129,8 @@ def summary(result: LapRun) -> dict[str, Any]:
     dict
         ``title``, ``version``, ``model``, ``prestress``, ``cycles``, ``response``, ``rho_scale``,
         ``failures``, ``interrupted``, ``timings_s``. Units are in the names; forces and energies
-        are per metre of width.
+        are per metre of width. A cycle is listed only where the solver certified every step, so
+        its ``unsolved_steps`` are 0; cycles that failed are among the ``failures``.
     """
     cycles = [row for drive in result.cycles for row in _cycle_rows(result, drive)]
     found: dict[str, Any] = _plain(
@@ -208,6 +207,7 @@ def _cycle_rows(result: LapRun, drive: str) -> Iterator[dict[str, Any]]:
     if table is None:
         return
     a, clamp_half = result.assembly, result.joint.clamp.half_length
+    wanted = result.joint.analysis.cycle
     for cycle, moment in zip(result.cycles[drive], result.moments[drive], strict=True):
         i = int(np.argmin(np.abs(table.load - cycle.amplitude)))
         touching = cycle.status[np.argmax(cycle.load)] != SEPARATED
@@ -230,9 +230,7 @@ def _cycle_rows(result: LapRun, drive: str) -> Iterator[dict[str, Any]]:
             "hard_steps": cycle.hard_steps,
             "cycles_computed": cycle.cycles,
             "closure": cycle.closure,
-            "closed": cycle.closure <= result.joint.analysis.cycle.closure
-            if hasattr(result.joint.analysis.cycle, "closure")
-            else None,
+            "closed": wanted is not None and cycle.closure <= wanted.closure,
         }
 
 
@@ -256,6 +254,7 @@ def _response_row(result: LapRun, response: Response) -> dict[str, Any]:
         "peak_frequency_hz": response.peak_frequency if any_answer else math.nan,
         "peak_modal_amplitude": peak,
         "peak_amplitude_over_frictionless": peak / frictionless_peak(result, response.load),
+        "peak_beside_unconverged": any_answer and _beside_unconverged(response),
         "unconverged_points": len(bad),
         "unconverged_from_hz": bad.min() if len(bad) else None,
         "unconverged_to_hz": bad.max() if len(bad) else None,
@@ -263,6 +262,12 @@ def _response_row(result: LapRun, response: Response) -> dict[str, Any]:
         "contraction_max": response.contraction.max(),
         "iterations_max": response.iterations.max(),
     }
+
+
+def _beside_unconverged(response: Response) -> bool:
+    """Whether the largest answer is next to a point without one, and so only a lower bound."""
+    around = slice(max(response.peak - 1, 0), response.peak + 2)
+    return bool((response.flag[around] != CONVERGED).any())
 
 
 # Labelled fields -------------------------------------------------------------------------------
@@ -304,7 +309,7 @@ def dataset(result: LapRun) -> xr.DataTree:
         attrs={
             "title": result.joint.title or "lap joint",
             "source": f"microslip {microslip.__version__}",
-            "joint": result.joint.model_dump_json(by_alias=True, exclude_none=True),
+            "joint": result.joint.model_dump_json(by_alias=True, exclude_unset=True),
             "comment": "two-dimensional: forces, moments and energies are per metre of width",
             "failures": "\n".join(result.failures),
         }
@@ -434,6 +439,9 @@ def _cycles_dataset(result: LapRun, drive: str) -> xr.Dataset:
             "J/m^2",
             "friction work per cycle and area",
         ),
+        "load_amplitude": _variable(
+            each, per_cycle("load"), _LOAD_UNIT[drive], "amplitude of the driving load"
+        ),
         "dissipated_energy": _variable(
             each, per_cycle("dissipated_energy_j_per_m"), "J/m", "friction work per cycle"
         ),
@@ -483,7 +491,6 @@ def _tables_dataset(result: LapRun) -> xr.Dataset:
     drives = [drive for drive, cycles in result.cycles.items() if cycles]
     levels = sorted({moment for drive in drives for moment in result.moments[drive]})
     columns = {
-        "load": ("load", "1", "amplitude of the driving load, in the unit of its drive"),
         "modal_amplitude": ("amplitude", MODAL, "first harmonic of the sliding coordinate"),
         "k_eq": ("k_eq", "1", "equivalent stiffness over omega_sl^2"),
         "gamma_eq": ("gamma_eq", "1", "equivalent damping over omega_sl^2"),

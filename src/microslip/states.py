@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip.modes import linear_modes
-from microslip.statics import Prestress
 from microslip.structure import Structure
 
 Array = NDArray[np.float64]

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 import scipy.sparse as sp
@@ -105,11 +106,8 @@ def lap_joint_structure(
         mass.append(body.mass)
         clamp.append(-side * pressed_length_load(body, outer, g.clamp_half_length))
         gradient = -side * 12 / g.thickness**3
-        moment.append(
-            traction_load(
-                body, end, lambda x, y, c=middle, k=gradient: (k * (y - c), np.zeros_like(x))
-            )
-        )
+        traction = partial(_linear_traction, centre=middle, gradient=gradient)
+        moment.append(traction_load(body, end, traction))
         if vertical_support == "middle":
             distance = np.hypot(body.nodes[0] - far, body.nodes[1] - middle)
             fixed.append(2 * (offset + int(np.argmin(distance))) + 1)
@@ -137,6 +135,11 @@ def lap_joint_structure(
         np.array(fixed, dtype=np.int64),
         (lower_mesh, upper_mesh),
     )
+
+
+def _linear_traction(x: Array, y: Array, centre: float, gradient: float) -> tuple[Array, Array]:
+    """Horizontal traction that grows linearly over the height, as bending stress does."""
+    return gradient * (y - centre), np.zeros_like(x)
 
 
 def _interface_nodes(nodes: Array, half_length: float, tol: float) -> NDArray[np.int64]:

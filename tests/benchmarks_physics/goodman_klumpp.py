@@ -16,6 +16,7 @@ from __future__ import annotations
 import numpy as np
 import scipy.sparse as sp
 import skfem
+
 from microslip.elasticity import Material, elastic_body, traction_load
 from microslip.interface import Interface, matching_interface
 from microslip.structure import Structure, constrain
@@ -42,9 +43,7 @@ def pressed_cantilevers(
         )
         end = mesh.facets_satisfying(lambda p: np.abs(p[0] - length) < tol, True)
         press = -side / length
-        clamp.append(
-            traction_load(body, outer, lambda x, y, p=press: (0 * x, p + 0 * x))
-        )
+        clamp.append(traction_load(body, outer, lambda x, y, p=press: (0 * x, p + 0 * x)))
         shear = -0.5 / thickness
         tip.append(traction_load(body, end, lambda x, y, s=shear: (0 * x, s + 0 * x)))
         stiffness.append(body.stiffness)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
 from microslip.contact.solver import ContactSolver, Solution
 from microslip.flexibility import Flexibility, static_flexibility, with_compliance
 from microslip.model import JointModel
@@ -177,7 +178,7 @@ def test_end_displacement_of_the_bar_converges_at_second_order():
 
 def test_bar_slips_as_far_as_the_force_reaches():
     """After the first pull the slipping length is F/f: equilibrium alone."""
-    model, flexibility, start = foundation(200)
+    model, flexibility, _ = foundation(200)
     fraction = 0.55
     force = fraction * SHEAR * LENGTH
     solver = ContactSolver(

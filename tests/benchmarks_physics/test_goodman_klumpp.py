@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from goodman_klumpp import pressed_cantilevers
+
 from microslip.elasticity import Material
 from microslip.flexibility import static_flexibility
 from microslip.model import Reducer

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from conftest import MATERIAL, SPRING
+
 from microslip.flexibility import static_flexibility
 from microslip.mesh.lap_joint import LapGeometry, MeshControl
 from microslip.model import Reducer
@@ -34,7 +35,9 @@ def test_contact_half_length(layers):
     spacing = np.diff(x).max()
     ends = x[start.touching][[0, -1]]
     assert np.abs(np.abs(ends) - a).max() <= spacing
-    assert np.array_equal(np.diff(np.flatnonzero(start.touching)), np.ones(start.touching.sum() - 1))
+    assert np.array_equal(
+        np.diff(np.flatnonzero(start.touching)), np.ones(start.touching.sum() - 1)
+    )
 
 
 def test_central_pressure(layers):

@@ -1,0 +1,66 @@
+"""Figures of a run: one module each, one house style."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from matplotlib.figure import Figure
+
+from microslip.pipeline import LapRun
+from microslip.plots.backbone import backbone_figure
+from microslip.plots.dissipation import dissipation_figure
+from microslip.plots.hysteresis import hysteresis_figure
+from microslip.plots.model import model_figure
+from microslip.plots.overview import overview
+from microslip.plots.prestress import prestress_figure
+from microslip.plots.response import response_figure
+from microslip.plots.states import states_figure
+from microslip.plots.style import save
+from microslip.plots.tractions import tractions_figure
+
+if TYPE_CHECKING:
+    from microslip.progress import Progress
+
+FIGURES: dict[str, Callable[[LapRun], Figure | None]] = {
+    "model": model_figure,
+    "prestress": prestress_figure,
+    "contact_states": states_figure,
+    "tractions": tractions_figure,
+    "hysteresis": hysteresis_figure,
+    "equivalent": backbone_figure,
+    "dissipation": dissipation_figure,
+    "response": response_figure,
+    "overview": overview,
+}
+"""File name of every figure and the function that draws it, None where there is nothing to show."""
+
+__all__ = ["FIGURES", "overview", "save_figures"]
+
+
+def save_figures(
+    result: LapRun, folder: str | Path, progress: Progress | None = None
+) -> list[Path]:
+    """Write every figure that the run has data for, as PNG and SVG.
+
+    Parameters
+    ----------
+    result : LapRun
+    folder : path
+        Made where it does not exist.
+    progress : Progress, optional
+        Advanced once per figure.
+
+    Returns
+    -------
+    list of pathlib.Path
+    """
+    written: list[Path] = []
+    for name, draw in FIGURES.items():
+        figure = draw(result)
+        if figure is not None:
+            written += save(figure, Path(folder), name)
+        if progress is not None:
+            progress.advance()
+    return written

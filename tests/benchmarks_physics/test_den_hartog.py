@@ -1,0 +1,98 @@
+"""Den Hartog's oscillator: a mass on a spring and a Coulomb slider, against exact amplitudes.
+
+    m x'' + k x + F sgn(x') = P0 cos(omega t)
+
+as a joint model made by hand: one mode ``phi = 1/sqrt(m)``, one contact pair whose normal direction
+is a unit flexibility of its own, pressed with ``N = F/mu``, and no tangential residual flexibility.
+Exact amplitudes: Den Hartog (1931), to six digits from an event-driven simulation.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from microslip.flexibility import static_flexibility
+from microslip.model import JointModel
+from microslip.statics import prestress
+from microslip.steady import steady_state
+from microslip.transient import march, prestressed_state, time_scheme
+
+MASS, STIFFNESS, MU = 2.5, 4e4, 0.3
+OMEGA = np.sqrt(STIFFNESS / MASS)
+P0 = 100.0
+RATIO = (0.7, 0.9, 1.1, 1.5)
+"""omega / omega_n."""
+EXACT = {
+    0.2: (1.927775, 5.110040, 4.590925, 0.765942),
+    0.4: (1.825167, 4.620342, 4.034744, 0.653197),
+    0.6: (1.639948, 3.661416, 2.878094, 0.400000),
+}
+"""F/P0: X k/P0 at each RATIO."""
+
+
+def oscillator(friction_force, dt, alpha=0.05):
+    phi = 1 / np.sqrt(MASS)
+    model = JointModel(
+        position=np.zeros(1),
+        area=np.ones(1),
+        dimension=2,
+        omega=np.array([OMEGA]),
+        equilibrium_modes=0,
+        mode_v=np.array([[0.0], [phi]]),
+        residual=np.diag([1.0, 0.0]),
+        ports=("clamp", "force", "sliding"),
+        port_modes=np.array([[0.0, phi, 1.0]]),
+        port_v=np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 0.0]]),
+        port_port=np.zeros((3, 3)),
+        rayleigh=(0.0, 0.0),
+    )
+    normal = friction_force / MU
+    start = prestress(model, static_flexibility(model), normal)
+    assert start.solution.r == pytest.approx([normal, 0.0], abs=1e-9 * normal)
+    return time_scheme(model, start, MU, dt, port="force", alpha=alpha)
+
+
+def test_reads_the_displacement_of_the_mass():
+    """Port force is conjugate to x, port sliding to sqrt(m) x."""
+    scheme = oscillator(1e-9, 1e-3)
+    marched = march(scheme, prestressed_state(scheme), P0 * np.ones(50))
+    assert marched.output[:, 2] == pytest.approx(np.sqrt(MASS) * marched.output[:, 1], rel=1e-12)
+
+
+@pytest.mark.parametrize("ratio", EXACT)
+@pytest.mark.parametrize(("column", "r"), enumerate(RATIO))
+def test_exact_amplitude(ratio, column, r):
+    """X k / P0 of the steady state, rests included, within 0.1 %."""
+    frequency = r * OMEGA / (2 * np.pi)
+    steps = 1000
+    scheme = oscillator(ratio * P0, 1 / (frequency * steps))
+    found = steady_state(scheme, frequency, P0, tolerance=1e-7, max_cycles=2000)
+    assert found.converged
+    x = found.cycle.output[:, 1]
+    largest = 0.5 * (x.max() - x.min()) * STIFFNESS / P0
+    print(
+        f"F/P0 {ratio}, r {r}: X k/P0 {largest:.6f}, cycles {found.cycles}, mean {x.max() + x.min():.1e}"
+    )
+    exact = EXACT[ratio][column]
+    assert largest == pytest.approx(exact, rel=1e-3)
+    assert np.abs(x).max() * STIFFNESS / P0 == pytest.approx(exact, rel=1e-3)
+
+
+def test_free_decay_is_linear():
+    """Peaks fall by 2 F/k per half cycle until the spring no longer overcomes friction."""
+    force = 1.0
+    steps = 2000
+    scheme = oscillator(force, 2 * np.pi / OMEGA / steps)
+    drop = 2 * force / STIFFNESS
+    amplitude = 20.3 * drop
+    load = np.zeros(12 * steps)
+    state = prestressed_state(scheme, np.sqrt(MASS) * amplitude, OMEGA)
+    x = march(scheme, state, load).output[:, 1]
+    peaks = np.flatnonzero((np.diff(np.abs(x))[:-1] > 0) & (np.diff(np.abs(x))[1:] <= 0)) + 1
+    size = np.abs(x[peaks])
+    print(f"drops over 2F/k: {np.diff(size)[:3] / drop}, rest {x[-1] / drop}")
+    assert len(size) >= 19
+    assert -np.diff(size[:19]) == pytest.approx(np.full(18, drop), rel=1e-3)
+    assert np.abs(x[-1]) <= 0.5 * drop * (1 + 1e-6)
+    assert np.ptp(x[-steps:]) < 1e-9 * drop

@@ -1,0 +1,351 @@
+"""What is reported and written: content, units, and agreement with independent formulas."""
+
+from __future__ import annotations
+
+import io
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from rich.console import Console
+
+from microslip.joint import parse_joint
+from microslip.pipeline import LapRun, run_lap_joint
+from microslip.results import (
+    contact_extent,
+    dataset,
+    replacing,
+    summary,
+    write_dataset,
+    write_results,
+    write_summary,
+)
+from microslip.summary import print_summary
+
+STEPS = 60
+AMPLITUDES = [1e-3, 4e-3, 1.2e-2]
+SMALL_JOINT = {
+    "title": "Small joint",
+    "beams": {"length": "251.5 mm", "thickness": "12.5 mm", "overlap_half_length": "37.5 mm"},
+    "material": {"youngs_modulus": "70 GPa", "poissons_ratio": 0.3, "density": "2 g/cm^3"},
+    "contact": {"friction": 0.25, "pairs": 51},
+    "clamp": {"force": "1 MN/m", "half_length": "25 mm"},
+    "damping": {"beta": "0.73 us"},
+    "mesh": {"modes": 30},
+    "load": {"rho": [0, 2.4], "rho_scale": 0.0023},
+    "analysis": {
+        "cycle": {"moment_over_clamp_force_length": AMPLITUDES, "steps": STEPS, "max_cycles": 8},
+        "response": {"from": "170 Hz", "to": "185 Hz", "count": 61},
+    },
+}
+"""Few pairs, steps and amplitudes: seconds."""
+
+FIELDS = ("pressure", "traction", "slip", "gap")
+
+
+@pytest.fixture(scope="module")
+def run() -> LapRun:
+    return run_lap_joint(parse_joint(SMALL_JOINT))
+
+
+@pytest.fixture(scope="module")
+def tree(run: LapRun) -> xr.DataTree:
+    return dataset(run)
+
+
+@pytest.fixture(scope="module")
+def found(run: LapRun) -> dict:
+    return summary(run)
+
+
+def test_summary_is_plain_json(found: dict) -> None:
+    text = json.dumps(found, allow_nan=False)
+    assert json.loads(text) == found
+
+
+def test_summary_has_what_is_asked_first(found: dict, run: LapRun) -> None:
+    model = found["model"]
+    assert model["contact_pairs"] == 51
+    assert model["dofs"] == run.structure.dofs
+    assert model["clamp_force_n_per_m"] == 1e6
+    assert 0 < model["sliding_frequency_hz"] < model["stuck_frequency_hz"]
+    assert 1 < found["prestress"]["contact_half_length_over_clamp_half_length"] < 1.5
+    assert 1 < found["prestress"]["peak_pressure_over_mean_clamp_pressure"] < 1.2
+    assert len(found["cycles"]) == 2 * len(AMPLITUDES)
+    for row in found["cycles"]:
+        assert row["drive"] in ("moment", "mode")
+        assert row["unsolved_steps"] == 0
+        left, right = row["contact_at_peak_over_clamp_half_length"]
+        assert -1.5 - 1e-9 <= left < 0 < right <= 1.5 + 1e-9
+    assert [row["variant"] for row in found["response"]] == ["printed", "consistent"] * 2
+
+
+def test_missing_numbers_become_none(run: LapRun) -> None:
+    response = replace(run.responses[0], rho=np.nan)
+    row = summary(replace(run, responses=[response], rho_scale=np.nan))
+    assert row["rho_scale"] is None
+    assert row["response"][0]["rho"] is None
+
+
+def test_summary_without_analyses(run: LapRun) -> None:
+    bare = LapRun(joint=run.joint, assembly=run.assembly)
+    found = summary(bare)
+    assert found["cycles"] == []
+    assert found["response"] == []
+    assert set(dataset(bare).children) == {"model", "prestress"}
+
+
+def test_response_over_frictionless_does_not_depend_on_the_load(found: dict) -> None:
+    """Without friction the joint is linear."""
+    rows = [row for row in found["response"] if row["rho"] == 0]
+    for row in rows:
+        assert row["peak_amplitude_over_frictionless"] == pytest.approx(1, rel=1e-9)
+
+
+def test_summary_counts_points_without_answer(run: LapRun) -> None:
+    flag = np.zeros_like(run.responses[-1].flag)
+    flag[10:14] = 1
+    (row,) = summary(replace(run, responses=[replace(run.responses[-1], flag=flag)]))["response"]
+    assert row["unconverged_points"] == 4
+    assert row["unconverged_from_hz"] == pytest.approx(run.responses[-1].frequency[10])
+    assert row["unconverged_to_hz"] == pytest.approx(run.responses[-1].frequency[13])
+
+
+def test_peak_beside_a_gap_is_marked(run: LapRun) -> None:
+    """The true peak may lie in the gap: what is reported is a lower bound."""
+    response = replace(run.responses[0], flag=np.zeros_like(run.responses[0].flag))
+    (row,) = summary(replace(run, responses=[response]))["response"]
+    assert not row["peak_beside_unconverged"]
+    response.flag[response.peak] = 1
+    (row,) = summary(replace(run, responses=[response]))["response"]
+    assert row["peak_beside_unconverged"]
+
+
+def test_no_answer_anywhere_has_no_peak(run: LapRun) -> None:
+    flag = np.ones_like(run.responses[-1].flag)
+    (row,) = summary(replace(run, responses=[replace(run.responses[-1], flag=flag)]))["response"]
+    assert row["peak_frequency_hz"] is None
+    assert row["peak_modal_amplitude"] is None
+
+
+def test_contact_extent_leaves_out_the_tips() -> None:
+    x = np.linspace(-1, 1, 9)
+    touching = np.array([1, 0, 0, 1, 1, 1, 0, 0, 1], dtype=bool)
+    assert contact_extent(x, touching) == (-0.25, 0.25)
+    assert np.isnan(contact_extent(x, np.zeros(9, dtype=bool))).all()
+
+
+def test_everything_has_unit_and_long_name(tree: xr.DataTree) -> None:
+    for node in tree.subtree:
+        for name, variable in node.variables.items():
+            assert variable.attrs.get("units"), (node.path, name)
+            assert variable.attrs.get("long_name"), (node.path, name)
+
+
+@pytest.mark.parametrize("drive", ["moment", "mode"])
+def test_dissipated_energy_is_the_integral_of_its_distribution(
+    tree: xr.DataTree, found: dict, drive: str
+) -> None:
+    """Integral over x by Simpson's rule, independent of the areas of the pairs."""
+    group = tree[f"cycles_{drive}"]
+    d, x = group["dissipation"].values, group["x"].values
+    h = x[2::2] - x[:-2:2]
+    integral = (h / 6 * (d[:, :-2:2] + 4 * d[:, 1::2] + d[:, 2::2])).sum(axis=1)
+    reported = [r["dissipated_energy_j_per_m"] for r in found["cycles"] if r["drive"] == drive]
+    np.testing.assert_allclose(integral, reported, rtol=1e-12)
+
+
+@pytest.mark.parametrize("drive", ["moment", "mode"])
+def test_traction_is_inside_the_friction_cone(tree: xr.DataTree, drive: str) -> None:
+    group = tree[f"cycles_{drive}"]
+    p, f = group["pressure"].values, group["traction"].values
+    friction = SMALL_JOINT["contact"]["friction"]
+    assert (np.abs(f) <= friction * p * (1 + 1e-9) + 1e-9 * p.max()).all()
+
+
+@pytest.mark.parametrize(("state", "sign"), [(2, -1.0), (3, 1.0)])
+def test_slip_goes_against_the_traction(tree: xr.DataTree, state: int, sign: float) -> None:
+    """Forward slip has f = -mu p on the upper body, and slip that grows."""
+    group = tree["cycles_mode"]
+    slipping = group["state"].values[:, 1:] == state
+    p, f = group["pressure"].values, group["traction"].values
+    assert slipping.any()
+    np.testing.assert_allclose(
+        f[:, 1:][slipping], sign * 0.25 * p[:, 1:][slipping], atol=1e-9 * p.max()
+    )
+    moved = np.diff(group["slip"].values, axis=1)[slipping]
+    assert (-sign * moved >= -1e-9 * np.abs(moved).max()).all()
+
+
+def test_gap_and_pressure_exclude_each_other(tree: xr.DataTree) -> None:
+    group = tree["cycles_mode"]
+    gap, p = group["gap"].values, group["pressure"].values
+    open_ = group["state"].values == 4
+    assert open_.any()
+    assert (gap[:, 1:][open_[:, 1:]] >= -1e-12).all()
+    assert np.abs(p[open_]).max() <= 1e-9 * p.max()
+    assert np.abs(gap[~open_]).max() <= 1e-9 * gap.max()
+
+
+def test_pressure_carries_the_clamp_force(tree: xr.DataTree) -> None:
+    """Vertical equilibrium of one beam, which its support hardly takes part in."""
+    area = tree["model"]["area"].values
+    total = tree["prestress"]["pressure"].values @ area
+    assert total == pytest.approx(1e6, rel=1e-3)
+
+
+def test_loop_work_is_friction_work(tree: xr.DataTree, found: dict) -> None:
+    """Energy balance: the area of the stored loop f(q) is what friction dissipates."""
+    group = tree["cycles_mode"]
+    q, f = group["q"].values, group["f"].values
+    area = (0.5 * (f[:, 1:] + f[:, :-1]) * np.diff(q, axis=1)).sum(axis=1)
+    reported = [r["dissipated_energy_j_per_m"] for r in found["cycles"] if r["drive"] == "mode"]
+    np.testing.assert_allclose(area, reported, rtol=1e-3)
+
+
+@pytest.mark.parametrize("drive", ["moment", "mode"])
+def test_equivalent_stiffness_and_damping_by_fft(
+    tree: xr.DataTree, found: dict, drive: str
+) -> None:
+    group = tree[f"cycles_{drive}"]
+    Q = np.fft.fft(group["q"].values[:, :-1], axis=1)[:, 1]
+    F = np.fft.fft(group["f"].values[:, :-1], axis=1)[:, 1]
+    omega = 2 * np.pi * found["model"]["sliding_frequency_hz"]
+    kappa = F / Q / omega**2
+    rows = [r for r in found["cycles"] if r["drive"] == drive]
+    np.testing.assert_allclose(kappa.real, [r["k_eq"] for r in rows], rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(kappa.imag, [r["gamma_eq"] for r in rows], rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(
+        2 * np.abs(Q) / STEPS, [r["modal_amplitude"] for r in rows], rtol=1e-12
+    )
+
+
+def test_tables_repeat_the_cycles(tree: xr.DataTree) -> None:
+    tables = tree["tables"].dataset
+    for drive in ("moment", "mode"):
+        for name in ("k_eq", "gamma_eq", "modal_amplitude", "dissipated_energy"):
+            row = tables[name].sel(drive=drive).values
+            np.testing.assert_array_equal(row, tree[f"cycles_{drive}"][name].values)
+    np.testing.assert_allclose(tables["moment_over_clamp_force_length"], AMPLITUDES)
+
+
+def test_tables_keep_a_place_for_failed_cycles(run: LapRun) -> None:
+    cycles = {**run.cycles, "mode": run.cycles["mode"][1:]}
+    moments = {**run.moments, "mode": run.moments["mode"][1:]}
+    tables = dataset(replace(run, cycles=cycles, moments=moments))["tables"].dataset
+    assert np.isnan(tables["k_eq"].sel(drive="mode").values).tolist() == [True, False, False]
+    assert np.isfinite(tables["k_eq"].sel(drive="moment").values).all()
+
+
+def test_response_as_complex_number(tree: xr.DataTree, run: LapRun) -> None:
+    group = tree["response"]
+    value = group["modal_amplitude"].values * np.exp(1j * group["phase"].values)
+    np.testing.assert_allclose(value, [r.amplitude for r in run.responses], rtol=1e-12)
+
+
+def test_file_opens_group_by_group(run: LapRun, tree: xr.DataTree, tmp_path: Path) -> None:
+    path = write_dataset(tree, tmp_path / "results.nc")
+    with xr.open_dataset(path, engine="h5netcdf", group="cycles_mode") as cycles:
+        assert dict(cycles.sizes) == {"cycle": 3, "step": STEPS + 1, "pair": 51}
+        for name in FIELDS:
+            assert cycles[name].dtype == np.float32
+            original = tree["cycles_mode"][name].values
+            np.testing.assert_allclose(
+                cycles[name].values, original, rtol=1e-6, atol=1e-6 * np.abs(original).max()
+            )
+        assert cycles["q"].dtype == np.float64
+        assert cycles["state"].attrs["flag_meanings"].split()[3] == "separation"
+    with xr.open_datatree(path, engine="h5netcdf") as whole:
+        assert set(whole.children) == {
+            "model",
+            "prestress",
+            "cycles_moment",
+            "cycles_mode",
+            "tables",
+            "response",
+        }
+        assert list(whole["response"]["variant"].values) == ["printed", "consistent"] * 2
+        assert parse_joint(json.loads(whole.attrs["joint"])) == run.joint
+
+
+def test_replacing_keeps_the_old_file_on_failure(tmp_path: Path) -> None:
+    path = tmp_path / "file.txt"
+    path.write_text("old")
+
+    def write_badly() -> None:
+        with replacing(path) as temporary:
+            temporary.write_text("half")
+            raise RuntimeError("disk full")
+
+    with pytest.raises(RuntimeError, match="disk full"):
+        write_badly()
+    assert path.read_text() == "old"
+    assert [p.name for p in tmp_path.iterdir()] == ["file.txt"]
+
+
+def test_replacing_replaces(tmp_path: Path) -> None:
+    path = tmp_path / "file.txt"
+    path.write_text("old")
+    with replacing(path) as temporary:
+        temporary.write_text("new")
+        assert path.read_text() == "old"
+    assert path.read_text() == "new"
+    assert [p.name for p in tmp_path.iterdir()] == ["file.txt"]
+
+
+class Listener:
+    """Progress that keeps count."""
+
+    def __init__(self) -> None:
+        self.total = self.done = self.finished = 0
+
+    def start(self, label: str, total: int) -> None:
+        self.total += total
+
+    def advance(self, n: int = 1) -> None:
+        self.done += n
+
+    def finish(self) -> None:
+        self.finished += 1
+
+
+def test_write_results_writes_all_and_can_do_it_again(run: LapRun, tmp_path: Path) -> None:
+    bare = LapRun(joint=run.joint, assembly=run.assembly)
+    listener = Listener()
+    first = write_results(bare, tmp_path / "out", listener)
+    second = write_results(bare, tmp_path / "out")
+    assert first == second
+    assert all(path.stat().st_size > 0 for path in first)
+    assert {path.name for path in first} >= {"summary.json", "results.nc", "model.png"}
+    assert listener.done == listener.total
+    assert listener.finished == 1
+    on_disk = {path for path in (tmp_path / "out").rglob("*") if path.is_file()}
+    assert on_disk == set(first)
+
+
+def test_summary_on_disk(run: LapRun, found: dict, tmp_path: Path) -> None:
+    path = write_summary(run, tmp_path / "summary.json")
+    assert json.loads(path.read_text(encoding="utf-8")) == found
+
+
+def test_printed_summary_says_what_matters(run: LapRun, found: dict) -> None:
+    out = io.StringIO()
+    failed = replace(run, failures=["mode cycle at M/(PL) = 0.1: [the joint opens]"])
+    print_summary(failed, Console(file=out, width=120))
+    text = out.getvalue()
+    assert f"{found['model']['sliding_frequency_hz']:.2f} Hz sliding" in text
+    best = max(row["gamma_eq"] for row in found["cycles"] if row["drive"] == "mode")
+    assert f"gamma_eq {best:.4f}" in text
+    assert "1 not solved" in text
+    assert "[the joint opens]" in text
+    assert "consistent" in text
+
+
+def test_printed_summary_without_analyses(run: LapRun) -> None:
+    out = io.StringIO()
+    print_summary(LapRun(joint=run.joint, assembly=run.assembly), Console(file=out))
+    assert "Hz stuck" in out.getvalue()
+    assert "Forced response" not in out.getvalue()
