@@ -38,6 +38,7 @@ $(VENV)/created:
 
 $(VENV)/installed: pyproject.toml | $(VENV)/created
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e .
+	$(BIN)/python -m microslip.compile
 	touch $@
 
 $(VENV)/installed-%: pyproject.toml $(VENV)/installed | $(VENV)/created

@@ -168,7 +168,7 @@ def test_reversing_the_tangential_axis_mirrors_the_solution(seed, pairs, mu):
 
 
 def test_pressed_pair_by_hand():
-    """One pair: v_n = 0 gives r_n = 2; the tangential pull of 3 exceeds mu r_n = 1 and slips 2 W."""
+    """One pair: v_n = 0 gives r_n = 2; the pull of 3 exceeds mu r_n = 1 and slips 2 W."""
     solver = ContactSolver(plain(np.eye(2)), 0.5, np.ones(1), np.ones(1, np.int8))
     s = solver.solve(np.array([2.0, 3.0]), np.zeros(0), np.zeros(1))
     assert s.r == pytest.approx([2.0, 1.0])

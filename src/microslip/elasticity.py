@@ -137,7 +137,7 @@ def traction_load(
         tx, ty = traction(w.x[0], w.x[1])
         return tx * v[0] + ty * v[1]
 
-    return skfem.asm(work, edge)[body.order]
+    return np.asarray(skfem.asm(work, edge)[body.order], dtype=float)
 
 
 def pressed_length_load(body: Body, facets: NDArray[np.int64], half_length: float) -> Array:
@@ -161,7 +161,9 @@ def pressed_length_load(body: Body, facets: NDArray[np.int64], half_length: floa
         load[first] += force * np.mean((1 - s) * (1 - 2 * s))
         load[second] += force * np.mean(s * (2 * s - 1))
         load[corners + facet] += force * np.mean(4 * s * (1 - s))
-    return np.kron(load, [0.0, 1.0])
+    vertical: Array = np.zeros(2 * len(load))
+    vertical[1::2] = load
+    return vertical
 
 
 def traction_stiffness(

@@ -219,7 +219,7 @@ class CycleAnalysis(Section):
     count: Count = Field(default=25, ge=2, le=1000)
     moment_over_clamp_force_length: Ratios | None = None
     steps: Count = Field(default=300, ge=20, le=100_000)
-    max_cycles: Count = Field(default=8, ge=2, le=1000)
+    max_cycles: Count = Field(default=6, ge=2, le=1000)
     closure: Number = Field(default=1e-5, gt=0, lt=0.1)
 
     def amplitudes(self, opening: float = 1.0) -> tuple[float, ...]:
@@ -291,7 +291,6 @@ class TimeAnalysis(Section):
     max_cycles: Count = Field(default=400, ge=2, le=100_000)
     tolerance: Number = Field(default=1e-5, gt=0, lt=0.1)
     search: Literal["accelerated", "marched"] = "accelerated"
-    workers: Count = Field(default=2, ge=1, le=256)
 
     def band(self) -> tuple[float, ...]:
         """Frequencies, Hz, ascending.

@@ -31,6 +31,7 @@ from microslip.reduced import (
 from microslip.states import LinearStates, linear_states
 from microslip.statics import Cycle, Prestress, opening_load, prestress, quasi_static_cycle
 from microslip.structure import Structure, lap_joint_structure
+from microslip.threads import in_threads, workers
 from microslip.timedomain import Request, TimePoint, steady_states
 
 Array = NDArray[np.float64]
@@ -201,9 +202,10 @@ def run_cycles(result: LapRun, drive: str, progress: Progress) -> None:
     done: list[Cycle] = []
     kept: list[float] = []
     result.cycles[drive], result.moments[drive] = done, kept
-    for load, moment in zip(loads, moments, strict=True):
+
+    def one(load: float) -> Cycle | ContactError:
         try:
-            cycle = quasi_static_cycle(
+            return quasi_static_cycle(
                 a.model,
                 a.flexibility,
                 a.prestress,
@@ -214,12 +216,16 @@ def run_cycles(result: LapRun, drive: str, progress: Progress) -> None:
                 max_cycles=settings.max_cycles,
                 closure=settings.closure,
             )
-            done.append(cycle)
-            kept.append(float(moment))
         except ContactError as error:
-            result.failures.append(
-                f"{drive} cycle at M/(PL) = {moment / a.moment_unit:.3g}: {error}"
-            )
+            return error
+
+    for moment, outcome in zip(moments, in_threads(one, loads, workers()), strict=True):
+        if isinstance(outcome, Cycle):
+            done.append(outcome)
+            kept.append(float(moment))
+        else:
+            ratio = moment / a.moment_unit
+            result.failures.append(f"{drive} cycle at M/(PL) = {ratio:.3g}: {outcome}")
         progress.advance()
     progress.finish()
     if len(done) >= 2:
@@ -259,7 +265,7 @@ def run_responses(result: LapRun, progress: Progress) -> None:
         linear, None, frequency, loads[0][1], rho=0.0, friction=0.0, variant="frictionless"
     )
     for rho, moment in loads:
-        for variant, (model, table) in models.items():
+        for name, (model, table) in models.items():
             frictionless = rho == 0 or joint.contact.friction == 0
             response = forced_response(
                 model,
@@ -268,7 +274,7 @@ def run_responses(result: LapRun, progress: Progress) -> None:
                 moment,
                 rho=rho,
                 friction=0.0 if frictionless else joint.contact.friction,
-                variant=variant,
+                variant=name,
                 tolerance=settings.tolerance,
                 max_iterations=settings.max_iterations,
             )
@@ -276,7 +282,7 @@ def run_responses(result: LapRun, progress: Progress) -> None:
             if len(response.unconverged):
                 bad = response.unconverged
                 result.failures.append(
-                    f"{variant} response, M = {moment:.4g} N m/m: {len(bad)} of {len(frequency)} "
+                    f"{name} response, M = {moment:.4g} N m/m: {len(bad)} of {len(frequency)} "
                     f"points have no answer in the table, {bad.min():.2f} to {bad.max():.2f} Hz"
                 )
             progress.advance()
@@ -354,7 +360,7 @@ def run_time_domain(result: LapRun, progress: Progress) -> None:
             )
     progress.start("time domain", len(requests))
     compliance = np.diag(a.flexibility.W - static_flexibility(a.model).W)
-    for outcome in steady_states(a.model, a.prestress, requests, compliance, settings.workers):
+    for outcome in steady_states(a.model, a.prestress, requests, compliance, workers()):
         if isinstance(outcome, str):
             result.failures.append(outcome)
         else:

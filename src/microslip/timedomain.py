@@ -1,20 +1,18 @@
-"""Many steady states by time integration, spread over processes."""
+"""Many steady states by time integration, spread over threads."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
-from multiprocessing import get_context
 
 import numpy as np
 from numpy.typing import NDArray
-from threadpoolctl import threadpool_limits
 
 from microslip.errors import MicroslipError
 from microslip.model import JointModel
 from microslip.statics import Prestress
 from microslip.steady import SteadyState, steady_state
+from microslip.threads import in_threads
 from microslip.transient import check_closed, period_error, time_scheme
 
 Array = NDArray[np.float64]
@@ -97,29 +95,14 @@ def solve_request(
     return TimePoint(request.rho, request.friction, steady, request.frequency * stretch)
 
 
-_SHARED: dict[str, tuple[JointModel, Prestress, Array | None]] = {}
-
-
-def _begin(model: JointModel, prestress: Prestress, compliance: Array | None) -> None:
-    _SHARED["joint"] = (model, prestress, compliance)
-
-
-def _work(request: Request) -> TimePoint | str:
-    try:
-        with threadpool_limits(1):
-            return solve_request(*_SHARED["joint"], request)
-    except MicroslipError as error:
-        return f"time domain, rho = {request.rho:g}, {request.frequency:g} Hz: {error}"
-
-
 def steady_states(
     model: JointModel,
     prestress: Prestress,
     requests: Sequence[Request],
     compliance: Array | None = None,
-    workers: int = 2,
+    threads: int = 2,
 ) -> Iterator[TimePoint | str]:
-    """Answers as they come; a text says why a point failed.
+    """Answers in the order of the requests; a text says why a point failed.
 
     Parameters
     ----------
@@ -128,23 +111,13 @@ def steady_states(
     requests : sequence of Request
     compliance : (d m,) array, optional
         Contact compliance of an elastic contact.
-    workers : int
-        Processes; 1 works in this one.
+    threads : int
     """
-    if workers == 1 or len(requests) == 1:
-        _begin(model, prestress, compliance)
-        for request in requests:
-            yield _work(request)
-        return
-    pool = ProcessPoolExecutor(
-        workers,
-        mp_context=get_context("spawn"),
-        initializer=_begin,
-        initargs=(model, prestress, compliance),
-    )
-    try:
-        pending = [pool.submit(_work, request) for request in requests]
-        for done in as_completed(pending):
-            yield done.result()
-    finally:
-        pool.shutdown(wait=True, cancel_futures=True)
+
+    def work(request: Request) -> TimePoint | str:
+        try:
+            return solve_request(model, prestress, compliance, request)
+        except MicroslipError as error:
+            return f"time domain, rho = {request.rho:g}, {request.frequency:g} Hz: {error}"
+
+    return in_threads(work, requests, threads)

@@ -118,7 +118,7 @@ def foundation(elements: int):
 
 
 def prestressed(model, flexibility) -> Prestress:
-    """Normal forces alone. Written down: without friction the free bar has no equilibrium solver."""
+    """Normal forces alone. Written down: without friction the free bar has no equilibrium."""
     m = model.pairs
     v = np.zeros(2 * m)
     r = flexibility.loads_v[:, 0].copy()
@@ -130,7 +130,7 @@ def prestressed(model, flexibility) -> Prestress:
 def pull(elements, fraction, steps=400) -> Cycle:
     model, flexibility, start = foundation(elements)
     return quasi_static_cycle(
-        model, flexibility, start, "drive", fraction * SHEAR * LENGTH, MU, steps=steps
+        model, flexibility, start, "drive", fraction * SHEAR * LENGTH, MU, steps=steps, max_cycles=4
     )
 
 
@@ -138,7 +138,7 @@ def pull(elements, fraction, steps=400) -> Cycle:
 def test_bar_on_coulomb_foundation(fraction):
     """D = (2/3) F³/(E A f), end displacement F²/(2 E A f), within 0.1 %."""
     force = fraction * SHEAR * LENGTH
-    cycle = pull(200, fraction)
+    cycle = pull(128, fraction, 200)
     assert cycle.dissipated == pytest.approx(2 / 3 * force**3 / (AXIAL * SHEAR), rel=1e-3)
     end = cycle.output[np.argmax(cycle.load), 1]
     assert end == pytest.approx(force**2 / (2 * AXIAL * SHEAR), rel=1e-3)
@@ -155,7 +155,7 @@ def test_dissipation_of_the_bar_converges_at_second_order():
     """The end of slip lies a quarter of the bar in, on a node of each mesh."""
     force = 0.25 * SHEAR * LENGTH
     exact = 2 / 3 * force**3 / (AXIAL * SHEAR)
-    found = [pull(n, 0.25, 800).dissipated / exact - 1 for n in (8, 16, 32, 64)]
+    found = [pull(n, 0.25, 400).dissipated / exact - 1 for n in (8, 16, 32, 64)]
     print("orders", orders(found))
     assert orders(found) == pytest.approx(2.0, abs=0.05)
 

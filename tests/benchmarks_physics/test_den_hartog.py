@@ -60,23 +60,45 @@ def test_reads_the_displacement_of_the_mass():
     assert marched.output[:, 2] == pytest.approx(np.sqrt(MASS) * marched.output[:, 1], rel=1e-12)
 
 
-@pytest.mark.parametrize("ratio", EXACT)
-@pytest.mark.parametrize(("column", "r"), enumerate(RATIO))
-def test_exact_amplitude(ratio, column, r):
-    """X k / P0 of the steady state, rests included, within 0.1 %."""
+def amplitude(ratio, r, steps):
+    """Largest |x| k / P0 over the steady cycle, and the steady state."""
     frequency = r * OMEGA / (2 * np.pi)
-    steps = 1000
     scheme = oscillator(ratio * P0, 1 / (frequency * steps))
-    found = steady_state(scheme, frequency, P0, tolerance=1e-7, max_cycles=2000)
+    found = steady_state(scheme, frequency, P0, tolerance=1e-6)
     assert found.converged
-    x = found.cycle.output[:, 1]
-    largest = 0.5 * (x.max() - x.min()) * STIFFNESS / P0
-    print(
-        f"F/P0 {ratio}, r {r}: X k/P0 {largest:.6f}, cycles {found.cycles}, mean {x.max() + x.min():.1e}"
-    )
+    return np.abs(found.cycle.output[:, 1]).max() * STIFFNESS / P0, found
+
+
+@pytest.mark.parametrize("ratio", [0.2, 0.4, 0.6])
+@pytest.mark.parametrize("column", [1, 2, 3])
+def test_tabulated_amplitudes_are_those_of_the_closed_form(ratio, column):
+    """Motion without stops: (X k/P0)² = V² - (F U/P0)², V = 1/(1 - r²)."""
+    r = RATIO[column]
+    U = np.sin(np.pi / r) / (r * (1 + np.cos(np.pi / r)))
+    closed = np.sqrt(1 / (1 - r**2) ** 2 - (ratio * U) ** 2)
+    assert EXACT[ratio][column] == pytest.approx(closed, abs=6e-7)
+
+
+@pytest.mark.parametrize("ratio", [0.2, 0.4, 0.6])
+@pytest.mark.parametrize("column", range(4))
+def test_exact_amplitude(ratio, column):
+    """Within 0.1 %, stops included."""
+    found, steady = amplitude(ratio, RATIO[column], 16000)
     exact = EXACT[ratio][column]
-    assert largest == pytest.approx(exact, rel=1e-3)
-    assert np.abs(x).max() * STIFFNESS / P0 == pytest.approx(exact, rel=1e-3)
+    print(f"F/P0 {ratio}, r {RATIO[column]}: {found / exact - 1:+.2e}, {steady.cycles} cycles")
+    assert found == pytest.approx(exact, rel=1e-3)
+
+
+def test_error_falls_with_the_step():
+    """A mass right on a slider: first order, as friction changes sign half a step late on average.
+
+    The force of a slider behind a spring is continuous, and this error is absent there.
+    """
+    steps = np.array([150, 1000, 8000])
+    for ratio, row in EXACT.items():
+        for r, exact in zip(RATIO, row, strict=True):
+            error = np.array([amplitude(ratio, r, n)[0] / exact - 1 for n in steps])
+            assert (np.abs(error) < 15 / steps).all()
 
 
 def test_free_decay_is_linear():
@@ -95,4 +117,4 @@ def test_free_decay_is_linear():
     assert len(size) >= 19
     assert -np.diff(size[:19]) == pytest.approx(np.full(18, drop), rel=1e-3)
     assert np.abs(x[-1]) <= 0.5 * drop * (1 + 1e-6)
-    assert np.ptp(x[-steps:]) < 1e-9 * drop
+    assert np.ptp(x[-steps:]) < 1e-6 * drop

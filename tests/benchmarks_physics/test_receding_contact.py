@@ -48,7 +48,7 @@ def test_central_pressure(layers):
 
 
 def test_pressure_carries_the_clamp(layers):
-    """All of it, but for what the springs at the ends take: their stiffness is 1e-6 of a layer's."""
+    """All but what the springs at the ends take: their stiffness is 1e-6 of a layer's."""
     model, flexibility, _, _ = layers
     start = prestress(model, flexibility, 1e6)
     assert SPRING / MATERIAL.youngs_modulus < 2e-6

@@ -31,7 +31,9 @@ STICK, FORWARD, BACKWARD, SEPARATED = 1, 2, 3, 4
 
 MAX_FULL = 40
 MAX_RANK = 64
-_jit = nb.njit(cache=True, fastmath={"contract", "reassoc", "arcp", "nsz"}, error_model="numpy")
+_jit = nb.njit(
+    cache=True, nogil=True, fastmath={"contract", "reassoc", "arcp", "nsz"}, error_model="numpy"
+)
 
 
 @_jit
