@@ -81,9 +81,9 @@ def test_period_error_is_the_one_measured(alpha, steps):
     dt = 2 * np.pi / omega / steps
     scheme = oscillator(omega, dt, alpha)
     cycles = 200 if steps == 20 else 60
-    x = march(
-        scheme, prestressed_state(scheme, 1.0, omega), np.zeros(cycles * steps + 1)
-    ).output[:, 2]
+    x = march(scheme, prestressed_state(scheme, 1.0, omega), np.zeros(cycles * steps + 1)).output[
+        :, 2
+    ]
     # x_n = rho^n sin(n phi + c): phi from x_{n+1} + rho² x_{n-1} = 2 rho cos(phi) x_n.
     n = np.arange(len(x))
     early, late = x[: len(x) // 2], x[len(x) // 2 :]

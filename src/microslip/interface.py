@@ -15,6 +15,8 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from microslip.errors import ModelError
+
 Array = NDArray[np.float64]
 
 
@@ -59,12 +61,17 @@ def matching_interface(
     dofs : int
         Degrees of freedom of the structure; node ``k`` has ``2 k`` (x) and ``2 k + 1`` (y).
 
+    Raises
+    ------
+    ModelError
+        Where the number of pairs is even or below 3.
+
     Examples
     --------
-    >>> pair = matching_interface(np.array([0]), np.array([1]), np.array([0.0]), 4)
-    >>> pair.relative.toarray()  # lower moves up: the gap closes
-    array([[ 0.,  1.,  0., -1.],
-           [-1.,  0.,  1.,  0.]])
+    >>> lower, upper = np.array([0, 1, 2]), np.array([3, 4, 5])
+    >>> pairs = matching_interface(lower, upper, np.array([0.0, 1.0, 2.0]), 12)
+    >>> pairs.relative.toarray()[0]  # lower node 0 moves up: the gap closes
+    array([ 0.,  1.,  0.,  0.,  0.,  0.,  0., -1.,  0.,  0.,  0.,  0.])
     """
     m = len(x)
     i = np.arange(m)
@@ -87,6 +94,11 @@ def nodal_areas(x: Array) -> Array:
     >>> nodal_areas(np.array([0.0, 3.0, 6.0, 9.0, 12.0]))
     array([1., 4., 2., 4., 1.])
     """
+    if len(x) < 3 or len(x) % 2 == 0:
+        raise ModelError(
+            f"{len(x)} contact nodes cannot be corners and mid-sides of quadratic elements: "
+            "their number is odd and at least 3"
+        )
     area = np.zeros(len(x))
     size = x[2::2] - x[:-2:2]
     area[:-2:2] += size / 6

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip.contact.planar import SEPARATED, STICK, _refactor
-from microslip.contact.solver import CERTIFICATE, TOLERANCE
+from microslip.contact.solver import CERTIFICATE, TOLERANCE, singularity_named
 from microslip.contact.timestep import step_through
 from microslip.errors import ContactError, JointOpensError, MicroslipError
 from microslip.model import JointModel
@@ -240,6 +240,7 @@ def prestressed_state(scheme: TimeScheme, amplitude: float = 0.0, omega: float =
     )
 
 
+@singularity_named()
 def march(scheme: TimeScheme, state: State, load: Array, *, keep: bool = False) -> March:
     """Integrate over ``len(load) - 1`` steps from `state`.
 

@@ -295,7 +295,9 @@ def march_full(scheme: FullScheme, load: Array, state: FullState | None = None) 
             a * (external - _internal(scheme, position, velocity)) + alpha * unbalanced
         )
         try:
-            found = contact.solve(B @ (position + beta * dt**2 * start), none, record.v[step - 1, 1::2])
+            found = contact.solve(
+                B @ (position + beta * dt**2 * start), none, record.v[step - 1, 1::2]
+            )
         except ContactError as error:
             raise ContactError(
                 f"contact not solved at t = {step * dt:.6g} s (load {load[step]:.4g}): {error}"

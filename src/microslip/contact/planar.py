@@ -29,6 +29,9 @@ import numpy as np
 STICK, FORWARD, BACKWARD, SEPARATED = 1, 2, 3, 4
 """Contact states, numbered as in the paper's figure 5."""
 
+ACCEPTED = 1e-9
+"""Natural-map residual below which a solution with no violated pair is accepted."""
+
 MAX_FULL = 40
 MAX_RANK = 64
 _jit = nb.njit(
@@ -383,7 +386,8 @@ def solve(
                 s += g[j] * b[j]
             z[i] = s
         error = np.inf
-        for attempt in range(4):
+        for attempt in range(5):
+            previous = error
             r[:] = 0.0
             for a in range(nr):
                 q[a] = scale[a] * z[a]
@@ -418,9 +422,12 @@ def solve(
                     top = max(top, abs(R[i, a]))
                 if top > 0.0 and total > 0.0:
                     error = max(error, abs(w1[a]) / (scale[a] * top * total))
-            if error <= 0.1 * tolerance:
+            if error <= 0.3 * tolerance or attempt == 4:
                 break
-            if attempt == 2 and refreshed != iteration:
+            stalled = not error < 0.3 * previous
+            if stalled and error <= 0.1 * ACCEPTED:
+                break
+            if stalled and refreshed != iteration:
                 nc = _refactor(G, W, R, stiffness, scale, mu, status, slots, slot_of)
                 refreshed = iteration
                 z[:n] = 0.0
@@ -435,6 +442,7 @@ def solve(
                 for j in range(n):
                     s += g[j] * w1[j]
                 z[i] += s
+        slack = max(tolerance, 3.0 * error)
         changes = 0
         worst = 0.0
         worst_pair = -1
@@ -444,7 +452,7 @@ def solve(
             size_i = 0.0
             if state == SEPARATED:
                 e = v[2 * i] / (W[2 * i, 2 * i] * force[i])
-                if e > tolerance:
+                if e > slack:
                     slip = v[2 * i + 1] - vt_old[i]
                     new = STICK
                     if abs(slip) > mu[i] * v[2 * i]:
@@ -452,19 +460,19 @@ def solve(
                     size_i = e
             else:
                 e = -r[2 * i] / force[i]
-                if e > tolerance:
+                if e > slack:
                     new = SEPARATED
                     size_i = e
                 elif state == STICK:
                     over = (abs(r[2 * i + 1]) - mu[i] * r[2 * i]) / force[i]
-                    if over > tolerance:
+                    if over > slack:
                         new = FORWARD if r[2 * i + 1] > 0.0 else BACKWARD
                         size_i = over
                 else:
                     slip = (v[2 * i + 1] - vt_old[i]) / (W[2 * i + 1, 2 * i + 1] * force[i])
                     if state == BACKWARD:
                         slip = -slip
-                    if slip < -tolerance:
+                    if slip < -slack:
                         new = STICK
                         size_i = -slip
             wanted[i] = new
@@ -480,7 +488,7 @@ def solve(
             residual = natural_residual(
                 W, R, stiffness, scale, mu, v_free, f_q, vt_old, r, q, v, force
             )
-            if residual <= 10.0 * tolerance:
+            if residual <= ACCEPTED:
                 return nc, iteration + 1, residual, rule
             if refreshed == iteration:
                 return nc, iteration + 1, residual, 3

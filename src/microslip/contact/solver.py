@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +15,7 @@ from microslip.flexibility import Flexibility
 
 Array = NDArray[np.float64]
 
-TOLERANCE = 1e-10
+TOLERANCE = 1e-12
 """Inequalities may be violated by this much of the contact pressure before a state changes."""
 
 CERTIFICATE = 1e-8
@@ -43,6 +45,18 @@ class Solution:
     status: NDArray[np.int8]
     residual: float
     iterations: int
+
+
+@contextmanager
+def singularity_named() -> Iterator[None]:
+    """Turn numpy's singular-matrix error into a `ContactError` that says what it means."""
+    try:
+        yield
+    except np.linalg.LinAlgError as error:
+        raise ContactError(
+            "the contact system is singular: a motion of the bodies is held by neither contact, "
+            "friction nor support; add a support or some friction"
+        ) from error
 
 
 class ContactSolver:
@@ -95,6 +109,7 @@ class ContactSolver:
         self.v = np.zeros(2 * pairs)
         self.touching = self.refresh()
 
+    @singularity_named()
     def refresh(self) -> int:
         """Rebuild the inverse from the present states; returns the number of pairs touching."""
         f = self.flexibility
@@ -111,6 +126,7 @@ class ContactSolver:
         )
         return self.touching
 
+    @singularity_named()
     def solve(self, v_free: Array, f_q: Array, vt_old: Array) -> Solution:
         """Solve for the given free displacement; raises `ContactError` where it cannot.
 

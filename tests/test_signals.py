@@ -1,0 +1,166 @@
+"""Load signals: phases against quadrature, and every way a file can be wrong."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from microslip.errors import InputError
+from microslip.signals import harmonic, read_signal, stepped_sine, swept_sine
+from microslip.units import LINE_FORCE
+
+
+def test_harmonic_samples():
+    time, load = harmonic(3.0, 50.0, 2.0, 1e-4)
+    assert len(time) == 401
+    assert time[-1] == pytest.approx(0.04)
+    assert load == pytest.approx(3 * np.sin(100 * np.pi * time), abs=1e-12)
+
+
+@pytest.mark.parametrize("steps", [3, 7, 49, 150, 997])
+def test_whole_cycles_end_on_the_last_sample(steps):
+    """1/(f n) is not a binary fraction: the last step must not be lost to rounding."""
+    for frequency in (0.3, 174.6, 1234.5):
+        time, load = harmonic(1.0, frequency, 10, 1 / (frequency * steps))
+        assert len(time) == 10 * steps + 1
+        assert abs(load[-1]) < 1e-9
+
+
+@pytest.mark.parametrize(("law", "exponent"), [("linear", 0), ("log", 1)])
+@pytest.mark.parametrize(("start", "stop"), [(10.0, 40.0), (40.0, 10.0), (25.0, 25.0)])
+def test_swept_phase_is_the_integral_of_its_frequency(law, exponent, start, stop):
+    duration = 2.0
+
+    def frequency(t):
+        if exponent:
+            return start * (stop / start) ** (t / duration)
+        return start + (stop - start) * t / duration
+
+    time, load = swept_sine(1.5, start, stop, duration, 1e-3, law)
+    for k in range(0, len(time), 97):
+        turns = quad(frequency, 0, time[k], epsabs=1e-12, limit=200)[0]
+        assert load[k] == pytest.approx(1.5 * np.sin(2 * np.pi * turns), abs=1e-8)
+
+
+def test_up_and_down_sweeps_mirror_in_time():
+    """The phase still to run of an upward sweep is the phase run of the downward one."""
+    turns = 0.5 * (10 + 40) * 2.0
+    _, up = swept_sine(1.0, 10, 40, 2.0, 1e-3)
+    _, down = swept_sine(1.0, 40, 10, 2.0, 1e-3)
+    assert turns == round(turns)
+    assert down == pytest.approx(-up[::-1], abs=1e-9)
+
+
+def test_stepped_sine_dwells_without_a_jump():
+    frequencies = [10.0, 20.0, 5.0]
+    time, load = stepped_sine(2.0, frequencies, 3, 1e-4)
+    assert time[-1] == pytest.approx(3 * (1 / 10 + 1 / 20 + 1 / 5), abs=1e-4)
+    assert np.abs(np.diff(load)).max() <= 2.0 * 2 * np.pi * 20 * 1e-4 * (1 + 1e-9)
+    begin = 0.0
+    for f in frequencies:
+        inside = (time >= begin) & (time <= begin + 3 / f)
+        assert load[inside] == pytest.approx(
+            2 * np.sin(2 * np.pi * f * (time[inside] - begin)), abs=1e-9
+        )
+        begin += 3 / f
+
+
+def test_one_step_of_a_stepped_sine_is_a_harmonic():
+    assert stepped_sine(1.0, [17.0], 5, 1e-3)[1] == pytest.approx(
+        harmonic(1.0, 17.0, 5, 1e-3)[1], abs=1e-9
+    )
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: harmonic(1.0, 0.0, 1, 0.1), "frequency is 0"),
+        (lambda: harmonic(1.0, 1.0, -1, 0.1), "cycles is -1"),
+        (lambda: harmonic(1.0, 1.0, 1, np.nan), "dt is nan"),
+        (lambda: stepped_sine(1.0, [], 1, 0.1), "at least one"),
+        (lambda: stepped_sine(1.0, [1.0, -2.0], 1, 0.1), "frequency is -2"),
+        (lambda: stepped_sine(1.0, [1.0, np.inf], 1, 0.1), "finite"),
+        (lambda: swept_sine(1.0, 1.0, 2.0, 0.0, 0.1), "duration is 0"),
+        (lambda: swept_sine(1.0, 1.0, 2.0, 1.0, 0.1, "cubic"), "'linear' or 'log'"),
+    ],
+)
+def test_senseless_signals_are_refused(call, message):
+    with pytest.raises(InputError, match=message):
+        call()
+
+
+def write(folder, text):
+    path = folder / "load.csv"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_reads_units_and_resamples(tmp_path):
+    """Milliseconds and kN m/m; a straight line stays one whatever the step."""
+    rows = "\n".join(f"{5 + t}, {2 * t}" for t in (0, 1, 2.5, 3, 4, 7))
+    path = write(tmp_path, "time [ms], moment [kN*m/m]\n" + rows + "\n")
+    time, load = read_signal(path, 2e-4)
+    assert len(time) == 36
+    assert time[[0, -1]] == pytest.approx([0, 7e-3])
+    assert load == pytest.approx(2000 * 1e3 * time, rel=1e-12)
+
+
+def test_linear_interpolation_between_samples(tmp_path):
+    path = write(tmp_path, "time [s], moment [N*m/m]\n0,0\n1,10\n\n2,-10\n3,0\n")
+    assert read_signal(path, 0.5)[1] == pytest.approx([0, 5, 10, 0, -10, -5, 0])
+
+
+def test_reads_another_kind_and_a_byte_order_mark(tmp_path):
+    path = write(tmp_path, "\ufefftime [s],force [kN/m]\n0,1\n1,2\n")
+    assert read_signal(path, 1.0, LINE_FORCE)[1] == pytest.approx([1000, 2000])
+
+
+HEADER = "time [s], moment [N*m/m]\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "is empty"),
+        (HEADER, "0 rows"),
+        (HEADER + "0,1\n", "1 rows"),
+        (HEADER + "0,1\n1,nan\n2,0\n", "line 3: 'nan' is not finite"),
+        (HEADER + "0,1\n1,2\ninf,0\n", "line 4: 'inf' is not finite"),
+        (HEADER + "0,1\n1,x\n", "line 3: 'x' is not a number"),
+        (HEADER + "0,1\n1,\n", "line 3: '' is not a number"),
+        (HEADER + "0,1\n1,2,3\n", "line 3: has 3 columns"),
+        (HEADER + "0,1\n1,2\n1,3\n", "line 4: time 1 s does not come after 1 s"),
+        (HEADER + "0,1\n2,2\n1,3\n", "line 4: time 1 s does not come after 2 s"),
+        (HEADER + "0,1\n1,2\n2,3\n3,1\n14,1\n15,1\n", "line 6: a gap of 11 s after 3 s"),
+        ("0,1\n1,2\n2,3\n", "does not say its unit"),
+        ("time, moment\n0,1\n1,2\n", "'time' does not say its unit"),
+        ("time [s]\n0\n1\n", "1 columns"),
+        ("time [s], moment [Pa]\n0,1\n1,2\n", "'Pa' measures something else"),
+        ("time [m], moment [N*m/m]\n0,1\n1,2\n", "'m' measures something else"),
+        ("time [s], moment [furlongs]\n0,1\n1,2\n", "furlongs"),
+        (HEADER + "0,1\n0.01,2\n", "shorter than one step"),
+    ],
+)
+def test_bad_files_are_refused(tmp_path, text, message):
+    path = write(tmp_path, text)
+    with pytest.raises(InputError, match=message) as error:
+        read_signal(path, 0.1)
+    assert str(path) in str(error.value)
+
+
+def test_missing_file_is_named(tmp_path):
+    with pytest.raises(InputError, match=r"nowhere\.csv: cannot be read"):
+        read_signal(tmp_path / "nowhere.csv", 0.1)
+
+
+def test_binary_file_is_refused(tmp_path):
+    path = tmp_path / "load.csv"
+    path.write_bytes(bytes(range(128, 256)))
+    with pytest.raises(InputError, match="not a CSV text file"):
+        read_signal(path, 0.1)
+
+
+def test_ten_median_intervals_are_no_gap(tmp_path):
+    path = write(tmp_path, HEADER + "0,1\n1,2\n2,3\n12,1\n13,1\n")
+    assert len(read_signal(path, 1.0)[0]) == 14

@@ -1,0 +1,130 @@
+"""Steady states: acceleration against plain marching, and independence of the start."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from microslip.steady import steady_state
+from microslip.transient import march, prestressed_state, time_scheme
+
+STEPS = 150
+LOADS = {"stick": 1e-5, "mixed": 1e-4, "slip": 4e-4}
+"""Moment over P L, 3 Hz above the sliding frequency."""
+TOLERANCE = {"stick": 1e-6, "mixed": 1e-6, "slip": 1e-5}
+"""A widely slipping joint walks and must not be asked for more: see `test_joint_walks`."""
+AGREEMENT = {"stick": 1e-4, "mixed": 1e-4, "slip": 3e-4}
+MARCHED = {"stick": 2800, "mixed": 400, "slip": 400}
+"""Cycles of plain marching from rest until transients are below 1e-4."""
+
+
+@pytest.fixture(scope="module", params=LOADS)
+def case(request, small_reference):
+    """Name, scheme and the accelerated steady state from rest."""
+    name = request.param
+    frequency = small_reference.omega_sliding / (2 * np.pi) + 3.0
+    scheme = time_scheme(small_reference.model, small_reference.start, 0.25, 1 / (frequency * STEPS))
+    load = LOADS[name] * small_reference.moment
+    found = steady_state(scheme, frequency, load, tolerance=TOLERANCE[name])
+    assert found.converged
+    return name, scheme, found
+
+
+def differences(one, other):
+    """Of the complex amplitude and of the dissipated energy, relative."""
+    amplitude = abs(one.amplitude - other.amplitude) / abs(other.amplitude)
+    return amplitude, abs(one.cycle.dissipated / other.cycle.dissipated - 1)
+
+
+def test_accelerated_and_marched_agree(case):
+    name, scheme, fast = case
+    slow = steady_state(
+        scheme, fast.frequency, fast.load, accelerate=False, tolerance=0, max_cycles=MARCHED[name]
+    )
+    amplitude, dissipated = differences(fast, slow)
+    shares = [float(np.mean(fast.cycle.status == k)) for k in (1, 2, 3, 4)]
+    reach = int(np.argmax(slow.history < 1e-5)) + 1
+    print(
+        f"{name}: amplitude {amplitude:.1e}, dissipation {dissipated:.1e}; cycles {fast.cycles}, "
+        f"marched to 1e-5 in {reach}; stick, forward, backward, open {np.round(shares, 2)}"
+    )
+    assert max(amplitude, dissipated) < AGREEMENT[name]
+    assert fast.cycles < 0.25 * reach
+
+
+def test_steady_state_does_not_depend_on_the_start(case):
+    """From rest, from a guess off by 30 % in amplitude and 0.2 rad, from a state."""
+    name, scheme, fast = case
+    options = {"tolerance": TOLERANCE[name]}
+    guess = 1.3 * np.exp(0.2j) * fast.amplitude
+    guessed = steady_state(scheme, fast.frequency, fast.load, guess=guess, **options)
+    again = steady_state(scheme, fast.frequency, fast.load, start=fast.cycle.state, **options)
+    print(f"{name}: guess {differences(guessed, fast)} in {guessed.cycles}; again {again.cycles}")
+    assert guessed.converged
+    assert again.converged
+    assert max(differences(guessed, fast)) < AGREEMENT[name]
+    assert max(differences(again, fast)) < AGREEMENT[name]
+    assert again.cycles <= 3
+
+
+def test_phase_of_the_guess_does_not_rotate_the_answer(case):
+    """A cycle that starts at another phase of the load reports the same complex amplitude."""
+    name, scheme, fast = case
+    for angle in (0.7, -2.5):
+        guess = abs(fast.amplitude) * np.exp(1j * angle)
+        other = steady_state(
+            scheme, fast.frequency, fast.load, guess=guess, tolerance=TOLERANCE[name]
+        )
+        assert other.phase == pytest.approx(-angle)
+        assert max(differences(other, fast)) < 2 * AGREEMENT[name]
+
+
+def test_default_tolerance_is_worth_a_thousandth(case):
+    """1e-5 change per cycle is not 1e-5 of error: the slow transient sums up."""
+    _, scheme, fast = case
+    guess = 1.3 * fast.amplitude
+    found = steady_state(scheme, fast.frequency, fast.load, guess=guess)
+    print(f"default: {differences(found, fast)}, {found.cycles} cycles")
+    assert max(differences(found, fast)) < 1e-3
+
+
+def test_joint_walks(case):
+    """At wide slip the bodies creep past each other, the same distance every cycle; else they stay.
+
+    Only the soft horizontal springs at the far ends oppose it, so that the state never repeats.
+    """
+    name, scheme, fast = case
+    wave = fast.load * np.sin(2 * np.pi * np.arange(STEPS + 1) / STEPS)
+    steady = steady_state(
+        scheme, fast.frequency, fast.load, accelerate=False, tolerance=0, max_cycles=400
+    )
+    state, offsets = steady.cycle.state, []
+    for _ in range(20):
+        state = march(scheme, state, wave).state
+        offsets.append(state.v[1::2].mean())
+    steps = np.diff(offsets)
+    swing = np.ptp(fast.cycle.v[:, 1::2], axis=0).mean()
+    print(f"{name}: walks {steps.mean():.2e} m per cycle, {steps.mean() / swing:.1e} of its slip")
+    if name == "slip":
+        assert steps == pytest.approx(np.full(19, steps.mean()), rel=0.05)
+        assert 1e-4 < abs(steps.mean()) / swing < 1e-1
+    else:
+        assert np.abs(steps).max() < 1e-4 * swing
+
+
+def test_load_of_opposite_sign_mirrors(case):
+    """M -> -M is a half turn of the joint: amplitude turns by pi, dissipation stays."""
+    name, scheme, fast = case
+    turned = steady_state(scheme, fast.frequency, -fast.load, tolerance=TOLERANCE[name])
+    assert -turned.amplitude == pytest.approx(fast.amplitude, rel=2 * AGREEMENT[name])
+    mirrored = turned.cycle.friction_work[::-1]
+    assert mirrored.sum() == pytest.approx(fast.cycle.dissipated, rel=2 * AGREEMENT[name])
+    assert mirrored == pytest.approx(fast.cycle.friction_work, abs=0.01 * mirrored.max())
+
+
+def test_not_converged_is_said(case):
+    _, scheme, fast = case
+    short = steady_state(scheme, fast.frequency, fast.load, max_cycles=3)
+    assert not short.converged
+    assert short.change > 1e-4
+    assert short.cycles == len(short.history) == 4

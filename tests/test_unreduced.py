@@ -1,0 +1,146 @@
+"""Every degree of freedom marched, against the reduced model and against its own energy."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from conftest import CLAMP, RAYLEIGH, build_reference
+
+from microslip.errors import ModelError
+from microslip.flexibility import static_flexibility
+from microslip.harmonics import harmonic
+from microslip.statics import prestress
+from microslip.transient import march, prestressed_state, time_scheme
+from microslip.unreduced import full_scheme, march_full, prestressed_full_state
+
+STEPS, CYCLES = 150, 4
+POINTS = ((1e-4, 1.5e-3), (3e-4, 8e-3), (1e-3, 3e-2))
+"""Moment over P L and the amplitude to start with: mostly stick, mixed, mostly slip and open."""
+
+
+@pytest.fixture(scope="module")
+def joint():
+    """25 pairs; 120 modes, so that it can be truncated anywhere."""
+    return build_reference(25, modes=120)
+
+
+def scheme_of(joint, friction=0.25, steps=STEPS):
+    dt = 1 / (frequency(joint) * steps)
+    sliding = joint.structure.mass @ joint.shape_sliding
+    return full_scheme(
+        joint.structure, joint.start, friction, RAYLEIGH, dt, outputs={"sliding": sliding}
+    )
+
+
+def frequency(joint):
+    return joint.omega_sliding / (2 * np.pi) + 1.0
+
+
+def reduced(joint, modes, load, amplitude):
+    model = joint.model.truncated(modes)
+    start = prestress(model, static_flexibility(model), CLAMP)
+    scheme = time_scheme(model, start, 0.25, 1 / (frequency(joint) * STEPS))
+    result = march(scheme, prestressed_state(scheme, amplitude, joint.omega_sliding), load)
+    return result, result.output[:, model.port("sliding")]
+
+
+@pytest.fixture(scope="module", params=POINTS, ids=["stick", "mixed", "slip"])
+def compared(request, joint):
+    """Errors of the reduced model by number of modes: amplitude, dissipation, whole history."""
+    level, amplitude = request.param
+    theta = 2 * np.pi * np.arange(CYCLES * STEPS + 1) / STEPS
+    load = level * joint.moment * np.sin(theta)
+    scheme = scheme_of(joint)
+    state = prestressed_full_state(scheme, joint.shape_sliding * amplitude * joint.omega_sliding)
+    full = march_full(scheme, load, state)
+    truth = full.output["sliding"]
+    last = slice(-STEPS - 1, None)
+    Q = harmonic(truth[last], theta[last])
+    errors = {}
+    for modes in (6, 8, 20, 80):
+        result, y = reduced(joint, modes, load, amplitude)
+        q = harmonic(y[last], theta[last])
+        errors[modes] = (
+            abs(abs(q) / abs(Q) - 1),
+            abs(result.dissipated / full.dissipated - 1),
+            np.abs(y - truth).max() / abs(Q),
+        )
+        print(f"M/PL {level}, {modes} modes: " + " ".join(f"{e:.1e}" for e in errors[modes]))
+    return errors, full
+
+
+def test_reduced_model_agrees(compared):
+    """The project's tolerance is 0.3 %; 20 modes up to 24 kHz are hundred times closer."""
+    errors, full = compared
+    assert full.residual.max() < 1e-8
+    for modes in (20, 80):
+        assert max(errors[modes][:2]) < 3e-3
+        assert max(errors[modes]) < 1e-4
+
+
+def test_agreement_improves_with_modes(compared):
+    errors = np.array([compared[0][k][2] for k in (6, 8, 20, 80)])
+    assert (errors[1:] < errors[:-1]).all()
+    assert errors[-1] < 0.01 * errors[0]
+
+
+def test_energy_balances(joint):
+    """Kinetic + strain energy less the clamp's potential changes by works in and out.
+
+    The scheme itself damps; what it takes is bounded and never negative.
+    """
+    s = joint.structure
+    steps = 600
+    scheme = scheme_of(joint, steps=steps)
+    state = prestressed_full_state(scheme)
+    load = 3e-4 * joint.moment * np.sin(2 * np.pi * np.arange(2 * steps + 1) / steps)
+    result = march_full(scheme, load, state)
+
+    def energy(z):
+        strain = 0.5 * z.x @ (s.stiffness @ z.x) - CLAMP * (s.loads["clamp"] @ z.x)
+        return strain + 0.5 * z.rate @ (s.mass @ z.rate)
+
+    gain = energy(result.state) - energy(state)
+    lost = result.external - gain - result.dissipated - result.damping - result.normal_work
+    print(f"work {result.external:.4g}, friction {result.dissipated:.4g}, missing {lost:.1e}")
+    assert abs(lost) < 1e-3 * abs(result.external)
+
+
+def test_prestressed_state_is_in_equilibrium(joint):
+    scheme = scheme_of(joint)
+    s, r = joint.structure, joint.start.solution.r
+    state = prestressed_full_state(scheme)
+    unbalanced = s.loads["clamp"] * CLAMP - s.interface.relative.T @ r - s.stiffness @ state.x
+    assert np.abs(unbalanced).max() < 1e-8 * r.max()
+    compression = np.abs(joint.start.solution.v).max()
+    assert s.interface.relative @ state.x == pytest.approx(
+        joint.start.solution.v, abs=1e-6 * compression
+    )
+    result = march_full(scheme, np.zeros(20), state)
+    assert result.r == pytest.approx(np.tile(r, (20, 1)), abs=1e-6 * r.max())
+    assert result.status[-1].tolist() == result.status[0].tolist()
+
+
+def test_marching_may_be_interrupted(joint):
+    scheme = scheme_of(joint)
+    load = 1e-3 * joint.moment * np.sin(2 * np.pi * np.arange(41) / STEPS)
+    whole = march_full(scheme, load)
+    first = march_full(scheme, load[:21])
+    second = march_full(scheme, load[20:], first.state)
+    assert second.r[-1] == pytest.approx(whole.r[-1], abs=1e-8 * whole.r.max())
+    assert first.dissipated + second.dissipated == pytest.approx(whole.dissipated, rel=1e-6)
+
+
+def test_refuses_what_it_cannot_march(joint):
+    with pytest.raises(ModelError, match="must be positive"):
+        full_scheme(joint.structure, joint.start, 0.25, RAYLEIGH, 0.0)
+    with pytest.raises(ModelError, match="no load 'torque'; this structure has clamp, moment"):
+        full_scheme(joint.structure, joint.start, 0.25, RAYLEIGH, 1e-4, port="torque")
+    other = build_reference(21, modes=20)
+    scheme = full_scheme(other.structure, other.start, 0.25, RAYLEIGH, 1e-4)
+    moved = full_scheme(
+        other.structure, prestress(other.model, other.flexibility, 2 * CLAMP), 0.25, RAYLEIGH, 1e-4
+    )
+    assert prestressed_full_state(moved).x == pytest.approx(
+        2 * prestressed_full_state(scheme).x, rel=1e-6, abs=1e-14
+    )
