@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from microslip.steady import steady_state
-from microslip.transient import march, prestressed_state, time_scheme
+from microslip.transient import march, time_scheme
 
 STEPS = 150
 LOADS = {"stick": 1e-5, "mixed": 1e-4, "slip": 4e-4}
@@ -23,7 +23,9 @@ def case(request, small_reference):
     """Name, scheme and the accelerated steady state from rest."""
     name = request.param
     frequency = small_reference.omega_sliding / (2 * np.pi) + 3.0
-    scheme = time_scheme(small_reference.model, small_reference.start, 0.25, 1 / (frequency * STEPS))
+    scheme = time_scheme(
+        small_reference.model, small_reference.start, 0.25, 1 / (frequency * STEPS)
+    )
     load = LOADS[name] * small_reference.moment
     found = steady_state(scheme, frequency, load, tolerance=TOLERANCE[name])
     assert found.converged
@@ -52,40 +54,40 @@ def test_accelerated_and_marched_agree(case):
     assert fast.cycles < 0.25 * reach
 
 
-def test_steady_state_does_not_depend_on_the_start(case):
-    """From rest, from a guess off by 30 % in amplitude and 0.2 rad, from a state."""
-    name, scheme, fast = case
-    options = {"tolerance": TOLERANCE[name]}
-    guess = 1.3 * np.exp(0.2j) * fast.amplitude
-    guessed = steady_state(scheme, fast.frequency, fast.load, guess=guess, **options)
-    again = steady_state(scheme, fast.frequency, fast.load, start=fast.cycle.state, **options)
-    print(f"{name}: guess {differences(guessed, fast)} in {guessed.cycles}; again {again.cycles}")
-    assert guessed.converged
-    assert again.converged
-    assert max(differences(guessed, fast)) < AGREEMENT[name]
-    assert max(differences(again, fast)) < AGREEMENT[name]
-    assert again.cycles <= 3
+def test_start_matters_by_what_it_locks_in_only(case):
+    """Starts far off (amplitude, phase) against rest: a thousandth, and it is there to stay.
 
-
-def test_phase_of_the_guess_does_not_rotate_the_answer(case):
-    """A cycle that starts at another phase of the load reports the same complex amplitude."""
+    Coulomb friction has more than one steady state: pairs that stick all the time keep whatever
+    traction the transient left in them. Marching on does not bring the answers together.
+    """
     name, scheme, fast = case
-    for angle in (0.7, -2.5):
-        guess = abs(fast.amplitude) * np.exp(1j * angle)
+    for factor in (1.3, np.exp(0.7j), np.exp(-2.5j)):
+        start = factor * abs(fast.amplitude) * np.exp(1j * np.angle(fast.amplitude))
         other = steady_state(
-            scheme, fast.frequency, fast.load, guess=guess, tolerance=TOLERANCE[name]
+            scheme, fast.frequency, fast.load, guess=start, tolerance=TOLERANCE[name]
         )
-        assert other.phase == pytest.approx(-angle)
-        assert max(differences(other, fast)) < 2 * AGREEMENT[name]
+        assert other.converged
+        assert other.phase == pytest.approx(-np.angle(start))
+        amplitude, dissipated = differences(other, fast)
+        print(f"{name}, start {factor:.2f}: {amplitude:.1e}, {dissipated:.1e}, {other.cycles}")
+        assert amplitude < 3e-4
+        assert dissipated < 2e-3
+        wave = fast.load * np.sin(other.phase + 2 * np.pi * np.arange(STEPS + 1) / STEPS)
+        state = other.cycle.state
+        for _ in range(100):
+            later = march(scheme, state, wave)
+            state = later.state
+        assert later.dissipated == pytest.approx(other.cycle.dissipated, rel=AGREEMENT[name])
 
 
-def test_default_tolerance_is_worth_a_thousandth(case):
-    """1e-5 change per cycle is not 1e-5 of error: the slow transient sums up."""
-    _, scheme, fast = case
-    guess = 1.3 * fast.amplitude
-    found = steady_state(scheme, fast.frequency, fast.load, guess=guess)
-    print(f"default: {differences(found, fast)}, {found.cycles} cycles")
-    assert max(differences(found, fast)) < 1e-3
+def test_steady_state_starts_itself(case):
+    name, scheme, fast = case
+    again = steady_state(
+        scheme, fast.frequency, fast.load, start=fast.cycle.state, tolerance=TOLERANCE[name]
+    )
+    assert again.converged
+    assert again.cycles <= 3
+    assert max(differences(again, fast)) < AGREEMENT[name]
 
 
 def test_joint_walks(case):
@@ -109,16 +111,17 @@ def test_joint_walks(case):
         assert steps == pytest.approx(np.full(19, steps.mean()), rel=0.05)
         assert 1e-4 < abs(steps.mean()) / swing < 1e-1
     else:
-        assert np.abs(steps).max() < 1e-4 * swing
+        assert np.abs(steps).max() < 2e-3 * swing
+        assert abs(steps.mean()) < 5e-4 * swing
 
 
 def test_load_of_opposite_sign_mirrors(case):
     """M -> -M is a half turn of the joint: amplitude turns by pi, dissipation stays."""
     name, scheme, fast = case
     turned = steady_state(scheme, fast.frequency, -fast.load, tolerance=TOLERANCE[name])
-    assert -turned.amplitude == pytest.approx(fast.amplitude, rel=2 * AGREEMENT[name])
+    assert -turned.amplitude == pytest.approx(fast.amplitude, rel=1e-3)
     mirrored = turned.cycle.friction_work[::-1]
-    assert mirrored.sum() == pytest.approx(fast.cycle.dissipated, rel=2 * AGREEMENT[name])
+    assert mirrored.sum() == pytest.approx(fast.cycle.dissipated, rel=1e-3)
     assert mirrored == pytest.approx(fast.cycle.friction_work, abs=0.01 * mirrored.max())
 
 

@@ -84,7 +84,6 @@ def test_period_error_is_the_one_measured(alpha, steps):
     x = march(scheme, prestressed_state(scheme, 1.0, omega), np.zeros(cycles * steps + 1)).output[
         :, 2
     ]
-    # x_n = rho^n sin(n phi + c): phi from x_{n+1} + rho² x_{n-1} = 2 rho cos(phi) x_n.
     n = np.arange(len(x))
     early, late = x[: len(x) // 2], x[len(x) // 2 :]
     rho = (np.linalg.norm(late[: len(early)]) / np.linalg.norm(early)) ** (1 / len(early))
@@ -245,13 +244,13 @@ def test_energy_is_never_made(small_reference):
             assert worst <= 1e-6 * top
 
 
-@pytest.mark.parametrize("load", [1e-5, 1e-4, 5e-4])
+@pytest.mark.parametrize("load", [1e-5, 1e-4, 4e-4])
 def test_energy_of_a_steady_cycle_balances(small_reference, load):
     """Work of the load = friction + damping of the modes and of the residual part + scheme."""
     joint = small_reference
     frequency = joint.omega_sliding / (2 * np.pi) + 1.0
     scheme = quiet(joint, 0.25, 300, frequency)
-    found = steady_state(scheme, frequency, load * joint.moment, tolerance=1e-6)
+    found = steady_state(scheme, frequency, load * joint.moment)
     c = found.cycle
     lost = c.dissipated + c.modal_damping + c.residual_damping + c.normal_work
     theta = 2 * np.pi * np.arange(301) / 300

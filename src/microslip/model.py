@@ -6,7 +6,7 @@ the contact pairs and at the ports. This is the massless-boundary form of compon
 
     eta'' + c eta' + omega² eta + Psi^T r = G^T a
     v = Psi eta + V_res a - W_res r
-    y = G^T... see `JointModel`.
+    y = G^T eta + P_res a - V_res^T r
 
 A port is a load vector ``p`` and, by reciprocity, the output ``y = p^T x``.
 """

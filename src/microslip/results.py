@@ -29,6 +29,7 @@ from microslip.backbone import EquivalentTable, equivalent_table, modal_quantiti
 from microslip.contact.planar import SEPARATED
 from microslip.reduced import CONVERGED, Response
 from microslip.statics import Cycle, Prestress
+from microslip.timedomain import TimePoint
 
 if TYPE_CHECKING:
     from microslip.model import JointModel
@@ -127,9 +128,9 @@ def summary(result: LapRun) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``title``, ``version``, ``model``, ``prestress``, ``cycles``, ``response``, ``rho_scale``,
-        ``failures``, ``interrupted``, ``timings_s``. Units are in the names; forces and energies
-        are per metre of width. A cycle is listed only where the solver certified every step, so
+        ``title``, ``version``, ``model``, ``prestress``, ``cycles``, ``response``, ``time_domain``,
+        ``rho_scale``, ``failures``, ``interrupted``, ``timings_s``. Units are in the names; forces
+        and energies are per metre of width. A cycle is listed only where the solver certified every step, so
         its ``unsolved_steps`` are 0; cycles that failed are among the ``failures``.
     """
     cycles = [row for drive in result.cycles for row in _cycle_rows(result, drive)]
@@ -141,6 +142,7 @@ def summary(result: LapRun) -> dict[str, Any]:
             "prestress": _prestress_summary(result),
             "cycles": cycles,
             "response": [_response_row(result, response) for response in result.responses],
+            "time_domain": [_time_row(result, point) for point in result.time_domain],
             "rho_scale": result.rho_scale,
             "failures": list(result.failures),
             "interrupted": result.interrupted,
@@ -261,6 +263,28 @@ def _response_row(result: LapRun, response: Response) -> dict[str, Any]:
         "points": len(response.frequency),
         "contraction_max": response.contraction.max(),
         "iterations_max": response.iterations.max(),
+    }
+
+
+def _time_row(result: LapRun, point: TimePoint) -> dict[str, Any]:
+    steady = point.steady
+    cycle = steady.cycle
+    return {
+        "rho": point.rho,
+        "moment_over_clamp_force_length": steady.load / result.assembly.moment_unit,
+        "frequency_hz": steady.frequency,
+        "corrected_frequency_hz": point.corrected_frequency,
+        "modal_amplitude": abs(steady.amplitude),
+        "phase_rad": float(np.angle(steady.amplitude)),
+        "dissipated_energy_j_per_m": cycle.dissipated,
+        "external_work_j_per_m": cycle.external,
+        "material_damping_j_per_m": cycle.modal_damping + cycle.residual_damping,
+        "cycles": steady.cycles,
+        "converged": steady.converged,
+        "last_change": steady.change,
+        "residual_max": float(cycle.residual.max()),
+        "unsolved_steps": 0,
+        "seconds": steady.seconds,
     }
 
 

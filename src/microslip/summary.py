@@ -28,6 +28,8 @@ def print_summary(result: LapRun, console: Console) -> None:
     _print_open_cycles(found, console)
     if found["response"]:
         console.print(_response_table(found))
+    if found["time_domain"]:
+        console.print(_time_table(found))
     _print_failures(found, console)
     _print_timings(found, console)
 
@@ -111,6 +113,25 @@ def _response_table(found: dict[str, Any]) -> Table:
     for row in found["response"]:
         style = "yellow" if row["unconverged_points"] else None
         table.add_row(*(cell(row) for _, cell in _COLUMNS), style=style)
+    return table
+
+
+def _time_table(found: dict[str, Any]) -> Table:
+    """Steady states by time integration."""
+    table = Table(title="Time domain", title_justify="left", box=None, pad_edge=True)
+    for name in ("rho", "frequency, Hz", "|q|", "phase, rad", "dissipated, J/m", "cycles", "s"):
+        table.add_column(name, justify="right", no_wrap=True)
+    for row in found["time_domain"]:
+        table.add_row(
+            _number(row["rho"], "g"),
+            _number(row["frequency_hz"], ".2f"),
+            _number(row["modal_amplitude"]),
+            _number(row["phase_rad"], ".3f"),
+            _number(row["dissipated_energy_j_per_m"]),
+            str(row["cycles"]) if row["converged"] else f"{row['cycles']}, not steady",
+            _number(row["seconds"], ".1f"),
+            style=None if row["converged"] else "yellow",
+        )
     return table
 
 

@@ -75,6 +75,16 @@ def draw_response(ax: Axes, result: LapRun, variant: str) -> None:
                 mew=0.7,
                 transform=ax.get_xaxis_transform(),
             )
+        points = [p for p in result.time_domain if p.steady.load == response.load]
+        ax.plot(
+            [p.corrected_frequency for p in points],
+            [abs(p.steady.amplitude) / frictionless_peak(result, response.load) for p in points],
+            "o",
+            color=style["color"],
+            mfc="none",
+            ms=5,
+            mew=0.9,
+        )
     ax.set_yscale("log")
     band = result.responses[0].frequency
     ax.set_xlim(band[0], band[-1])
@@ -107,6 +117,10 @@ def handles(result: LapRun) -> list[Line2D]:
     if any(len(r.unconverged) for r in result.responses):
         entries.append(
             Line2D([], [], color=GREY, marker="x", ls="none", ms=4, label="no answer in the table")
+        )
+    if result.time_domain:
+        entries.append(
+            Line2D([], [], color=GREY, marker="o", mfc="none", ls="none", ms=5, label="time domain")
         )
     return entries
 
