@@ -232,10 +232,9 @@ def evaluate_curve(knots, coefficients, x, out):
 
 
 @_jit
-def _respond(
-    a, w, clamp, knots, coefficients, m, k, E, X, argument, force, alpha, beta, w2, out, y
-):
-    """One pass of the fixed-point map: amplitude `a` in, new amplitude out, `y` the response."""
+def _respond(a, w, system, out, y):
+    """One pass of the fixed-point map at amplitude `a`: the response into `y`, its amplitude back."""
+    clamp, knots, coefficients, m, k, E, X, argument, force, alpha, beta, w2 = system
     kappa = 0.0 + 0.0j
     chi = 0.0 + 0.0j
     if knots.shape[0] > 0:
@@ -255,261 +254,123 @@ def _respond(
 
 
 @_jit
-def sweep(
-    omegas,
-    load,
-    clamp,
-    knots,
-    coefficients,
-    m,
-    k,
-    E,
-    X,
-    argument,
-    sliding,
-    unit_force,
-    alpha,
-    beta,
-    omega_sl,
-    start,
-    tolerance,
-    max_iterations,
-    amplitude,
-    iterations,
-    contraction,
-    flag,
-):
+def _iterate(a, w, system, out, y, tolerance, most):
+    """Plain fixed-point iteration until it converges or no longer contracts.
+
+    Returns (amplitude, evaluations, converged).
+    """
+    previous = np.inf
+    for count in range(1, most + 1):
+        new = _respond(a, w, system, out, y)
+        change = abs(new - a)
+        if change <= tolerance * new:
+            return new, count, True
+        if change > 0.7 * previous:
+            return a, count, False
+        previous = change
+        a = new
+    return a, most, False
+
+
+@_jit
+def _bracketed(base, w, system, out, y, tolerance, most):
+    """Root of ``g(a) - a`` nearest to `base`: grow an interval around it, then regula falsi.
+
+    Returns (amplitude, evaluations, converged).
+    """
+    count = 1
+    if base <= 0.0:
+        base = _respond(0.0, w, system, out, y)
+        count += 1
+    lower, upper = base, base
+    f_lower = _respond(base, w, system, out, y) - base
+    f_upper = f_lower
+    downward = f_lower < 0.0
+    factor = 1.01
+    while f_lower * f_upper > 0.0:
+        if count >= most:
+            return base, count, False
+        if downward:
+            upper, f_upper = lower, f_lower
+            lower /= factor
+            f_lower = _respond(lower, w, system, out, y) - lower
+        else:
+            lower, f_lower = upper, f_upper
+            upper *= factor
+            f_upper = _respond(upper, w, system, out, y) - upper
+        factor *= 1.2
+        count += 1
+    side = 0
+    a = base
+    while count < most:
+        if upper - lower <= tolerance * upper:
+            return a, count, True
+        a = (lower * f_upper - upper * f_lower) / (f_upper - f_lower)
+        f_a = _respond(a, w, system, out, y) - a
+        count += 1
+        if abs(f_a) <= tolerance * a:
+            return a, count, True
+        if f_a * f_upper > 0.0:
+            upper, f_upper = a, f_a
+            if side == 1:
+                f_lower *= 0.5
+            side = 1
+        else:
+            lower, f_lower = a, f_a
+            if side == 2:
+                f_upper *= 0.5
+            side = 2
+    return a, count, False
+
+
+@_jit
+def sweep(omegas, system, sliding, tolerance, most, amplitude, iterations, contraction, flag):
     """Fixed-point answers at every frequency in turn, each starting from the last one's."""
+    clamp, knots = system[0], system[1]
     out = np.zeros(4)
     y = np.zeros(2, np.complex128)
-    force = load * unit_force
-    w2 = omega_sl**2
     top = clamp * np.exp(knots[-1]) if knots.shape[0] > 0 else np.inf
-    a = start
+    a = 0.0
     for i in range(omegas.shape[0]):
         w = omegas[i]
-        count = 0
-        good = False
-        previous = np.inf
-        for _ in range(max_iterations):
-            new = _respond(
-                a,
-                w,
-                clamp,
-                knots,
-                coefficients,
-                m,
-                k,
-                E,
-                X,
-                argument,
-                force,
-                alpha,
-                beta,
-                w2,
-                out,
-                y,
-            )
-            count += 1
-            change = abs(new - a)
-            if change <= tolerance * new:
-                a = new
-                good = True
-                break
-            if change > 0.7 * previous:
-                break
-            previous = change
-            a = new
+        a, count, good = _iterate(a, w, system, out, y, tolerance, most)
         if not good:
-            low = 0.0
-            f_low = _respond(
-                low,
-                w,
-                clamp,
-                knots,
-                coefficients,
-                m,
-                k,
-                E,
-                X,
-                argument,
-                force,
-                alpha,
-                beta,
-                w2,
-                out,
-                y,
-            )
-            # Bracket the root nearest to the start: grow an interval around it.
-            base = a if a > 0.0 else f_low
-            f_base = (
-                _respond(
-                    base,
-                    w,
-                    clamp,
-                    knots,
-                    coefficients,
-                    m,
-                    k,
-                    E,
-                    X,
-                    argument,
-                    force,
-                    alpha,
-                    beta,
-                    w2,
-                    out,
-                    y,
-                )
-                - base
-            )
-            count += 2
-            lower, upper = base, base
-            f_lower, f_upper = f_base, f_base
-            factor = 1.01
-            while f_lower * f_upper > 0.0 and count < max_iterations:
-                if f_base < 0.0:
-                    upper, f_upper = lower, f_lower
-                    lower = lower / factor
-                    f_lower = (
-                        _respond(
-                            lower,
-                            w,
-                            clamp,
-                            knots,
-                            coefficients,
-                            m,
-                            k,
-                            E,
-                            X,
-                            argument,
-                            force,
-                            alpha,
-                            beta,
-                            w2,
-                            out,
-                            y,
-                        )
-                        - lower
-                    )
-                else:
-                    lower, f_lower = upper, f_upper
-                    upper = upper * factor
-                    f_upper = (
-                        _respond(
-                            upper,
-                            w,
-                            clamp,
-                            knots,
-                            coefficients,
-                            m,
-                            k,
-                            E,
-                            X,
-                            argument,
-                            force,
-                            alpha,
-                            beta,
-                            w2,
-                            out,
-                            y,
-                        )
-                        - upper
-                    )
-                factor *= 1.2
-                count += 1
-            side = 0
-            while count < max_iterations:
-                if f_lower * f_upper > 0.0:
-                    break
-                a = (lower * f_upper - upper * f_lower) / (f_upper - f_lower)
-                if upper - lower <= tolerance * upper:
-                    good = True
-                    break
-                f_a = (
-                    _respond(
-                        a,
-                        w,
-                        clamp,
-                        knots,
-                        coefficients,
-                        m,
-                        k,
-                        E,
-                        X,
-                        argument,
-                        force,
-                        alpha,
-                        beta,
-                        w2,
-                        out,
-                        y,
-                    )
-                    - a
-                )
-                count += 1
-                if abs(f_a) <= tolerance * a:
-                    good = True
-                    break
-                if f_a * f_upper > 0.0:
-                    upper, f_upper = a, f_a
-                    if side == 1:
-                        f_lower *= 0.5
-                    side = 1
-                else:
-                    lower, f_lower = a, f_a
-                    if side == 2:
-                        f_upper *= 0.5
-                    side = 2
+            a, more, good = _bracketed(a, w, system, out, y, tolerance, most - count)
+            count += more
+        contraction[i] = 0.0
         if knots.shape[0] > 0 and good:
             h = 1e-5 * a
-            plus = _respond(
-                a + h,
-                w,
-                clamp,
-                knots,
-                coefficients,
-                m,
-                k,
-                E,
-                X,
-                argument,
-                force,
-                alpha,
-                beta,
-                w2,
-                out,
-                y,
-            )
-            minus = _respond(
-                a - h,
-                w,
-                clamp,
-                knots,
-                coefficients,
-                m,
-                k,
-                E,
-                X,
-                argument,
-                force,
-                alpha,
-                beta,
-                w2,
-                out,
-                y,
-            )
-            contraction[i] = abs(plus - minus) / (2.0 * h)
-        else:
-            contraction[i] = 0.0
-        _respond(
-            a, w, clamp, knots, coefficients, m, k, E, X, argument, force, alpha, beta, w2, out, y
-        )
+            slope = _respond(a + h, w, system, out, y) - _respond(a - h, w, system, out, y)
+            contraction[i] = abs(slope) / (2.0 * h)
+        _respond(a, w, system, out, y)
         amplitude[i] = sliding[0] * y[0] + sliding[1] * y[1]
         iterations[i] = count
         flag[i] = CONVERGED if good else NOT_CONVERGED
         if good and a > top:
             flag[i] = OUTSIDE
+
+
+def _system(
+    model: TwoModeModel, curve: TableCurve | None, clamp: float, load: float
+) -> tuple[object, ...]:
+    """What the compiled functions need, in the order that they unpack it."""
+    knots = np.zeros(0) if curve is None else curve.knots
+    coefficients = np.zeros((4, 0, 4)) if curve is None else curve.coefficients
+    alpha, beta = model.rayleigh
+    return (
+        float(clamp),
+        knots,
+        coefficients,
+        model.m,
+        model.k,
+        model.E,
+        model.X,
+        model.argument,
+        load * model.force,
+        float(alpha),
+        float(beta),
+        float(model.omega**2),
+    )
 
 
 def forced_response(
@@ -547,12 +408,9 @@ def forced_response(
         Evaluations of the fixed-point map per frequency.
     """
     frequency = np.ascontiguousarray(frequency, dtype=float)
-    if table is None:
-        knots, coefficients, clamp_used = np.zeros(0), np.zeros((4, 0, 4)), 1.0
-    else:
-        curve = table_curve(table)
-        knots, coefficients = curve.knots, curve.coefficients
-        clamp_used = table.clamp if clamp is None else clamp
+    curve = None if table is None else table_curve(table)
+    if clamp is None:
+        clamp = 1.0 if table is None else table.clamp
     centre = model.omega / (2 * np.pi)
     backward = abs(frequency[-1] - centre) > abs(frequency[0] - centre)
     order = slice(None, None, -1 if backward else 1)
@@ -560,24 +418,10 @@ def forced_response(
     amplitude = np.zeros(n, complex)
     iterations, flag = np.zeros(n, np.int64), np.zeros(n, np.int64)
     contraction = np.zeros(n)
-    alpha, beta = model.rayleigh
     sweep(
         2 * np.pi * np.ascontiguousarray(frequency[order]),
-        load,
-        clamp_used,
-        knots,
-        coefficients,
-        model.m,
-        model.k,
-        model.E,
-        model.X,
-        model.argument,
+        _system(model, curve, clamp, load),
         model.sliding,
-        model.force,
-        alpha,
-        beta,
-        model.omega,
-        0.0,
         tolerance,
         max_iterations,
         amplitude,
@@ -605,30 +449,10 @@ def all_amplitudes(
     """Every amplitude with ``g(a) = a`` inside the table at one frequency (folds have three)."""
     curve = table_curve(table)
     out, y = np.zeros(4), np.zeros(2, complex)
-    alpha, beta = model.rayleigh
+    system = _system(model, curve, table.clamp, load)
 
     def gap(a: float) -> float:
-        return float(
-            _respond(
-                a,
-                2 * np.pi * frequency,
-                table.clamp,
-                curve.knots,
-                curve.coefficients,
-                model.m,
-                model.k,
-                model.E,
-                model.X,
-                model.argument,
-                load * model.force,
-                alpha,
-                beta,
-                model.omega**2,
-                out,
-                y,
-            )
-            - a
-        )
+        return float(_respond(a, 2 * np.pi * frequency, system, out, y) - a)
 
     grid = table.clamp * np.exp(np.linspace(curve.knots[0] - 5, curve.knots[-1], points))
     values = np.array([gap(a) for a in grid])
