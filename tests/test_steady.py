@@ -133,9 +133,6 @@ def test_not_converged_is_said(case):
     assert short.cycles == len(short.history) == 4
 
 
-@pytest.mark.xfail(
-    strict=True, reason="acceleration extrapolates the walk: bodies end up 165 mm apart"
-)
 def test_search_does_not_run_off_with_the_walk(small_reference):
     """1 Hz above the sliding frequency, where the walk is largest: same answer as 800 cycles."""
     joint = small_reference
