@@ -22,6 +22,10 @@ from microslip.transient import March, State, TimeScheme, march, prestressed_sta
 Array = NDArray[np.float64]
 
 DEPTH = 10
+"""States that the accelerated search combines."""
+
+CONFIRMED = 3.0
+"""The cycle after the search may change by this many times the tolerance."""
 
 
 @dataclass(frozen=True)
@@ -123,12 +127,15 @@ def steady_state(
         history.append(change)
         dissipated = [dissipated[1], cycle.dissipated]
         if change <= tolerance:
-            state = cycle.state
-            break
+            after = march(scheme, cycle.state, wave, keep=True)
+            history.append(memory.distance(cycle.state, after.state))
+            if history[-1] <= CONFIRMED * tolerance:
+                break
         state = memory.next(state, cycle.state)
-    cycle = march(scheme, state, wave, keep=True)
-    change = memory.distance(state, cycle.state)
-    history.append(change)
+    else:
+        after = march(scheme, cycle.state, wave, keep=True)
+        history.append(memory.distance(cycle.state, after.state))
+    cycle, change = after, history[-1]
     reference = max(abs(cycle.dissipated), 1e-300)
     Q = harmonic(cycle.output[:, scheme.model.port("sliding")], theta)
     return SteadyState(
@@ -140,7 +147,7 @@ def steady_state(
         change=change,
         energy_change=abs(cycle.dissipated - dissipated[1]) / reference,
         cycles=len(history) + unsolved,
-        converged=change <= 3 * tolerance,
+        converged=change <= CONFIRMED * tolerance,
         seconds=clock.perf_counter() - began,
         history=np.array(history),
         unsolved=unsolved,
