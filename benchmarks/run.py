@@ -51,7 +51,7 @@ def triangular_solve(assembly):
     return median_seconds(lambda: solve(rhs), 21)
 
 
-def cycle(assembly, drive, load, steps=300, max_cycles=8):
+def cycle(assembly, drive, load, steps=300, max_cycles=6):
     a = assembly
     return quasi_static_cycle(
         a.model,
@@ -62,7 +62,7 @@ def cycle(assembly, drive, load, steps=300, max_cycles=8):
         a.joint.contact.friction,
         steps=steps,
         max_cycles=max_cycles,
-        closure=1e-6,
+        closure=1e-5,
     )
 
 

@@ -76,15 +76,17 @@ def draw_response(ax: Axes, result: LapRun, variant: str) -> None:
                 transform=ax.get_xaxis_transform(),
             )
         points = [p for p in result.time_domain if p.steady.load == response.load]
-        ax.plot(
-            [p.corrected_frequency for p in points],
-            [abs(p.steady.amplitude) / frictionless_peak(result, response.load) for p in points],
-            "o",
-            color=style["color"],
-            mfc="none",
-            ms=5,
-            mew=0.9,
-        )
+        peak = frictionless_peak(result, response.load)
+        if points:
+            ax.plot(
+                [p.corrected_frequency for p in points],
+                [abs(p.steady.amplitude) / peak for p in points],
+                "o",
+                color=style["color"],
+                mfc="none",
+                ms=5,
+                mew=0.9,
+            )
     ax.set_yscale("log")
     band = result.responses[0].frequency
     ax.set_xlim(band[0], band[-1])
