@@ -13,6 +13,7 @@ import resource
 import statistics
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -239,7 +240,7 @@ def main():
     if not options.quick:
         binary = str(Path(sys.executable).with_name("microslip"))
         found["help_s"] = wall([binary, "--help"], 5)
-        out = "/tmp/microslip-bench-output"
+        out = str(Path(tempfile.gettempdir()) / "microslip-bench-output")
         found["run_s"] = wall([binary, "run", str(EXAMPLE), "--out", out, "--force", "--quiet"])
         rows = growth(joint, (51, 101, 201, 401, 801))
         found["growth"] = rows
