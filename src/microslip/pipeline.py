@@ -330,7 +330,7 @@ def _search_bounds(
     two_mode, table = model
     force = max(abs(two_mode.force[0]), 1e-300)
     scale = two_mode.omega**2 / force
-    return (1e-5 * table.amplitude[0] * scale, 1.0 * table.amplitude[-1] * scale)
+    return (1e-5 * table.amplitude[0] * scale, table.amplitude[-1] * scale)
 
 
 def run_time_domain(result: LapRun, progress: Progress) -> None:

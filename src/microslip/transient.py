@@ -121,6 +121,11 @@ class March:
         return float(self.friction_work.sum())
 
 
+def scheme_constants(alpha: float) -> tuple[float, float, float]:
+    """Constants gamma, beta and ``1 - alpha`` of the scheme."""
+    return 0.5 + alpha, 0.25 * (1 + alpha) ** 2, 1 - alpha
+
+
 def period_error(omega_dt: float, alpha: float = ALPHA) -> float:
     """Relative lengthening of the period of an undamped linear oscillator by the scheme.
 
@@ -139,7 +144,7 @@ def period_error(omega_dt: float, alpha: float = ALPHA) -> float:
 
 def amplification(omega_dt: float, alpha: float) -> Array:
     """Amplification matrix of the scheme on ``(x, dt x', dt² x'')`` of an undamped oscillator."""
-    gamma, beta, a1 = 0.5 + alpha, 0.25 * (1 + alpha) ** 2, 1 - alpha
+    gamma, beta, a1 = scheme_constants(alpha)
     w2 = omega_dt**2
     position = np.array([1.0, 1.0, 0.5 - beta])
     rate = np.array([0.0, 1.0, 1 - gamma])
@@ -177,7 +182,7 @@ def time_scheme(
     """
     if not dt > 0:
         raise MicroslipError(f"time step {dt:g} s must be positive")
-    gamma, beta, a1 = 0.5 + alpha, 0.25 * (1 + alpha) ** 2, 1 - alpha
+    gamma, beta, a1 = scheme_constants(alpha)
     damping = model.modal_damping()
     tau = model.rayleigh[1]
     denominator = 1 + a1 * (gamma * dt * damping + beta * dt**2 * model.omega**2)

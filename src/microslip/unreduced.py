@@ -32,7 +32,7 @@ from microslip.flexibility import Flexibility
 from microslip.modes import factorise, linear_modes, spectral_shift
 from microslip.statics import Prestress
 from microslip.structure import Structure
-from microslip.transient import ALPHA
+from microslip.transient import ALPHA, scheme_constants
 
 Array = NDArray[np.float64]
 
@@ -177,7 +177,7 @@ def full_scheme(
         raise ModelError("marching every degree of freedom needs a planar interface")
     if port not in structure.loads:
         raise ModelError(f"no load {port!r}; this structure has {', '.join(structure.loads)}")
-    gamma, beta, a = 0.5 + alpha, 0.25 * (1 + alpha) ** 2, 1 - alpha
+    gamma, beta, a = scheme_constants(alpha)
     mass_share = 1 + a * gamma * dt * rayleigh[0]
     stiffness_share = a * (gamma * dt * rayleigh[1] + beta * dt**2)
     solve = factorise(
@@ -276,7 +276,7 @@ def march_full(scheme: FullScheme, load: Array, state: FullState | None = None) 
     True
     """
     s, dt, alpha = scheme.structure, scheme.dt, scheme.alpha
-    gamma, beta, a = 0.5 + alpha, 0.25 * (1 + alpha) ** 2, 1 - alpha
+    gamma, beta, a = scheme_constants(alpha)
     B, K, M = s.interface.relative, s.stiffness, s.mass
     load = np.asarray(load, dtype=float)
     state = prestressed_full_state(scheme) if state is None else state
