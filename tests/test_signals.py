@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import pyuff
 from scipy.integrate import quad
 
 from microslip.errors import InputError
@@ -125,10 +126,10 @@ HEADER = "time [s], moment [N*m/m]\n"
         ("", "is empty"),
         (HEADER, "0 rows"),
         (HEADER + "0,1\n", "1 rows"),
-        (HEADER + "0,1\n1,nan\n2,0\n", "line 3: 'nan' is not finite"),
+        (HEADER + "0,1\n1,nan\n2,0\n", r"line 3 \(time 1\): 'nan' is not finite"),
         (HEADER + "0,1\n1,2\ninf,0\n", "line 4: 'inf' is not finite"),
-        (HEADER + "0,1\n1,x\n", "line 3: 'x' is not a number"),
-        (HEADER + "0,1\n1,\n", "line 3: '' is not a number"),
+        (HEADER + "0,1\n1,x\n", r"line 3 \(time 1\): 'x' is not a number"),
+        (HEADER + "0,1\n1,\n", r"line 3 \(time 1\): '' is not a number"),
         (HEADER + "0,1\n1,2,3\n", "line 3: has 3 columns"),
         (HEADER + "0,1\n1,2\n1,3\n", "line 4: time 1 s does not come after 1 s"),
         (HEADER + "0,1\n2,2\n1,3\n", "line 4: time 1 s does not come after 2 s"),
@@ -164,3 +165,132 @@ def test_binary_file_is_refused(tmp_path):
 def test_ten_median_intervals_are_no_gap(tmp_path):
     path = write(tmp_path, HEADER + "0,1\n1,2\n2,3\n12,1\n13,1\n")
     assert len(read_signal(path, 1.0)[0]) == 14
+
+
+def test_chosen_column_of_several(tmp_path):
+    """Columns that are not asked for may hold anything."""
+    path = write(tmp_path, "time [s],left [N*m/m],note,right [kN*m/m]\n0,1,a,3\n1,2,,4\n")
+    assert read_signal(path, 1.0, column="right")[1] == pytest.approx([3000, 4000])
+    assert read_signal(path, 1.0, column="left")[1] == pytest.approx([1, 2])
+    assert read_signal(path, 1.0, column="left", unit="kN*m/m")[1] == pytest.approx([1000, 2000])
+    with pytest.raises(InputError, match="choose the column: one of left, note, right"):
+        read_signal(path, 1.0)
+    with pytest.raises(InputError, match="no column 'top'; there are left, note, right"):
+        read_signal(path, 1.0, column="top")
+    with pytest.raises(InputError, match="'note' does not say its unit"):
+        read_signal(path, 1.0, column="note")
+
+
+# -- universal files ---------------------------------------------------------------------------
+
+TIME = 0.002 * np.arange(60)
+LOAD = 40 * np.sin(2 * np.pi * 9 * TIME) + 3
+
+
+def function(x=TIME, data=LOAD, **change):
+    """A dataset 58 as pyuff writes it."""
+    places = {"rsp_node": 1, "rsp_dir": 1, "ref_node": 1, "ref_dir": 1}
+    time = {"func_type": 1, "abscissa_spacing": 1, "abscissa_spec_data_type": 17}
+    unit = {"ordinate_axis_units_lab": "N*m/m", "orddenom_spec_data_type": 0}
+    return {"type": 58, **places, **time, **unit, "x": x, "data": data, **change}
+
+
+def universal(folder, *sets, name="load.uff"):
+    path = folder / name
+    pyuff.UFF(str(path)).write_sets(list(sets))
+    return path
+
+
+@pytest.mark.parametrize("binary", [0, 1])
+@pytest.mark.parametrize("offset", [0.0, 3.0])
+def test_universal_file_is_read_back(tmp_path, binary, offset):
+    path = universal(tmp_path, function(x=TIME + offset, binary=binary))
+    time, load = read_signal(path, 0.002)
+    assert time == pytest.approx(TIME, abs=1e-9)
+    assert load == pytest.approx(LOAD, rel=1e-9)
+
+
+def test_universal_file_written_by_hand(tmp_path):
+    """Single precision text, laid out by the published format (6E13.5 after eleven records)."""
+    values = [0.0, 1.0, -2.0, 3.5, -4.25, 5.0, 6.0]
+    numbers = "".join(f"{v:13.5E}" for v in values)
+    header = [
+        "    -1",
+        "    58",
+        *["NONE"] * 5,
+        f"{1:5d}{0:10d}{1:5d}{0:10d} {'NONE':10s}{1:10d}{3:4d} {'NONE':10s}{1:10d}{3:4d}",
+        f"{2:10d}{len(values):10d}{1:10d}{0:13.5E}{0.5:13.5E}{0:13.5E}",
+        f"{17:10d}{0:5d}{0:5d}{0:5d} {'Time':20s} {'s':20s}",
+        f"{9:10d}{0:5d}{0:5d}{0:5d} {'Moment':20s} {'kN*m/m':20s}",
+        *[f"{0:10d}{0:5d}{0:5d}{0:5d} {'NONE':20s} {'NONE':20s}"] * 2,
+    ]
+    path = tmp_path / "load.unv"
+    text = "\n".join([*header, numbers[:78], numbers[78:], "    -1", ""])
+    path.write_text(text)
+    time, load = read_signal(path, 0.5)
+    assert time == pytest.approx(0.5 * np.arange(7))
+    assert load == pytest.approx(1000 * np.array(values))
+
+
+def test_unit_of_the_user_outranks_the_file(tmp_path):
+    path = universal(tmp_path, function(ordinate_axis_units_lab="NONE"))
+    assert read_signal(path, 0.002, unit="kN*m/m")[1] == pytest.approx(1000 * LOAD, rel=1e-9)
+
+
+def test_chosen_dataset_of_several(tmp_path):
+    path = universal(tmp_path, function(), function(data=2 * LOAD))
+    assert read_signal(path, 0.002, dataset=2)[1] == pytest.approx(2 * LOAD, rel=1e-9)
+    with pytest.raises(InputError, match=r"has 2 datasets 58; say which one"):
+        read_signal(path, 0.002)
+    with pytest.raises(InputError, match=r"no dataset 58 number 3, only 2"):
+        read_signal(path, 0.002, dataset=3)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"data": LOAD * (1 + 1j)}, "complex values"),
+        ({"abscissa_spacing": 0}, "unevenly spaced samples"),
+        ({"func_type": 4}, "type 4, not a time response"),
+        ({"abscissa_spec_data_type": 18}, "type 18, not time"),
+        ({"ordinate_axis_units_lab": "NONE"}, "does not say the unit"),
+        ({"ordinate_axis_units_lab": "kg"}, "'kg' measures something else"),
+        ({"ordinate_axis_units_lab": "zz"}, "'zz' is not a known unit"),
+    ],
+)
+def test_universal_files_that_are_no_load_in_time(tmp_path, change, message):
+    path = universal(tmp_path, function(**change))
+    with pytest.raises(InputError, match=message) as error:
+        read_signal(path, 0.002)
+    assert str(path) in str(error.value)
+    assert "dataset 58 number 1" in str(error.value)
+
+
+def test_sample_that_is_not_a_number_is_named(tmp_path):
+    """pyuff replaces nan when it writes, so the text is changed behind its back."""
+    path = universal(tmp_path, function(data=np.r_[LOAD[:7], 123.0, LOAD[8:]]))
+    text = path.read_text()
+    number = next(word for word in text.split() if "1.23000" in word)
+    path.write_text(text.replace(number, "nan".rjust(len(number))))
+    with pytest.raises(InputError, match=r"sample 8 \(time 0\.014 s\): is not finite"):
+        read_signal(path, 0.002)
+
+
+def test_truncated_universal_file(tmp_path):
+    path = universal(tmp_path, function())
+    lines = path.read_text().splitlines(keepends=True)
+    path.write_text("".join([*lines[:-5], lines[-1]]))
+    with pytest.raises(InputError, match="values where its header says 60"):
+        read_signal(path, 0.002)
+
+
+def test_universal_file_without_functions(tmp_path):
+    factors = {"length": 1.0, "force": 1.0, "temp": 1.0, "temp_offset": 0.0}
+    path = universal(tmp_path, {"type": 164, "units_code": 1, "temp_mode": 1, **factors})
+    with pytest.raises(InputError, match=r"no dataset 58 .* holds 164"):
+        read_signal(path, 0.1)
+    path.write_bytes(b"not a universal file")
+    with pytest.raises(InputError, match="no dataset 58"):
+        read_signal(path, 0.1)
+    with pytest.raises(InputError, match=r"nowhere\.uff: cannot be read"):
+        read_signal(tmp_path / "nowhere.uff", 0.1)

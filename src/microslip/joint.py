@@ -15,10 +15,35 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, BeforeValidator, Field, ValidationError, model_validator
 
 from microslip import units
 from microslip.errors import InputError
+from microslip.excitation import AnyExcitation, Excitation, LoadedExcitation, check_band
+from microslip.quantities import (
+    AreaStiffness,
+    Count,
+    Density,
+    Drive,
+    Frequencies,
+    Frequency,
+    Length,
+    LineForce,
+    LineStiffness,
+    Modulus,
+    Moments,
+    Number,
+    OneOrMore,
+    Positions,
+    Rate,
+    Ratios,
+    Rhos,
+    Rule,
+    Section,
+    StepsPerCycle,
+    Time,
+    evenly,
+)
 
 if TYPE_CHECKING:
     from typing import Self
@@ -39,53 +64,10 @@ MOST_COLUMNS = 20_000
 """Elements along one beam outside the overlap: more is a slip of the pen."""
 
 
-def _one_or_more(value: Any) -> tuple[Any, ...]:
-    values = tuple(value) if isinstance(value, list | tuple) else (value,)
-    if not 1 <= len(values) <= 1000:
-        raise ValueError("must be one value or a list of 1 to 1000")
-    return values
-
-
-Number = Annotated[float, BeforeValidator(units.NUMBER.parse), units.NUMBER]
-Length = Annotated[float, BeforeValidator(units.LENGTH.parse), units.LENGTH]
-Modulus = Annotated[float, BeforeValidator(units.MODULUS.parse), units.MODULUS]
-Density = Annotated[float, BeforeValidator(units.DENSITY.parse), units.DENSITY]
-LineForce = Annotated[float, BeforeValidator(units.LINE_FORCE.parse), units.LINE_FORCE]
-LineMoment = Annotated[float, BeforeValidator(units.LINE_MOMENT.parse), units.LINE_MOMENT]
-LineStiffness = Annotated[float, BeforeValidator(units.LINE_STIFFNESS.parse), units.LINE_STIFFNESS]
-AreaStiffness = Annotated[float, BeforeValidator(units.AREA_STIFFNESS.parse), units.AREA_STIFFNESS]
-Time = Annotated[float, BeforeValidator(units.TIME.parse), units.TIME]
-Rate = Annotated[float, BeforeValidator(units.RATE.parse), units.RATE]
-Frequency = Annotated[float, BeforeValidator(units.FREQUENCY.parse), units.FREQUENCY]
-Count = Annotated[int, Field(strict=True)]
-OneOrMore = BeforeValidator(_one_or_more)
-Ratios = Annotated[tuple[Annotated[Number, Field(gt=0)], ...], OneOrMore]
-Moments = Annotated[tuple[Annotated[LineMoment, Field(gt=0)], ...], OneOrMore]
-Rhos = Annotated[tuple[Annotated[Number, Field(ge=0)], ...], OneOrMore]
-Frequencies = Annotated[
-    tuple[Annotated[Frequency, Field(gt=0)], ...],
-    Field(min_length=1, max_length=10_000),
-    OneOrMore,
-]
-Drive = Literal["moment", "mode"]
 Variant = Literal["printed", "consistent"]
 Drives = Annotated[tuple[Drive, ...], OneOrMore]
 Variants = Annotated[tuple[Variant, ...], OneOrMore]
 LoadKind = Literal["moment", "moment_over_clamp_force_length", "rho"]
-
-
-class _Rule(ValueError):
-    """A rule between keys was broken; `key` is the one to change, seen from its model."""
-
-    def __init__(self, key: str, message: str) -> None:
-        super().__init__(message)
-        self.key = key
-
-
-class Section(BaseModel):
-    """One table of a joint file: immutable, and no key that is not known."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)
 
 
 class Beams(Section):
@@ -98,7 +80,7 @@ class Beams(Section):
     @model_validator(mode="after")
     def _overlap_fits(self) -> Self:
         if self.overlap_half_length * 2 > self.length * (1 + 1e-12):
-            raise _Rule(
+            raise Rule(
                 "overlap_half_length",
                 f"the beams overlap over twice this; at most half of beams.length, "
                 f"{self.length / 2:g} m, is possible",
@@ -132,13 +114,13 @@ class Contact(Section):
     @model_validator(mode="after")
     def _stiffness_fits_law(self) -> Self:
         if self.law == "elastic" and self.tangential_stiffness is None:
-            raise _Rule(
+            raise Rule(
                 "tangential_stiffness",
                 f'law = "elastic" needs it: {units.AREA_STIFFNESS.advice()}',
             )
         for key in ("tangential_stiffness", "normal_stiffness"):
             if self.law == "exact" and getattr(self, key) is not None:
-                raise _Rule(key, 'is only for law = "elastic": remove it, or change contact.law')
+                raise Rule(key, 'is only for law = "elastic": remove it, or change contact.law')
         return self
 
 
@@ -201,12 +183,12 @@ class Load(Section):
         given = [kind for kind in kinds if getattr(self, kind) is not None]
         if len(given) != 1:
             found = " and ".join(given) if given else "none"
-            raise _Rule("", f"give exactly one of {', '.join(kinds)}; found {found}")
+            raise Rule("", f"give exactly one of {', '.join(kinds)}; found {found}")
         for key in ("greatest_damping_at", "rho_scale"):
             if given != ["rho"] and key in self.model_fields_set:
-                raise _Rule(key, f"only belongs to load.rho, and the load is given by {given[0]}")
+                raise Rule(key, f"only belongs to load.rho, and the load is given by {given[0]}")
         if self.rho_scale is not None and "greatest_damping_at" in self.model_fields_set:
-            raise _Rule("rho_scale", "fixes what greatest_damping_at would calibrate: give one")
+            raise Rule("rho_scale", "fixes what greatest_damping_at would calibrate: give one")
         return self
 
 
@@ -242,12 +224,12 @@ class CycleAnalysis(Section):
         _distinct("drives", self.drives)
         range_keys = {"smallest", "largest", "count"} & self.model_fields_set
         if self.moment_over_clamp_force_length is not None and range_keys:
-            raise _Rule(
+            raise Rule(
                 "moment_over_clamp_force_length",
                 f"lists the amplitudes: remove {', '.join(sorted(range_keys))}",
             )
         if self.largest is not None and self.largest <= self.smallest:
-            raise _Rule("largest", f"must be above smallest, {self.smallest:g}")
+            raise Rule("largest", f"must be above smallest, {self.smallest:g}")
         return self
 
 
@@ -269,14 +251,13 @@ class ResponseAnalysis(Section):
         >>> ResponseAnalysis(from_=170, to=171, count=3).frequencies()
         (170.0, 170.5, 171.0)
         """
-        step = (self.to - self.from_) / (self.count - 1)
-        return (*(self.from_ + i * step for i in range(self.count - 1)), self.to)
+        return evenly(self.from_, self.to, self.count)
 
     @model_validator(mode="after")
     def _ascending(self) -> Self:
         _distinct("variants", self.variants)
         if self.to <= self.from_:
-            raise _Rule("to", f"must be above analysis.response.from, {self.from_:g} Hz")
+            raise Rule("to", f"must be above analysis.response.from, {self.from_:g} Hz")
         return self
 
 
@@ -287,7 +268,8 @@ class TimeAnalysis(Section):
     from_: Frequency | None = Field(default=None, gt=0, alias="from")
     to: Frequency | None = Field(default=None, gt=0)
     count: Count | None = Field(default=None, ge=2, le=10_000)
-    steps: Count = Field(default=150, ge=20, le=100_000)
+    steps: StepsPerCycle = 150
+    positions: Positions | None = None
     max_cycles: Count = Field(default=400, ge=2, le=100_000)
     tolerance: Number = Field(default=1e-5, gt=0, lt=0.1)
     search: Literal["accelerated", "marched"] = "accelerated"
@@ -305,19 +287,23 @@ class TimeAnalysis(Section):
         assert self.from_ is not None
         assert self.to is not None
         assert self.count is not None
-        step = (self.to - self.from_) / (self.count - 1)
-        return (*(self.from_ + i * step for i in range(self.count - 1)), self.to)
+        return evenly(self.from_, self.to, self.count)
 
     @model_validator(mode="after")
     def _one_band(self) -> Self:
-        band = (self.from_, self.to, self.count)
-        if self.frequencies is not None and any(x is not None for x in band):
-            raise _Rule("frequencies", "lists the frequencies: remove from, to and count")
-        if self.frequencies is None and any(x is None for x in band):
-            raise _Rule("frequencies", "give a list of frequencies, or from, to and count")
+        check_band(self.frequencies, (self.from_, self.to, self.count))
         if self.from_ is not None and self.to is not None and self.to <= self.from_:
-            raise _Rule("to", f"must be above analysis.time.from, {self.from_:g} Hz")
+            raise Rule("to", f"must be above analysis.time.from, {self.from_:g} Hz")
         return self
+
+
+def _entries(value: Any) -> Any:
+    """One section [analysis.history] is a list of one."""
+    if isinstance(value, Mapping):
+        return (value,)
+    if not isinstance(value, list | tuple) or len(value) > 1000:
+        raise ValueError("must be sections, [[analysis.history]]")
+    return value
 
 
 class Analysis(Section):
@@ -326,6 +312,15 @@ class Analysis(Section):
     cycle: CycleAnalysis | None = None
     response: ResponseAnalysis | None = None
     time: TimeAnalysis | None = None
+    history: Annotated[tuple[AnyExcitation, ...], BeforeValidator(_entries)] = ()
+
+    @model_validator(mode="after")
+    def _distinct_names(self) -> Self:
+        labels = [entry.label for entry in self.history]
+        for k, label in enumerate(labels):
+            if label in labels[:k]:
+                raise Rule(f"history.{k}.name", f"two histories are called {label!r}: give names")
+        return self
 
 
 def _everything() -> Analysis:
@@ -402,19 +397,21 @@ class LapJoint(Section):
         _mesh_is_reasonable(self)
         _response_has_its_inputs(self)
         _time_has_its_inputs(self)
+        _histories_have_their_inputs(self)
+        _positions_are_on_the_overlap(self)
         _joint_stays_closed(self)
         return self
 
 
 def _distinct(key: str, values: Sequence[str]) -> None:
     if len(set(values)) < len(values):
-        raise _Rule(key, "names one thing twice")
+        raise Rule(key, "names one thing twice")
 
 
 def _clamp_fits(joint: LapJoint) -> None:
     overlap = joint.beams.overlap_half_length
     if joint.clamp.half_length > overlap * (1 + 1e-12):
-        raise _Rule(
+        raise Rule(
             "clamp.half_length",
             f"the clamp must lie on the overlap: at most beams.overlap_half_length, {overlap:g} m",
         )
@@ -424,7 +421,7 @@ def _mesh_is_reasonable(joint: LapJoint) -> None:
     rest = joint.beams.length - 2 * joint.beams.overlap_half_length
     columns = rest / (joint.mesh.rest_size * joint.beams.thickness)
     if columns > MOST_COLUMNS:
-        raise _Rule(
+        raise Rule(
             "beams.thickness",
             f"the beams would be {columns:.0f} elements long and {MOST_COLUMNS} are allowed: "
             "check beams.length and beams.thickness, or raise mesh.rest_size",
@@ -433,28 +430,64 @@ def _mesh_is_reasonable(joint: LapJoint) -> None:
 
 def _response_has_its_inputs(joint: LapJoint) -> None:
     if joint.analysis.response is not None and joint.analysis.cycle is None:
-        raise _Rule(
+        raise Rule(
             "analysis.response",
             "is computed from the cycles: add a section [analysis.cycle]; it may be empty",
         )
     if joint.analysis.response is not None and joint.load is None:
-        raise _Rule(
+        raise Rule(
             "load",
             "the section is missing and analysis.response needs it: write for example [load] "
             "with rho = 2.4, or leave analysis.response out",
         )
     if joint.load is not None and joint.contact.friction == 0 and any(joint.load.rho or ()):
-        raise _Rule(
+        raise Rule(
             "load.rho", "without contact.friction rho is 0: give the moment, or some friction"
         )
 
 
 def _time_has_its_inputs(joint: LapJoint) -> None:
     if joint.analysis.time is not None and joint.analysis.response is None:
-        raise _Rule(
+        raise Rule(
             "analysis.time",
             "starts from the reduced model: add a section [analysis.response]; it may be empty",
         )
+
+
+def _histories_have_their_inputs(joint: LapJoint) -> None:
+    load = joint.load
+    for k, entry in enumerate(joint.analysis.history):
+        key = f"analysis.history.{k}"
+        if not isinstance(entry, LoadedExcitation) or entry.load_key is None:
+            continue
+        if entry.rho is None:
+            size = joint.clamp_force_length if entry.moment is not None else 1.0
+            amplitude = entry.moment or entry.moment_over_clamp_force_length
+            assert amplitude is not None
+            _holds(joint, f"{key}.{entry.load_key}", amplitude / size)
+        elif joint.contact.friction == 0:
+            raise Rule(f"{key}.rho", "without contact.friction rho is 0: give the moment")
+        elif load is None or load.rho is None:
+            raise Rule(f"{key}.rho", "needs the constant of load.rho: give load.rho, or the moment")
+        elif load.rho_scale is None and joint.analysis.response is None:
+            raise Rule(
+                f"{key}.rho", "needs load.rho_scale, or analysis.response, which calibrates it"
+            )
+
+
+def _positions_are_on_the_overlap(joint: LapJoint) -> None:
+    half = joint.beams.overlap_half_length
+    asked: list[tuple[str, TimeAnalysis | Excitation | None]] = [
+        ("analysis.time", joint.analysis.time)
+    ]
+    asked += [(f"analysis.history.{k}", entry) for k, entry in enumerate(joint.analysis.history)]
+    for key, entry in asked:
+        for x in (entry.positions if entry is not None else None) or ():
+            if abs(x) > half * (1 + 1e-9):
+                raise Rule(
+                    f"{key}.positions",
+                    f"{x:g} m lies off the overlap, which is {half:g} m to either side",
+                )
 
 
 def _joint_stays_closed(joint: LapJoint) -> None:
@@ -462,7 +495,7 @@ def _joint_stays_closed(joint: LapJoint) -> None:
     if cycle is not None:
         amplitudes = joint.cycle_amplitudes()
         if amplitudes[-1] < amplitudes[0]:
-            raise _Rule(
+            raise Rule(
                 "analysis.cycle.smallest",
                 f"must be below the largest amplitude, by default {MOST_OF_OPENING:g} of the one "
                 f"that opens the joint: {amplitudes[-1]:.4g}",
@@ -483,7 +516,7 @@ def _joint_stays_closed(joint: LapJoint) -> None:
 def _holds(joint: LapJoint, key: str, ratio: float) -> None:
     limit = joint.opening_ratio
     if ratio >= limit:
-        raise _Rule(
+        raise Rule(
             key,
             f"M/(PL) = {ratio:.4g} opens the joint: the clamp holds less than "
             f"overlap_half_length/length = {limit:.4g}, a moment of "
@@ -499,11 +532,16 @@ def load_joint(path: str | Path) -> LapJoint:
     InputError
         With one message: file, key, value, and what is allowed.
     """
-    return parse_joint(_read_toml(Path(path)), str(path))
+    file = Path(path)
+    return parse_joint(_read_toml(file), str(path), file.parent)
 
 
-def parse_joint(document: Mapping[str, Any], source: str = "joint") -> LapJoint:
+def parse_joint(
+    document: Mapping[str, Any], source: str = "joint", folder: str | Path = ""
+) -> LapJoint:
     """Validate a joint given as nested mappings, as `tomllib` makes them.
+
+    Files that it names are looked for in `folder`.
 
     Raises
     ------
@@ -524,7 +562,7 @@ def parse_joint(document: Mapping[str, Any], source: str = "joint") -> LapJoint:
       ...
     """
     try:
-        return LapJoint.model_validate(document)
+        return LapJoint.model_validate(document, context={"folder": folder})
     except ValidationError as failure:
         problems = [_describe(error, document) for error in failure.errors()]
     raise InputError(_joined(source, problems)) from None
@@ -559,9 +597,13 @@ def _describe(error: ErrorDetails, document: Mapping[str, Any]) -> str:
     loc, kind = error["loc"], error["type"]
     context: Mapping[str, Any] = error.get("ctx", {})
     cause = context.get("error")
-    if isinstance(cause, _Rule):
-        loc = (*loc, *cause.key.split(".")) if cause.key else loc
-        return f"{_written(loc, document)}: {cause}"
+    if isinstance(cause, Rule):
+        keys = [int(k) if k.isdigit() else k for k in cause.key.split(".") if k]
+        return f"{_written((*loc, *keys), document)}: {cause}"
+    if kind == "union_tag_not_found":
+        return f"{_written((*loc, 'signal'), document)} is missing: one of {', '.join(_signals())}"
+    if kind == "union_tag_invalid":
+        return f"{_written((*loc, 'signal'), document)}: must be one of {', '.join(_signals())}"
     if kind == "missing":
         return _missing(loc)
     if kind == "extra_forbidden":
@@ -575,7 +617,19 @@ def _describe(error: ErrorDetails, document: Mapping[str, Any]) -> str:
 
 
 def _dotted(loc: Sequence[int | str]) -> str:
-    return ".".join(part for part in loc if isinstance(part, str))
+    """A location as a path; the kind of signal in it is left out."""
+    parts = (f"[{p}]" if isinstance(p, int) else f".{p}" for p in loc if p not in _signals())
+    return "".join(parts).removeprefix(".")
+
+
+def _signals() -> dict[str, type[Excitation]]:
+    """Kinds of signal and their sections; a location in a file holds the kind as well."""
+    union, _ = get_args(AnyExcitation)
+    return {get_args(c.model_fields["signal"].annotation)[0]: c for c in get_args(union)}
+
+
+def _is_tag(part: str, value: Any) -> bool:
+    return isinstance(value, Mapping) and value.get("signal") == part and part not in value
 
 
 def _written(loc: Sequence[int | str], document: Mapping[str, Any]) -> str:
@@ -584,11 +638,10 @@ def _written(loc: Sequence[int | str], document: Mapping[str, Any]) -> str:
     key = ""
     for part in loc:
         if isinstance(part, int):
-            if not isinstance(value, list | tuple):
-                break
-            key += f"[{part}]"
-            value = value[part]
-        else:
+            if isinstance(value, list | tuple):
+                key += f"[{part}]"
+                value = value[part]
+        elif not _is_tag(part, value):
             key += f".{part}" if key else part
             value = value.get(part) if isinstance(value, Mapping) else None
     if value is None:
@@ -603,8 +656,10 @@ def _model_at(loc: Sequence[int | str]) -> type[BaseModel] | None:
     """Model of the section at a location."""
     model: type[BaseModel] = LapJoint
     for part in loc:
+        if isinstance(part, int) or part == "history":
+            continue
         found = _field(model, part)
-        section = None if found is None else _section(found)
+        section = _signals().get(part) if found is None else _section(found)
         if section is None:
             return None
         model = section
