@@ -1,4 +1,4 @@
-"""Flexibility operators W of ``v = v_free + R q - W r``: static, and with contact compliance."""
+"""Flexibility operators W of ``v = v_free + R q - W r``: static, harmonic, with compliance."""
 
 from __future__ import annotations
 
@@ -63,3 +63,32 @@ def with_compliance(flexibility: Flexibility, compliance: Array) -> Flexibility:
     slider in series with ``k_t``.
     """
     return replace(flexibility, W=flexibility.W + np.diag(compliance))
+
+
+def harmonic_compliance(
+    model: JointModel, omega: float, harmonics: int
+) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+    """Compliance of every mode, and lag of the residual part, at the harmonics 0..H of `omega`.
+
+    ``W_h = residual lag_h + mode_v diag(modal_h) mode_v^T`` with
+
+        modal_hn = 1 / (omega_n² - h² omega² + i h omega c_n),   lag_h = 1 / (1 + i h omega beta)
+
+    Parameters
+    ----------
+    model : JointModel
+    omega : float
+        rad/s.
+    harmonics : int
+        H.
+
+    Returns
+    -------
+    modal : (H + 1, k) complex array
+        s² (mass-normalised modes).
+    lag : (H + 1,) complex array
+        The truncated modes follow quasi-statically behind their stiffness damping.
+    """
+    h = np.arange(harmonics + 1)[:, None] * omega
+    modal = 1 / (model.omega**2 - h**2 + 1j * h * model.modal_damping())
+    return modal, 1 / (1 + 1j * h[:, 0] * model.rayleigh[1])

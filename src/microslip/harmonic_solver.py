@@ -1,0 +1,326 @@
+"""Newton's method for harmonic balance: exact derivative, Krylov solver, condensed factorisation.
+
+The derivative of ``F(r) = r - C(r + eps (v_free - W r))`` is ``J = I - D (I - eps W)``, with ``D`` block
+diagonal over pairs (from the contact cycle) and ``W`` block diagonal over harmonics. Neither structure
+survives in the product, but most components are simple at any moment:
+
+    open all cycle           D = 0:  z = y
+    touching, stuck all      D = 1:  eps W z = y     linear, harmonic by harmonic
+    changing                 D dense over the harmonics of its pair
+
+Open components drop out, linear ones are eliminated by a Schur complement per harmonic, and only the
+changing ones couple through a dense real matrix, which is factorised. Which component is simple is
+found out anew at every evaluation. The factorisation, `Condensed`, is kept as a preconditioner of GMRES
+for later iterations, frequencies and loads, and renewed when GMRES needs many iterations.
+"""
+
+from __future__ import annotations
+
+import time as clock
+from dataclasses import dataclass, field
+
+import numpy as np
+import scipy.linalg as sl
+from numpy.typing import NDArray
+
+from microslip.contact.aft import CHANGING, LINEAR, ContactCycle, times_derivative
+from microslip.errors import ContactError
+from microslip.harmonic import (
+    Array,
+    Complex,
+    Evaluation,
+    LinearOperator,
+    derivative_times,
+    evaluate,
+    to_complex,
+    to_real,
+)
+
+ACCEPTED = 1e-8
+"""Residual of a solution, relative to the largest prestress reaction."""
+
+RENEW_AFTER = 12
+"""GMRES iterations beyond which the factorisation is made anew at the next occasion."""
+
+MAX_KRYLOV = 60
+FORCING = 1e-3
+"""Relative residual to which a Newton step is solved."""
+
+
+class NotConverged(ContactError):
+    """Harmonic balance found no solution at a point."""
+
+
+class Condensed:
+    """Exact inverse of the derivative at one evaluation, simple components condensed.
+
+    The mean amplitudes of the nearly rigid modes are kept beside the changing components.
+
+    Parameters
+    ----------
+    operator : LinearOperator
+    cycle : ContactCycle
+    """
+
+    def __init__(self, operator: LinearOperator, cycle: ContactCycle) -> None:
+        problem = operator.problem
+        kind = cycle.kind.ravel()
+        self.operator = operator
+        self.cycle = cycle
+        self.linear = np.flatnonzero(kind == LINEAR)
+        self.changing = np.flatnonzero(kind == CHANGING)
+        self.rigid = problem.model.mode_v[:, : len(problem.unit_q)] * problem.unit_q
+        self.factors = []
+        self.K: list[Complex] = []
+        S: list[Complex] = []
+        L, N = self.linear, self.changing
+        for h in range(problem.harmonics + 1):
+            W = operator.dense(h)
+            if h == 0:
+                W = W.real
+            factor = sl.lu_factor(W[np.ix_(L, L)], check_finite=False)
+            W_LN = W[np.ix_(L, N)]
+            K = sl.lu_solve(factor, W_LN, check_finite=False)
+            self.factors.append(factor)
+            self.K.append(K)
+            S.append(W[np.ix_(N, N)] - W_LN.T @ K)
+        self.linear_of_q = sl.lu_solve(self.factors[0], self.rigid[L], check_finite=False)
+        self.lu = sl.lu_factor(self._assemble(S), overwrite_a=True, check_finite=False)
+
+    def _assemble(self, S: list[Complex]) -> Array:
+        """Matrix over changing components by coefficients, then q.
+
+        ``I - D_NN (I - eps S) + D_NL K`` beside ``-(D_NN eps R_S + D_NL W_LL^-1 R_L)``, with
+        ``R_S = R_N - K^T R_L``; below, the equilibrium of the nearly rigid modes.
+        """
+        N, L, cycle, problem = self.changing, self.linear, self.cycle, self.operator.problem
+        n, c, e = len(N), cycle.r.shape[2], self.rigid.shape[1]
+        eps = problem.stiffness
+        R_S = self.rigid[N] - self.K[0].T @ self.rigid[L]
+        # derivative of the augmented force x by (z_N, q), for changing and for linear components
+        of_changing = _columns(
+            [np.eye(n) - eps[N, None] * s for s in S], n, c, e
+        )
+        of_changing[:, 0, n * c :] = eps[N, None] * R_S
+        of_linear = _columns([-K for K in self.K], len(L), c, e)
+        of_linear[:, 0, n * c :] = self.linear_of_q
+        row_of = np.zeros(2 * problem.model.pairs, dtype=np.int64)
+        row_of[N], row_of[L] = np.arange(n), np.arange(len(L))
+        changing = cycle.kind.ravel() == CHANGING
+        M = np.eye(n * c + e)
+        rows = M[: n * c].reshape(n, c, -1)
+        for k, component in enumerate(N):
+            pair, tangential = divmod(int(component), 2)
+            if not tangential:
+                rows[k] -= cycle.nn[pair] @ of_changing[k]
+                continue
+            rows[k] -= cycle.tt[pair] @ of_changing[k]
+            normal = component - 1
+            source = of_changing if changing[normal] else of_linear
+            rows[k] -= cycle.tn[pair] @ source[row_of[normal]]
+        M[n * c :, : n * c : c] = problem.spring * R_S.T
+        stiffness = self.rigid[L].T @ self.linear_of_q
+        stiffness += np.diag((problem.model.omega[:e] * problem.unit_q) ** 2)
+        M[n * c :, n * c :] = problem.spring * stiffness
+        return M
+
+    def solve(self, right: Array) -> Array:
+        """``J^-1 right`` at the evaluation of the factorisation."""
+        L, N, cycle, problem = self.linear, self.changing, self.cycle, self.operator.problem
+        cut = problem.shape[0] * problem.shape[1]
+        y, y_q = right[:cut].reshape(problem.shape), right[cut:]
+        eps = problem.stiffness
+        z = y.copy()
+        z[L] = 0.0
+        z[N] = 0.0
+        g = self.operator.flexibility(z)
+        g_q = problem.spring * (self.rigid.T @ z[:, 0])
+        c_L = to_complex(y[L] / eps[L, None] - g[L])
+        g_N = to_complex(g[N])
+        z_L = np.empty_like(c_L)
+        for h, factor in enumerate(self.factors):
+            part = c_L[h].real if h == 0 else c_L[h]
+            z_L[h] = sl.lu_solve(factor, part, check_finite=False)
+            g_N[h] += self.K[h].T @ c_L[h]
+        linear = to_real(z_L)
+        x = np.zeros_like(y)
+        x[N] = -eps[N, None] * to_real(g_N)
+        x[L] = linear - y[L]
+        out = np.empty_like(cycle.r)
+        times_derivative(cycle.nn, cycle.tn, cycle.tt, x.reshape(out.shape), out)
+        below = y_q - g_q - problem.spring * (self.rigid[L].T @ linear[:, 0])
+        solved = sl.lu_solve(
+            self.lu,
+            np.concatenate([(y[N] + out.reshape(y.shape)[N]).ravel(), below]),
+            check_finite=False,
+        )
+        q = solved[z[N].size :]
+        z[N] = solved[: z[N].size].reshape(-1, y.shape[1])
+        Z = to_complex(z[N])
+        for h, K in enumerate(self.K):
+            z_L[h] -= K @ Z[h]
+        z[L] = to_real(z_L)
+        z[L, 0] += self.linear_of_q @ q
+        return np.concatenate([z.ravel(), q])
+
+
+def _columns(blocks: list[Complex], rows: int, c: int, extra: int) -> Array:
+    """Complex blocks per harmonic as real ones, (rows, c, columns c + extra)."""
+    columns = blocks[0].shape[1]
+    out = np.zeros((rows, c, columns * c + extra))
+    inner = out[:, :, : columns * c]
+    inner[:, 0, ::c] = blocks[0].real
+    for h, block in enumerate(blocks[1:], start=1):
+        s = 2 * h - 1
+        inner[:, s, s::c] = block.real
+        inner[:, s + 1, s + 1 :: c] = block.real
+        inner[:, s, s + 1 :: c] = -block.imag
+        inner[:, s + 1, s::c] = block.imag
+    return out
+
+
+def gmres(
+    apply, precondition, right: Array, tolerance: float, limit: int
+) -> tuple[Array, int, float]:
+    """GMRES without restarts, preconditioned from the right.
+
+    Returns the solution, the iterations and the relative residual reached.
+    """
+    shape = right.shape
+    size = float(np.linalg.norm(right))
+    if size == 0:
+        return np.zeros(shape), 0, 0.0
+    basis = np.empty((limit + 1, right.size))
+    basis[0] = right.ravel() / size
+    directions = []
+    H = np.zeros((limit + 1, limit))
+    error, j = 1.0, 0
+    for j in range(1, limit + 1):
+        direction = precondition(basis[j - 1].reshape(shape))
+        directions.append(direction)
+        w = apply(direction).ravel()
+        for _ in range(2):
+            share = basis[:j] @ w
+            w = w - share @ basis[:j]
+            H[:j, j - 1] += share
+        H[j, j - 1] = np.linalg.norm(w)
+        first = np.zeros(j + 1)
+        first[0] = size
+        weights, *_ = np.linalg.lstsq(H[: j + 1, :j], first, rcond=None)
+        error = float(np.linalg.norm(H[: j + 1, :j] @ weights - first)) / size
+        if error <= tolerance or H[j, j - 1] <= 1e-14 * size:
+            break
+        basis[j] = w / H[j, j - 1]
+    return np.tensordot(weights, directions, axes=1), j, error
+
+
+@dataclass
+class Counts:
+    """Work of the solver.
+
+    Attributes
+    ----------
+    newton, krylov, factorisations : int
+    """
+
+    newton: int = 0
+    krylov: int = 0
+    factorisations: int = 0
+
+
+@dataclass
+class HarmonicSolver:
+    """Keeps the last factorisation from one point to the next; the answers do not depend on it.
+
+    Attributes
+    ----------
+    tolerance : float
+        Residual accepted, relative to the largest prestress reaction.
+    max_newton : int
+    counts : Counts
+    """
+
+    tolerance: float = ACCEPTED
+    max_newton: int = 30
+    counts: Counts = field(default_factory=Counts)
+    _factor: Condensed | None = None
+    _stale: bool = False
+
+    def linear_solve(
+        self, operator: LinearOperator, cycle: ContactCycle, right: Array, tolerance: float
+    ) -> Array:
+        """Solve ``J z = right``.
+
+        Raises
+        ------
+        NotConverged
+            Where even a fresh factorisation does not solve it: the derivative is singular.
+        """
+        for _ in range(2):
+            if self._factor is None or self._stale or not self._fits(operator):
+                self._factor = Condensed(operator, cycle)
+                self._stale = False
+                self.counts.factorisations += 1
+                fresh = True
+            else:
+                fresh = False
+            z, iterations, error = gmres(
+                lambda x: derivative_times(operator, cycle, x),
+                self._factor.solve,
+                right,
+                tolerance,
+                MAX_KRYLOV,
+            )
+            self.counts.krylov += iterations
+            self._stale = iterations > RENEW_AFTER
+            if error <= tolerance or fresh:
+                break
+            self._stale = True
+        if not error <= 0.5:
+            raise NotConverged(f"the linearised equations are singular (error {error:.1e})")
+        return z
+
+    def _fits(self, operator: LinearOperator) -> bool:
+        assert self._factor is not None
+        old = self._factor.operator.problem
+        new = operator.problem
+        return old.table is new.table and old.model is new.model and old.residual is new.residual
+
+    def solve(self, operator: LinearOperator, load: float, start: Array) -> tuple[Evaluation, int]:
+        """Newton's method from `start` at fixed frequency and load.
+
+        Returns the evaluation at the solution and the number of Newton steps.
+
+        Raises
+        ------
+        NotConverged
+        """
+        point = evaluate(operator, load, start)
+        scale = operator.problem.force_scale
+        for iteration in range(self.max_newton):
+            error = float(np.abs(point.F).max()) / scale
+            if not np.isfinite(error):
+                break
+            if error <= self.tolerance:
+                return point, iteration
+            z = self.linear_solve(operator, point.cycle, -point.F, FORCING)
+            self.counts.newton += 1
+            point = _search(operator, load, point, z)
+        raise NotConverged(
+            f"harmonic balance at {operator.omega / (2 * np.pi):.6g} Hz: residual "
+            f"{np.abs(point.F).max() / scale:.1e} after {self.max_newton} Newton steps"
+        )
+
+
+def _search(
+    operator: LinearOperator, load: float, point: Evaluation, z: Array
+) -> Evaluation:
+    """Longest of the steps 1, 1/2, 1/4, ... that makes the residual smaller; else the shortest."""
+    before = float(np.linalg.norm(point.F))
+    length = 1.0
+    for _ in range(6):
+        trial = evaluate(operator, load, point.w + length * z)
+        if np.linalg.norm(trial.F) < (1 - 0.1 * length) * before:
+            break
+        length *= 0.5
+    return trial
