@@ -55,21 +55,32 @@ LEAST_SAMPLES = 128
 class HarmonicProblem:
     """Equations of harmonic balance for one joint and one driven port.
 
+    A joint that is its own image under a half turn (`half_turn`), driven by a load that the half turn
+    reverses, moves so that what happens at ``x`` happens at ``-x`` half a period later. Even harmonics
+    are then symmetric in x and odd ones antisymmetric, and half of the pairs suffice. Arrays with a
+    leading axis of length 2 belong to even and odd harmonics; without the symmetry both are the same.
+
     Attributes
     ----------
     model : JointModel
     prestress : Prestress
         Its clamp force is held; its frictionless displacements are where stuck pairs stay.
-    friction : (m,) array
     port : str
         Driven port, ``load sin(omega t)``.
     table : SampleTable
         Harmonics and samples.
-    residual : (2 m, 2 m) array
+    half_turn : bool
+        Whether the symmetry is used.
+    pairs : (p,) int array
+        The pairs solved for: all, or those from the middle on.
+    friction : (p,) array
+    residual : (2, 2 p, 2 p) array
         Residual flexibility, with the compliance of an elastic contact on its diagonal.
-    stiffness : (2 m,) array
+    spread, gather : (2, 2 p, k) arrays
+        Relative displacement of the modes; reactions of the pairs and their images to modal forces.
+    stiffness : (2 p,) array
         Augmentation eps of each component, N/m per metre of width.
-    held : (m,) array
+    held : (p,) array
         Tangential displacement at which a pair sticks that never slips, m.
     unit_q : (e,) array
         Mean amplitude of each nearly rigid mode that counts as one newton in the unknowns.
@@ -77,10 +88,14 @@ class HarmonicProblem:
 
     model: JointModel
     prestress: Prestress
-    friction: Array
     port: str
     table: SampleTable
+    half_turn: bool
+    pairs: NDArray[np.int64]
+    friction: Array
     residual: Array
+    spread: Array
+    gather: Array
     stiffness: Array
     held: Array
     unit_q: Array
@@ -92,8 +107,13 @@ class HarmonicProblem:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Of the unknowns: components of all reactions by real coefficients, (2 m, 2 H + 1)."""
-        return 2 * self.model.pairs, self.table.coefficients
+        """Of the reactions solved for: components by real coefficients, (2 p, 2 H + 1)."""
+        return 2 * len(self.pairs), self.table.coefficients
+
+    @cached_property
+    def rows(self) -> NDArray[np.int64]:
+        """Components of v and r that belong to `pairs`."""
+        return _components(self.pairs)
 
     @cached_property
     def force_scale(self) -> float:
@@ -105,13 +125,31 @@ class HarmonicProblem:
         """Mean augmentation, N/m: turns imbalance times `unit_q` into a force."""
         return float(self.stiffness.mean())
 
+    @cached_property
+    def once(self) -> Array:
+        """Weight of each component in the sums over all pairs, relative to the others."""
+        weight = np.ones(len(self.rows))
+        if self.half_turn:
+            weight[:2] = 0.5
+        return weight
+
+    @cached_property
+    def rigid_spread(self) -> Array:
+        """Relative displacement per unknown of the nearly rigid modes, (2 p, e)."""
+        return self.spread[0][:, : len(self.unit_q)] * self.unit_q
+
+    @cached_property
+    def rigid_gather(self) -> Array:
+        """Mean reactions to forces on the nearly rigid modes, (2 p, e)."""
+        return self.gather[0][:, : len(self.unit_q)] * self.unit_q
+
     @property
     def size(self) -> int:
         """Number of unknowns."""
         return self.shape[0] * self.shape[1] + len(self.unit_q)
 
     def split(self, w: Array) -> tuple[Array, Array]:
-        """Coefficients of the reactions (2 m, c), a view, and q, from the unknowns."""
+        """Coefficients of the reactions (2 p, c), a view, and q, from the unknowns."""
         cut = self.shape[0] * self.shape[1]
         return w[:cut].reshape(self.shape), w[cut:] * self.unit_q
 
@@ -119,11 +157,30 @@ class HarmonicProblem:
         """Inverse of `split`."""
         return np.concatenate([u.ravel(), q / self.unit_q])
 
+    def unfold(self, u: Array) -> Array:
+        """Coefficients of all pairs, (2 m, c), from those solved for."""
+        if not self.half_turn:
+            return u
+        out = np.empty((2 * self.model.pairs, u.shape[1]))
+        out[_components(self.model.pairs - 1 - self.pairs)] = u * parity(u.shape[1])
+        out[self.rows] = u
+        return out
+
     def rest(self) -> Array:
         """Unknowns at prestress."""
         u = np.zeros(self.shape)
-        u[:, 0] = self.prestress.solution.r
+        u[:, 0] = self.prestress.solution.r[self.rows]
         return self.join(u, self.prestress.solution.q)
+
+
+def parity(coefficients: int) -> Array:
+    """+1 for coefficients of even harmonics, -1 for odd ones."""
+    h = (np.arange(coefficients) + 1) // 2
+    return np.where(h % 2 == 0, 1.0, -1.0)
+
+
+def _components(pairs: NDArray[np.int64]) -> NDArray[np.int64]:
+    return (2 * pairs[:, None] + np.arange(2)).ravel()
 
 
 def harmonic_problem(
@@ -135,7 +192,8 @@ def harmonic_problem(
     samples: int | None = None,
     port: str = "moment",
     compliance: Array | None = None,
-    stiffness: Array | None = None,
+    stiffness: float | Array | None = None,
+    half_turn: bool | None = None,
 ) -> HarmonicProblem:
     """State the equations.
 
@@ -153,21 +211,25 @@ def harmonic_problem(
         Driven port.
     compliance : (2 m,) array, optional
         Contact compliance, m/N (elastic contact).
-    stiffness : (2 m,) array, optional
+    stiffness : float or (2 m,) array, optional
         Augmentation, by default the inverse of the diagonal of the residual flexibility.
+    half_turn : bool, optional
+        Use the half-turn symmetry; by default where the joint has it.
 
     Raises
     ------
     MicroslipError
-        Where a mode has no stiffness (its mean position would be undetermined), or the residual
-        flexibility of some component is zero and no `stiffness` is given.
+        Where a mode has no stiffness (its mean position would be undetermined), the residual
+        flexibility of some component is zero and no `stiffness` is given, or the symmetry is
+        asked for and not there.
     ContactError
         Where the samples do not resolve the harmonics.
     """
     model.port(port)
-    count = samples if samples is not None else _samples(harmonics)
-    friction = np.broadcast_to(np.asarray(friction, dtype=float), (model.pairs,)).copy()
-    if not (np.isfinite(friction).all() and (friction >= 0).all()):
+    m = model.pairs
+    table = sample_table(harmonics, samples if samples is not None else _samples(harmonics))
+    mu = np.broadcast_to(np.asarray(friction, dtype=float), (m,)).copy()
+    if not (np.isfinite(mu).all() and (mu >= 0).all()):
         raise MicroslipError("coefficient of friction must be finite and not negative")
     if not model.omega.min() > 1e-9 * model.omega.max():
         free = int(np.argmin(model.omega))
@@ -184,19 +246,65 @@ def harmonic_problem(
                 "of its own: give the augmentation `stiffness`, or keep fewer modes dynamic"
             )
         stiffness = 1 / own
-    stiffness = np.broadcast_to(np.asarray(stiffness, dtype=float), (2 * model.pairs,)).copy()
+    eps = np.broadcast_to(np.asarray(stiffness, dtype=float), (2 * m,)).copy()
+    turns = has_half_turn(model, residual, mu, prestress, port)
+    if half_turn and not turns:
+        raise MicroslipError("the joint is not its own image under a half turn")
+    folded = turns if half_turn is None else half_turn
+    pairs = np.arange(m // 2, m) if folded else np.arange(m)
+    rows = _components(pairs)
+    kept = residual[np.ix_(rows, rows)]
+    psi = model.mode_v[rows]
+    blocks, spread, gather = [kept, kept], [psi, psi], [psi, psi]
+    if folded:
+        image = _components(m - 1 - pairs)
+        turned, psi_turned = residual[np.ix_(rows, image)], model.mode_v[image]
+        blocks, gather = [kept + turned, kept - turned], [psi + psi_turned, psi - psi_turned]
+        spread = [psi, psi.copy()]
+        # The middle pair is its own image: counted once, and its odd harmonics vanish.
+        blocks[0][:, :2] /= 2
+        gather[0][:2] /= 2
+        for array in (spread[1], gather[1], blocks[1], blocks[1].T):
+            array[:2] = 0.0
+        blocks[1][:2, :2] = np.diag(1 / eps[rows[:2]])
     rigid = np.abs(model.mode_v[:, : model.equilibrium_modes])
     return HarmonicProblem(
         model=model,
         prestress=prestress,
-        friction=friction,
         port=port,
-        table=sample_table(harmonics, count),
-        residual=np.ascontiguousarray(residual),
-        stiffness=stiffness,
-        held=prestress.solution.v[1::2].copy(),
-        unit_q=1 / (stiffness[:, None] * rigid).max(axis=0, initial=1e-300),
+        table=table,
+        half_turn=folded,
+        pairs=pairs,
+        friction=mu[pairs],
+        residual=np.stack(blocks),
+        spread=np.stack(spread),
+        gather=np.stack(gather),
+        stiffness=eps[rows],
+        held=prestress.solution.v[1::2][pairs],
+        unit_q=1 / (eps[:, None] * rigid).max(axis=0, initial=1e-300),
     )
+
+
+def has_half_turn(
+    model: JointModel, residual: Array, friction: Array, prestress: Prestress, port: str
+) -> bool:
+    """Whether the pairs, read backwards, are the same joint under the reversed load."""
+    m = model.pairs
+    if m % 2 == 0:
+        return False
+    turned = _components(np.arange(m)[::-1])
+    stiff = slice(model.equilibrium_modes, None)
+    soft = model.mode_v[:, stiff] / model.omega[stiff] ** 2
+    W = residual + soft @ model.mode_v[:, stiff].T
+    v = model.port_v + soft @ model.port_modes[stiff]
+    pairs = [
+        (W, W[np.ix_(turned, turned)]),
+        (v[:, model.port("clamp")], v[turned, model.port("clamp")]),
+        (v[:, model.port(port)], -v[turned, model.port(port)]),
+        (prestress.solution.r, prestress.solution.r[turned]),
+        (friction, friction[::-1]),
+    ]
+    return all(np.abs(a - b).max() <= 1e-6 * np.abs(a).max() for a, b in pairs)
 
 
 def _samples(harmonics: int) -> int:
@@ -258,14 +366,15 @@ class LinearOperator:
 
     def flexibility(self, u: Array) -> Array:
         """``W r`` of coefficients (2 m, c)."""
-        psi = self.problem.model.mode_v
-        own = to_complex(self.problem.residual @ u) * self.lag[:, None]
-        return to_real(own) + psi @ to_real(to_complex(psi.T @ u) * self.modal)
+        p = self.problem
+        own = to_complex(_by_parity(p.residual, u)) * self.lag[:, None]
+        modes = to_complex(_by_parity(p.gather.transpose(0, 2, 1), u)) * self.modal
+        return to_real(own) + _by_parity(p.spread, to_real(modes))
 
     def dense(self, h: int) -> Complex:
         """``W_h`` as a matrix."""
-        psi = self.problem.model.mode_v
-        return self.problem.residual * self.lag[h] + (psi * self.modal[h]) @ psi.T
+        p, odd = self.problem, h % 2
+        return p.residual[odd] * self.lag[h] + (p.spread[odd] * self.modal[h]) @ p.gather[odd].T
 
     def free(self, load: float) -> Array:
         """Displacement without reactions under the clamp and ``load sin(omega t)``."""
@@ -275,42 +384,50 @@ class LinearOperator:
 
     def response(self, port: str, h: int, amplitude: float) -> Array:
         """Relative displacement under a port's amplitude at harmonic h."""
-        model = self.problem.model
+        problem, model = self.problem, self.problem.model
         p = model.port(port)
-        Y = np.zeros((self.problem.harmonics + 1, len(model.mode_v)), dtype=complex)
-        Y[h] = model.port_v[:, p] * self.lag[h]
-        Y[h] += model.mode_v @ (self.modal[h] * model.port_modes[:, p])
+        Y = np.zeros((problem.harmonics + 1, len(problem.rows)), dtype=complex)
+        Y[h] = model.port_v[problem.rows, p] * self.lag[h]
+        Y[h] += problem.spread[h % 2] @ (self.modal[h] * model.port_modes[:, p])
         return to_real(Y * amplitude)
 
     def modes(self, u: Array, q: Array, load: float) -> Complex:
-        """Modal amplitudes (H + 1, k) under clamp, load and reactions."""
-        model = self.problem.model
-        force = -to_complex(model.mode_v.T @ u)
-        force[0] += model.port_modes[:, model.port("clamp")] * self.problem.prestress.clamp
-        force[1] += model.port_modes[:, model.port(self.problem.port)] * load
+        """Modal amplitudes (H + 1, k) under clamp, load and reactions, total."""
+        problem, model = self.problem, self.problem.model
+        force = -to_complex(_by_parity(problem.gather.transpose(0, 2, 1), u))
+        force[0] += model.port_modes[:, model.port("clamp")] * problem.prestress.clamp
+        force[1] += model.port_modes[:, model.port(problem.port)] * load
         modes = force * self.modal
         modes[0, : len(q)] = q
         return modes
 
     def outputs(self, u: Array, q: Array, load: float) -> Complex:
         """Outputs of all ports, (H + 1, p), total."""
-        model = self.problem.model
-        residual = -to_complex(model.port_v.T @ u)
-        residual[0] += model.port_port[model.port("clamp")] * self.problem.prestress.clamp
-        residual[1] += model.port_port[model.port(self.problem.port)] * load
+        problem, model = self.problem, self.problem.model
+        residual = -to_complex(model.port_v.T @ problem.unfold(u))
+        residual[0] += model.port_port[model.port("clamp")] * problem.prestress.clamp
+        residual[1] += model.port_port[model.port(problem.port)] * load
         return residual * self.lag[:, None] + self.modes(u, q, load) @ model.port_modes
 
     def frequency_derivative(self, u: Array, load: float) -> Array:
         """Derivative of the relative displacement by omega at constant reactions."""
-        model = self.problem.model
-        h = np.arange(self.problem.harmonics + 1)[:, None]
+        problem, model = self.problem, self.problem.model
+        h = np.arange(problem.harmonics + 1)[:, None]
         slope = 2 * h**2 * self.omega - 1j * h * model.modal_damping()
-        modes = slope * self.modal * self.modes(u, np.zeros(len(self.problem.unit_q)), load)
-        own = -to_complex(self.problem.residual @ u)
-        own[0] += model.port_v[:, model.port("clamp")] * self.problem.prestress.clamp
-        own[1] += model.port_v[:, model.port(self.problem.port)] * load
-        tau = model.rayleigh[1]
-        return to_real(own * (-1j * h * tau * self.lag[:, None] ** 2) + modes @ model.mode_v.T)
+        modes = slope * self.modal * self.modes(u, np.zeros(len(problem.unit_q)), load)
+        own = -to_complex(_by_parity(problem.residual, u))
+        own[1] += model.port_v[problem.rows, model.port(problem.port)] * load
+        own *= -1j * h * model.rayleigh[1] * self.lag[:, None] ** 2
+        return to_real(own) + _by_parity(problem.spread, to_real(modes))
+
+
+def _by_parity(matrices: Array, u: Array) -> Array:
+    """First matrix times the coefficients of even harmonics, second times those of odd ones."""
+    even = parity(u.shape[1]) > 0
+    out = np.empty((matrices.shape[1], u.shape[1]))
+    out[:, even] = matrices[0] @ u[:, even]
+    out[:, ~even] = matrices[1] @ u[:, ~even]
+    return out
 
 
 def linear_operator(problem: HarmonicProblem, omega: float) -> LinearOperator:
@@ -349,9 +466,8 @@ def evaluate(operator: LinearOperator, load: float, w: Array) -> Evaluation:
     model = problem.model
     u, q = problem.split(w)
     e = len(q)
-    rigid = model.mode_v[:, :e]
     v = operator.free(load) - operator.flexibility(u)
-    v[:, 0] += rigid @ q
+    v[:, 0] += problem.spread[0][:, :e] @ q
     x = u + problem.stiffness[:, None] * v
     cycle = contact_cycle(
         problem.table,
@@ -360,10 +476,9 @@ def evaluate(operator: LinearOperator, load: float, w: Array) -> Evaluation:
         problem.stiffness[1::2] * problem.held,
     )
     clamp = model.port_modes[:e, model.port("clamp")] * problem.prestress.clamp
-    imbalance = model.omega[:e] ** 2 * q + rigid.T @ u[:, 0] - clamp
-    F = np.concatenate(
-        [(u - cycle.r.reshape(u.shape)).ravel(), imbalance * problem.unit_q * problem.spring]
-    )
+    imbalance = (model.omega[:e] ** 2 * q - clamp) * problem.unit_q
+    imbalance += problem.rigid_gather.T @ u[:, 0]
+    F = np.concatenate([(u - cycle.r.reshape(u.shape)).ravel(), imbalance * problem.spring])
     return Evaluation(w, v, cycle, F)
 
 
@@ -371,13 +486,32 @@ def derivative_times(operator: LinearOperator, cycle: ContactCycle, z: Array) ->
     """Derivative of the residual along `z`: ``J z``."""
     problem = operator.problem
     u, q = problem.split(z)
-    rigid = problem.model.mode_v[:, : len(q)]
-    own = -operator.flexibility(u)
-    own[:, 0] += rigid @ q
-    x = u + problem.stiffness[:, None] * own
+    e = len(q)
+    x = -operator.flexibility(u)
+    x[:, 0] += problem.spread[0][:, :e] @ q
+    x *= problem.stiffness[:, None]
+    x += u
     out = np.empty_like(cycle.r)
     times_derivative(cycle.nn, cycle.tn, cycle.tt, x.reshape(out.shape), out)
-    imbalance = problem.model.omega[: len(q)] ** 2 * q + rigid.T @ u[:, 0]
-    return np.concatenate(
-        [(u - out.reshape(u.shape)).ravel(), imbalance * problem.unit_q * problem.spring]
-    )
+    imbalance = problem.model.omega[:e] ** 2 * q * problem.unit_q + problem.rigid_gather.T @ u[:, 0]
+    return np.concatenate([(u - out.reshape(u.shape)).ravel(), imbalance * problem.spring])
+
+
+def frequency_derivative(operator: LinearOperator, point: Evaluation, load: float) -> Array:
+    """Derivative of the residual by omega."""
+    problem = operator.problem
+    x = operator.frequency_derivative(problem.split(point.w)[0], load)
+    return _through_contact(problem, point.cycle, x)
+
+
+def load_derivative(operator: LinearOperator, point: Evaluation) -> Array:
+    """Derivative of the residual by the amplitude of the load."""
+    problem = operator.problem
+    return _through_contact(problem, point.cycle, operator.response(problem.port, 1, 1.0))
+
+
+def _through_contact(problem: HarmonicProblem, cycle: ContactCycle, v: Array) -> Array:
+    out = np.empty_like(cycle.r)
+    x = (problem.stiffness[:, None] * v).reshape(out.shape)
+    times_derivative(cycle.nn, cycle.tn, cycle.tt, x, out)
+    return np.concatenate([-out.ravel(), np.zeros(len(problem.unit_q))])

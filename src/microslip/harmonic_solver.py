@@ -69,9 +69,10 @@ class Condensed:
         self.cycle = cycle
         self.linear = np.flatnonzero(kind == LINEAR)
         self.changing = np.flatnonzero(kind == CHANGING)
-        self.rigid = problem.model.mode_v[:, : len(problem.unit_q)] * problem.unit_q
         self.factors = []
         self.K: list[Complex] = []
+        self.left: list[Complex] = []
+        once = problem.once
         S: list[Complex] = []
         L, N = self.linear, self.changing
         for h in range(problem.harmonics + 1):
@@ -83,28 +84,29 @@ class Condensed:
             K = sl.lu_solve(factor, W_LN, check_finite=False)
             self.factors.append(factor)
             self.K.append(K)
-            S.append(W[np.ix_(N, N)] - W_LN.T @ K)
-        self.linear_of_q = sl.lu_solve(self.factors[0], self.rigid[L], check_finite=False)
+            # W_NL W_LL^-1: the transpose of K, but the middle pair counts once and others twice
+            self.left.append((K * once[L, None] / once[N]).T)
+            S.append(W[np.ix_(N, N)] - W[np.ix_(N, L)] @ K)
+        self.linear_of_q = sl.lu_solve(self.factors[0], problem.rigid_spread[L], check_finite=False)
         self.lu = sl.lu_factor(self._assemble(S), overwrite_a=True, check_finite=False)
 
     def _assemble(self, S: list[Complex]) -> Array:
         """Matrix over changing components by coefficients, then q.
 
         ``I - D_NN (I - eps S) + D_NL K`` beside ``-(D_NN eps R_S + D_NL W_LL^-1 R_L)``, with
-        ``R_S = R_N - K^T R_L``; below, the equilibrium of the nearly rigid modes.
+        ``R_S = R_N - W_NL W_LL^-1 R_L``; below, the equilibrium of the nearly rigid modes.
         """
         N, L, cycle, problem = self.changing, self.linear, self.cycle, self.operator.problem
-        n, c, e = len(N), cycle.r.shape[2], self.rigid.shape[1]
+        n, c, e = len(N), cycle.r.shape[2], len(problem.unit_q)
         eps = problem.stiffness
-        R_S = self.rigid[N] - self.K[0].T @ self.rigid[L]
+        R_S = problem.rigid_spread[N] - self.left[0] @ problem.rigid_spread[L]
+        R_below = problem.rigid_gather[N] - self.K[0].T @ problem.rigid_gather[L]
         # derivative of the augmented force x by (z_N, q), for changing and for linear components
-        of_changing = _columns(
-            [np.eye(n) - eps[N, None] * s for s in S], n, c, e
-        )
+        of_changing = _columns([np.eye(n) - eps[N, None] * s for s in S], n, c, e)
         of_changing[:, 0, n * c :] = eps[N, None] * R_S
         of_linear = _columns([-K for K in self.K], len(L), c, e)
         of_linear[:, 0, n * c :] = self.linear_of_q
-        row_of = np.zeros(2 * problem.model.pairs, dtype=np.int64)
+        row_of = np.zeros(len(problem.rows), dtype=np.int64)
         row_of[N], row_of[L] = np.arange(n), np.arange(len(L))
         changing = cycle.kind.ravel() == CHANGING
         M = np.eye(n * c + e)
@@ -118,8 +120,8 @@ class Condensed:
             normal = component - 1
             source = of_changing if changing[normal] else of_linear
             rows[k] -= cycle.tn[pair] @ source[row_of[normal]]
-        M[n * c :, : n * c : c] = problem.spring * R_S.T
-        stiffness = self.rigid[L].T @ self.linear_of_q
+        M[n * c :, : n * c : c] = problem.spring * R_below.T
+        stiffness = problem.rigid_gather[L].T @ self.linear_of_q
         stiffness += np.diag((problem.model.omega[:e] * problem.unit_q) ** 2)
         M[n * c :, n * c :] = problem.spring * stiffness
         return M
@@ -134,28 +136,28 @@ class Condensed:
         z[L] = 0.0
         z[N] = 0.0
         g = self.operator.flexibility(z)
-        g_q = problem.spring * (self.rigid.T @ z[:, 0])
+        g_q = problem.spring * (problem.rigid_gather.T @ z[:, 0])
         c_L = to_complex(y[L] / eps[L, None] - g[L])
         g_N = to_complex(g[N])
         z_L = np.empty_like(c_L)
         for h, factor in enumerate(self.factors):
             part = c_L[h].real if h == 0 else c_L[h]
             z_L[h] = sl.lu_solve(factor, part, check_finite=False)
-            g_N[h] += self.K[h].T @ c_L[h]
+            g_N[h] += self.left[h] @ c_L[h]
         linear = to_real(z_L)
         x = np.zeros_like(y)
         x[N] = -eps[N, None] * to_real(g_N)
         x[L] = linear - y[L]
         out = np.empty_like(cycle.r)
         times_derivative(cycle.nn, cycle.tn, cycle.tt, x.reshape(out.shape), out)
-        below = y_q - g_q - problem.spring * (self.rigid[L].T @ linear[:, 0])
+        below = y_q - g_q - problem.spring * (problem.rigid_gather[L].T @ linear[:, 0])
         solved = sl.lu_solve(
             self.lu,
             np.concatenate([(y[N] + out.reshape(y.shape)[N]).ravel(), below]),
             check_finite=False,
         )
         q = solved[z[N].size :]
-        z[N] = solved[: z[N].size].reshape(-1, y.shape[1])
+        z[N] = solved[: z[N].size].reshape(len(N), y.shape[1])
         Z = to_complex(z[N])
         for h, K in enumerate(self.K):
             z_L[h] -= K @ Z[h]
@@ -312,9 +314,7 @@ class HarmonicSolver:
         )
 
 
-def _search(
-    operator: LinearOperator, load: float, point: Evaluation, z: Array
-) -> Evaluation:
+def _search(operator: LinearOperator, load: float, point: Evaluation, z: Array) -> Evaluation:
     """Longest of the steps 1, 1/2, 1/4, ... that makes the residual smaller; else the shortest."""
     before = float(np.linalg.norm(point.F))
     length = 1.0

@@ -192,9 +192,7 @@ def contact_cycle(table: SampleTable, x: Array, friction: Array, held: Array) ->
 
 
 @_jit
-def all_pairs(
-    basis, projection, sums, products, x, mu, held, r, nn, tn, tt, kind, status
-):
+def all_pairs(basis, projection, sums, products, x, mu, held, r, nn, tn, tt, kind, status):
     """Evaluate every pair into the last six arguments."""
     N = basis.shape[1]
     xn, xt, bound, traction = np.empty(N), np.empty(N), np.empty(N), np.empty(N)
