@@ -31,13 +31,44 @@ DRIVES = {"moment": "moment", "mode": "sliding"}
 
 
 @dataclass(frozen=True)
+class UpperHarmonics:
+    """Upper modes in superharmonic resonance, against the amplitude of the sliding mode.
+
+    See `refined.py`. Per chosen (mode, harmonic) s and amplitude n:
+
+    Attributes
+    ----------
+    order : (s,) int array
+        Harmonic h.
+    omega : (s,) array
+        Circular frequency of the mode, rad/s.
+    reference_omega : float
+        omega_0, at which the table already has the mode's inertia.
+    motion : (n, s) complex array
+        eta_0 over the amplitude.
+    compliance : (n, s) complex array
+        S, s².
+    in_phase, quadrature : (n, s) complex arrays
+        T for the real and the imaginary part of the load.
+    """
+
+    order: NDArray[np.int64]
+    omega: Array
+    reference_omega: float
+    motion: NDArray[np.complex128]
+    compliance: NDArray[np.complex128]
+    in_phase: NDArray[np.complex128]
+    quadrature: NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
 class EquivalentTable:
     """Equivalent stiffness and damping of the sliding mode against its amplitude.
 
     Attributes
     ----------
     drive : str
-        ``"moment"`` or ``"mode"``.
+        ``"moment"``, ``"mode"``, or ``"prescribed"`` for the refined model.
     clamp, omega : float
         Clamp force (N/m) that the amplitudes belong to, and omega_sl (rad/s).
     load : (n,) array
@@ -52,6 +83,8 @@ class EquivalentTable:
         mode) over ``omega_sl² Q_1``.
     dissipated, stored : (n,) arrays
         Friction work per cycle and mean stored energy ``q W_s / (2 pi)``, J per metre of width.
+    upper : UpperHarmonics, optional
+        Of the refined model.
     """
 
     drive: str
@@ -64,6 +97,7 @@ class EquivalentTable:
     cross: NDArray[np.complex128]
     dissipated: Array
     stored: Array
+    upper: UpperHarmonics | None = None
 
 
 def modal_quantities(cycle: Cycle, model: JointModel, states: LinearStates) -> tuple[Array, Array]:

@@ -1,4 +1,4 @@
-"""Reduced models of the forced response: the paper's as printed, and the consistent one.
+"""Reduced models of the forced response: the paper's as printed, the consistent and the refined.
 
 Two coordinates, ``x = T y`` with ``T = [Phi_sl Phi_st]``. At each frequency
 
@@ -12,8 +12,10 @@ damping against amplitude:
 ``consistent``   basis M-orthonormalised, the force itself projected: on the sliding mode
                  ``omega_sl² (k_eq + i gamma_eq)(|q|) q`` and on the second coordinate its measured
                  cross part, both functions of ``q = Phi_sl^T M x``.
+``refined``      one coordinate; the force tabulated with q prescribed, at the amplitude of
+                 ``q + c M``, with upper harmonics (`refined.py`).
 
-Either is a fixed-point problem for one amplitude ``a``: solve the linear system with the table at
+Each is a fixed-point problem for one amplitude ``a``: solve the linear system with the table at
 ``a``, get a new amplitude ``g(a)``. Plain iteration runs from the neighbouring frequency's answer;
 where it does not contract it is safeguarded by regula falsi (Illinois) on ``g(a) - a``, which has a
 root between 0 and the largest response. ``|g'|`` at the answer, the contraction factor, is kept:
@@ -22,7 +24,7 @@ where it exceeds 1 plain iteration would fail.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numba as nb
 import numpy as np
@@ -46,14 +48,18 @@ CONVERGED, NOT_CONVERGED, OUTSIDE = 0, 1, 2
 class TwoModeModel:
     """Linear part of the reduced model and where the table enters it.
 
-    ``[-omega² m + (1 + i omega beta) k + i omega alpha m + omega_sl² (E kappa + X chi)] y = force``,
-    ``kappa = k_eq + i gamma_eq`` and ``chi`` the cross coefficient at ``a = |argument . y|``;
-    the modal amplitude reported is ``sliding . y``.
+    ``[-omega² m + (1 + i omega beta) k + i omega alpha m] y + omega_sl² (E kappa + X chi)
+    (y + offset) = force``, with ``kappa = k_eq (1 + i omega beta lossy) + i gamma_eq`` and ``chi``
+    the cross coefficient at ``a = |argument . (y + offset)|``; the modal amplitude reported is
+    ``sliding . y``.
 
     Attributes
     ----------
     m, k, E, X : (2, 2) arrays
-    argument, sliding : (2,) arrays
+    argument, sliding, offset : (2,) arrays
+        `offset` per unit load.
+    lossy : float
+        1 where the elastic part of the force has the material's loss, else 0.
     force : (2,) array
         Projection of a unit load.
     rayleigh : tuple of float
@@ -70,10 +76,16 @@ class TwoModeModel:
     force: Array
     rayleigh: tuple[float, float]
     omega: float
+    offset: Array = field(default_factory=lambda: np.zeros(2))
+    lossy: float = 0.0
 
 
 def two_mode_model(
-    states: LinearStates, load: str, rayleigh: tuple[float, float], variant: str
+    states: LinearStates,
+    load: str,
+    rayleigh: tuple[float, float],
+    variant: str,
+    offset: float = 0.0,
 ) -> TwoModeModel:
     """Reduced model of the sliding and the stuck mode.
 
@@ -86,6 +98,8 @@ def two_mode_model(
         alpha (1/s), beta (s).
     variant : str
         One of `VARIANTS`.
+    offset : float
+        Of the refined model, see `refined.moment_offset`.
     """
     c = states.overlap
     sl2, st2 = states.sliding_omega**2, states.stuck_omega**2
@@ -101,6 +115,20 @@ def two_mode_model(
             force=np.array([f_sl, f_st]),
             rayleigh=rayleigh,
             omega=states.sliding_omega,
+        )
+    if variant == "refined":
+        return TwoModeModel(
+            m=np.eye(2),
+            k=np.diag([sl2, st2]),
+            E=np.array([[1.0, 0.0], [0.0, 0.0]]),
+            X=np.zeros((2, 2)),
+            argument=np.array([1.0, 0.0]),
+            sliding=np.array([1.0, 0.0]),
+            force=np.array([f_sl, 0.0]),
+            rayleigh=rayleigh,
+            omega=states.sliding_omega,
+            offset=np.array([offset, 0.0]),
+            lossy=1.0,
         )
     if variant != "consistent":
         raise MicroslipError(f"no variant {variant!r}: choose one of {', '.join(VARIANTS)}")
@@ -193,11 +221,25 @@ class TableCurve:
     """Monotone cubic interpolation of a table in ``log(amplitude / clamp)``.
 
     Below the table k_eq and cross keep their first value and gamma_eq falls in proportion to
-    amplitude (partial slip: dissipation grows as amplitude cubed). Above it there is no answer.
+    amplitude (partial slip: dissipation grows as amplitude cubed), upper harmonics vanish. Above it
+    there is no answer.
+
+    Attributes
+    ----------
+    knots : (n,) array
+    coefficients : (4, n - 1, 4 + 8 s) array
+        Powers, intervals; k_eq, gamma_eq, cross, then motion, compliance, in_phase and quadrature
+        of s upper harmonics, each as real and imaginary part.
+    upper : (s, 2) array
+        Order and circular frequency of the upper harmonics.
+    reference : float
+        omega_0².
     """
 
     knots: Array
     coefficients: Array
+    upper: Array
+    reference: float
 
 
 def table_curve(table: EquivalentTable) -> TableCurve:
@@ -208,8 +250,14 @@ def table_curve(table: EquivalentTable) -> TableCurve:
     if not (np.diff(x) > 0).all():
         raise MicroslipError("amplitudes of the table do not grow with the load: drive it further")
     columns = [table.k_eq, table.gamma_eq, table.cross.real, table.cross.imag]
+    upper, reference = np.zeros((0, 2)), 0.0
+    if table.upper is not None:
+        u = table.upper
+        upper, reference = np.column_stack([u.order, u.omega]), u.reference_omega**2
+        for values in zip(u.motion.T, u.compliance.T, u.in_phase.T, u.quadrature.T, strict=True):
+            columns += [part for y in values for part in (y.real, y.imag)]
     c = np.stack([PchipInterpolator(x, y).c for y in columns])
-    return TableCurve(x, np.ascontiguousarray(np.moveaxis(c, 0, -1)))
+    return TableCurve(x, np.ascontiguousarray(np.moveaxis(c, 0, -1)), upper, reference)
 
 
 _NO_ANSWER = 1e3
@@ -219,38 +267,62 @@ _jit = nb.njit(cache=True, error_model="numpy")
 
 @_jit
 def evaluate_curve(knots, coefficients, x, out):
-    """Table at ``x = log(a / clamp)`` into ``out``: k_eq, gamma_eq, cross (real, imaginary)."""
+    """Table at ``x = log(a / clamp)`` into ``out``: the columns of `TableCurve`."""
     n = knots.shape[0]
     i = min(max(np.searchsorted(knots, x) - 1, 0), n - 2)
     t = min(max(x, knots[0]), knots[n - 1]) - knots[i]
-    for j in range(4):
+    for j in range(out.shape[0]):
         out[j] = (
             (coefficients[0, i, j] * t + coefficients[1, i, j]) * t + coefficients[2, i, j]
         ) * t + coefficients[3, i, j]
     if x < knots[0]:
         out[1] *= np.exp(x - knots[0])
+        out[4:] = 0.0
+
+
+@_jit
+def _upper_force(out, upper, reference, w, alpha, beta):
+    """Change of the modal contact force over the amplitude by the upper harmonics, see `refined.py`."""
+    total = 0.0 + 0.0j
+    for s in range(upper.shape[0]):
+        hw, own = upper[s, 0] * w, upper[s, 1]
+        D = hw * hw - reference - 1j * hw * (alpha + beta * own * own)
+        o = out[4 + 8 * s : 12 + 8 * s]
+        load = D * (o[0] + 1j * o[1]) / (1.0 - D * (o[2] + 1j * o[3]))
+        total += (o[4] + 1j * o[5]) * load.real + (o[6] + 1j * o[7]) * load.imag
+    return total
 
 
 @_jit
 def _respond(a, w, system, out, y):
     """One pass of the fixed-point map at amplitude `a`: the response into `y`, its amplitude back."""
-    clamp, knots, coefficients, m, k, E, X, argument, force, alpha, beta, w2 = system
+    (clamp, knots, coefficients, upper, reference, m, k, E, X, argument, offset, lossy, force) = (
+        system[:13]
+    )
+    alpha, beta, w2 = system[13:]
     kappa = 0.0 + 0.0j
     chi = 0.0 + 0.0j
     if knots.shape[0] > 0:
         evaluate_curve(knots, coefficients, np.log(max(a, 1e-300) / clamp), out)
-        kappa = w2 * (out[0] + 1j * out[1])
+        kappa = w2 * (out[0] * (1.0 + 1j * w * beta * lossy) + 1j * out[1])
+        kappa += _upper_force(out, upper, reference, w, alpha, beta)
         chi = w2 * (out[2] + 1j * out[3])
     stiff = 1.0 + 1j * w * beta
     inert = -w * w + 1j * w * alpha
-    z00 = inert * m[0, 0] + stiff * k[0, 0] + kappa * E[0, 0] + chi * X[0, 0]
-    z01 = inert * m[0, 1] + stiff * k[0, 1] + kappa * E[0, 1] + chi * X[0, 1]
-    z10 = inert * m[1, 0] + stiff * k[1, 0] + kappa * E[1, 0] + chi * X[1, 0]
-    z11 = inert * m[1, 1] + stiff * k[1, 1] + kappa * E[1, 1] + chi * X[1, 1]
+    c00 = kappa * E[0, 0] + chi * X[0, 0]
+    c01 = kappa * E[0, 1] + chi * X[0, 1]
+    c10 = kappa * E[1, 0] + chi * X[1, 0]
+    c11 = kappa * E[1, 1] + chi * X[1, 1]
+    z00 = inert * m[0, 0] + stiff * k[0, 0] + c00
+    z01 = inert * m[0, 1] + stiff * k[0, 1] + c01
+    z10 = inert * m[1, 0] + stiff * k[1, 0] + c10
+    z11 = inert * m[1, 1] + stiff * k[1, 1] + c11
+    f0 = force[0] - c00 * offset[0] - c01 * offset[1]
+    f1 = force[1] - c10 * offset[0] - c11 * offset[1]
     det = z00 * z11 - z01 * z10
-    y[0] = (z11 * force[0] - z01 * force[1]) / det
-    y[1] = (z00 * force[1] - z10 * force[0]) / det
-    return abs(argument[0] * y[0] + argument[1] * y[1])
+    y[0] = (z11 * f0 - z01 * f1) / det
+    y[1] = (z00 * f1 - z10 * f0) / det
+    return abs(argument[0] * (y[0] + offset[0]) + argument[1] * (y[1] + offset[1]))
 
 
 @_jit
@@ -327,7 +399,7 @@ def _bracketed(base, w, system, out, y, tolerance, most):
 def sweep(omegas, system, sliding, tolerance, most, amplitude, iterations, contraction, flag):
     """Fixed-point answers at every frequency in turn, each starting from the last one's."""
     clamp, knots = system[0], system[1]
-    out = np.zeros(4)
+    out = np.zeros(system[2].shape[2])
     y = np.zeros(2, np.complex128)
     top = clamp * np.exp(knots[-1]) if knots.shape[0] > 0 else np.inf
     a = 0.0
@@ -356,16 +428,21 @@ def _system(
     """What the compiled functions need, in the order that they unpack it."""
     knots = np.zeros(0) if curve is None else curve.knots
     coefficients = np.zeros((4, 0, 4)) if curve is None else curve.coefficients
+    upper = np.zeros((0, 2)) if curve is None else curve.upper
     alpha, beta = model.rayleigh
     return (
         float(clamp),
         knots,
         coefficients,
+        upper,
+        0.0 if curve is None else float(curve.reference),
         model.m,
         model.k,
         model.E,
         model.X,
         model.argument,
+        load * model.offset,
+        float(model.lossy),
         load * model.force,
         float(alpha),
         float(beta),
@@ -448,7 +525,7 @@ def all_amplitudes(
 ) -> Array:
     """Every amplitude with ``g(a) = a`` inside the table at one frequency (folds have three)."""
     curve = table_curve(table)
-    out, y = np.zeros(4), np.zeros(2, complex)
+    out, y = np.zeros(curve.coefficients.shape[2]), np.zeros(2, complex)
     system = _system(model, curve, table.clamp, load)
 
     def gap(a: float) -> float:

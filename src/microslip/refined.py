@@ -1,0 +1,253 @@
+"""The refined reduced model: one coordinate, everything nonlinear tabulated against its amplitude.
+
+Projected on the sliding mode the equation of motion is exact,
+
+    (omega_sl² - omega² + i omega c) Q + F = Phi^T p M,
+
+whatever touches, slips or separates; only the modal contact force F has to be modelled. The paper
+takes it from cycles driven by the end moment. Here, in order of what each is worth:
+
+* F comes from cycles with q prescribed (`prescribed.py`): near resonance inertia, not the moment,
+  bends the joint, and q is nearly a pure sine because the inertia of the mode resists harmonics.
+* The moment bends the overlap directly as well, and what the interface sees of that is the mode's
+  own pattern: it offsets the amplitude, ``A = Q + c M``, ``F = omega_sl² kappa(|A|) A``.
+* The other modes have their inertia at a reference frequency between the sliding and the stuck one.
+* What is elastic in F has the material's loss, ``k_eq (1 + i omega beta)``.
+* An upper mode near a multiple of the first is in superharmonic resonance with the corners of the
+  contact force. Its harmonic ``eta`` obeys ``eta = eta_0 + S P`` under a load P on its port, and
+  the rest of its inertia is such a load, ``P = D eta``, ``D = h² omega² - omega_0² - i h omega c``;
+  so ``P = D eta_0/(1 - D S)``, and F changes by ``T P`` (real-linear in P). The table holds eta_0,
+  S and T of each chosen (mode, harmonic).
+
+Everything scales with the clamp force: amplitude over clamp is the only argument of the table.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
+
+from microslip.backbone import EquivalentTable, UpperHarmonics
+from microslip.errors import ContactError, MicroslipError
+from microslip.prescribed import HeldMode, PrescribedCycle, prescribed_cycle
+from microslip.threads import in_threads, workers
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+HIGHEST = 13
+"""Highest harmonic of the first mode that may excite an upper one."""
+
+KEPT = 5e-4
+"""An upper harmonic is kept where it changes F by more than this anywhere in the band."""
+
+TEST = 0.01
+"""Test loads on upper modes deflect them statically by this fraction of q over the harmonic."""
+
+
+def refined_table(
+    held: HeldMode,
+    amplitude: Array,
+    *,
+    steps: int = 300,
+    cycles: int = 5,
+    closure: float = 1e-5,
+    band: tuple[float, float] | None = None,
+    knots: int = 10,
+    threads: int | None = None,
+) -> tuple[EquivalentTable, list[str]]:
+    """Tabulate the modal contact force against the amplitude of the sliding mode.
+
+    Parameters
+    ----------
+    held : HeldMode
+        Its upper modes are candidates for superharmonic resonance.
+    amplitude : (n,) array
+        Amplitudes of the sliding coordinate, ascending.
+    steps, cycles : int
+        Load steps per cycle, and cycles at most.
+    closure : float
+    band : tuple of float, optional
+        Circular frequencies in which upper harmonics matter; by default 0.93 to 1.1 times the
+        reference frequency.
+    knots : int
+        Amplitudes at which upper modes are tested; in between they are interpolated.
+    threads : int, optional
+
+    Returns
+    -------
+    table : EquivalentTable
+        ``drive`` is ``"prescribed"``; ``load`` repeats the amplitude.
+    failures : list of str
+        Amplitudes that could not be solved; they are left out.
+    """
+    amplitude = np.asarray(amplitude, float)
+    if not (len(amplitude) >= 2 and amplitude[0] > 0 and (np.diff(amplitude) > 0).all()):
+        raise MicroslipError("amplitudes of a table must be positive and ascending, at least two")
+    count = threads or workers()
+
+    def one(a: float) -> PrescribedCycle | str:
+        try:
+            return prescribed_cycle(
+                held, a, steps=steps, cycles=cycles, closure=closure, harmonics=HIGHEST
+            )
+        except ContactError as error:
+            return f"prescribed cycle at amplitude {a:.4g}: {error}"
+
+    outcomes = list(in_threads(one, amplitude, count))
+    failures = [o for o in outcomes if isinstance(o, str)]
+    solved = [o for o in outcomes if not isinstance(o, str)]
+    if len(solved) < 2:
+        raise ContactError("fewer than two prescribed cycles solved: " + "; ".join(failures))
+    Q, F = np.array([c.q for c in solved]), np.array([c.force for c in solved])
+    w2 = held.sliding_omega**2
+    kappa = F / Q / w2
+    size = np.abs(Q)
+    table = EquivalentTable(
+        drive="prescribed",
+        clamp=held.prestress.clamp,
+        omega=held.sliding_omega,
+        load=size,
+        amplitude=size,
+        k_eq=kappa.real,
+        gamma_eq=kappa.imag,
+        cross=np.zeros(len(Q), complex),
+        dissipated=np.array([c.dissipated for c in solved]),
+        stored=0.5 * size**2 * kappa.real * w2,
+        upper=_upper_harmonics(held, solved, band, knots, steps, count),
+    )
+    return table, failures
+
+
+def moment_offset(held: HeldMode, amplitude: float) -> float:
+    """``c``: amplitude of the mode that bends the interface as a unit moment does directly.
+
+    From two cycles at an amplitude small enough to stick, without and with a moment.
+    """
+    alone = prescribed_cycle(held, amplitude, steps=40, cycles=2)
+    moment = 0.5 * amplitude * held.sliding_omega**2 / held.load_on_sliding
+    both = prescribed_cycle(held, amplitude, steps=40, cycles=2, moment=moment)
+    coefficient = alone.force / alone.q
+    return float(((both.force - coefficient * both.q) / (coefficient * moment)).real)
+
+
+@dataclass(frozen=True)
+class _Reaction:
+    """How a cycle answers a load on one upper harmonic: S, and T for its real and imaginary part."""
+
+    S: complex
+    T: tuple[complex, complex]
+
+
+def _upper_harmonics(
+    held: HeldMode,
+    solved: Sequence[PrescribedCycle],
+    band: tuple[float, float] | None,
+    knots: int,
+    steps: int,
+    threads: int,
+) -> UpperHarmonics | None:
+    pairs = [(n, h) for n in range(len(held.upper_omega)) for h in range(2, HIGHEST + 1)]
+    pairs = [(n, h) for n, h in pairs if _is_excited(solved, n, h)]
+    if not pairs:
+        return None
+    w0 = held.reference_omega
+    omegas = np.linspace(*(band or (0.93 * w0, 1.1 * w0)), 60)
+    gamma = [(c.force / c.q).imag for c in solved]
+    middle = int(np.argmax(gamma))
+    trial = dict(zip(pairs, _reactions(held, solved[middle], pairs, steps, threads), strict=True))
+    kept = [
+        pair
+        for pair in pairs
+        if _largest_change(held, solved[middle], pair, trial[pair], omegas) > KEPT
+    ]
+    if not kept:
+        return None
+    spaced = np.unique(np.linspace(0, len(solved) - 1, min(knots, len(solved))).astype(int))
+    chosen = [int(i) for i in spaced if gamma[i] > 1e-2 * max(gamma)]
+    rows = [_reactions(held, solved[i], kept, steps, threads) for i in chosen]
+    x = np.log([abs(c.q) for c in solved])
+    at = x[np.array(chosen)]
+
+    def spread(values: list[list[complex]]) -> Complex:
+        """From the tested amplitudes to all; constant outside."""
+        v = np.array(values)
+        if len(at) == 1:
+            return np.tile(v, (len(x), 1))
+        inside = np.clip(x, at[0], at[-1])
+        return PchipInterpolator(at, v.real)(inside) + 1j * PchipInterpolator(at, v.imag)(inside)
+
+    return UpperHarmonics(
+        order=np.array([h for _, h in kept]),
+        omega=held.upper_omega[[n for n, _ in kept]],
+        reference_omega=w0,
+        motion=np.array([[c.upper[n, h - 1] / abs(c.q) for n, h in kept] for c in solved]),
+        compliance=spread([[r.S for r in row] for row in rows]),
+        in_phase=spread([[r.T[0] for r in row] for row in rows]),
+        quadrature=spread([[r.T[1] for r in row] for row in rows]),
+    )
+
+
+def _is_excited(solved: Sequence[PrescribedCycle], mode: int, order: int) -> bool:
+    """A half-turn symmetric joint excites each upper mode by odd or by even harmonics only."""
+    size = [np.abs(c.upper[mode, 1:]).max() / abs(c.q) for c in solved]
+    own = [abs(c.upper[mode, order - 1]) / abs(c.q) for c in solved]
+    return max(own) > 1e-3 * max(size)
+
+
+def _reactions(
+    held: HeldMode,
+    base: PrescribedCycle,
+    pairs: Sequence[tuple[int, int]],
+    steps: int,
+    threads: int,
+) -> list[_Reaction]:
+    """Answers of a cycle to test loads, in phase and in quadrature, on each (mode, harmonic)."""
+    tests = [(pair, unit) for pair in pairs for unit in (1.0, 1j)]
+
+    def run(test: tuple[tuple[int, int], complex]) -> tuple[complex, complex]:
+        (mode, order), unit = test
+        stiff = held.upper_omega[mode] ** 2 - held.reference_omega**2
+        load = TEST * abs(base.q) / order**2 * stiff
+        moved = prescribed_cycle(
+            held,
+            abs(base.q),
+            steps=steps,
+            cycles=2,
+            closure=0.0,
+            upper={(mode, order): load * unit},
+            harmonics=HIGHEST,
+            start=base.state,
+        )
+        motion = moved.upper[mode, order - 1] - base.upper[mode, order - 1]
+        force = moved.force / moved.q * base.q - base.force
+        return motion / (load * unit), force / load
+
+    found = list(in_threads(run, tests, threads))
+    return [
+        _Reaction(0.5 * (real[0] + imag[0]), (real[1], imag[1]))
+        for real, imag in zip(found[::2], found[1::2], strict=True)
+    ]
+
+
+def _largest_change(
+    held: HeldMode,
+    base: PrescribedCycle,
+    pair: tuple[int, int],
+    reaction: _Reaction,
+    omegas: Array,
+) -> float:
+    """Largest change of F over F that an upper harmonic makes in a band."""
+    mode, order = pair
+    w0 = held.reference_omega
+    beta = held.model.rayleigh[1]
+    alpha = held.model.rayleigh[0]
+    loss = 1j * order * omegas * (alpha + beta * held.upper_omega[mode] ** 2)
+    D = order**2 * omegas**2 - w0**2 - loss
+    P = D * base.upper[mode, order - 1] / (1 - D * reaction.S)
+    change = reaction.T[0] * P.real + reaction.T[1] * P.imag
+    return float(np.abs(change).max() / abs(base.force))
