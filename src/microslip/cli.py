@@ -18,6 +18,7 @@ import typer
 
 from microslip import __version__
 from microslip.errors import InputError, MicroslipError
+from microslip.reproduce.command import reproduce
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -35,6 +36,7 @@ app = typer.Typer(
 )
 new = typer.Typer(help="Write a commented input file.", no_args_is_help=True)
 app.add_typer(new, name="new")
+app.command()(reproduce)
 
 JointFile = Annotated[Path, typer.Argument(metavar="FILE", help="Joint file (TOML).")]
 Force = Annotated[bool, typer.Option("--force", help="Replace what is already there.")]

@@ -1,0 +1,95 @@
+"""Figure 10: equivalent damping and stiffness of the steady vibrations against their amplitude."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip.modal_force import dynamic_equivalent
+from microslip.plots.style import BLACK, DOUBLE, DRIVES, GREY, MM, house_style, letters, new_figure
+from microslip.reproduce.plate import Plate, Trend
+from microslip.reproduce.settings import PAPER_RHO
+from microslip.reproduce.study import Study
+from microslip.reproduce.variants import read_table
+
+
+@house_style
+def fig10(study: Study) -> Plate:
+    """Points of the time domain on the curves of the tables."""
+    a = study.assembly
+    points = study.time_points(PAPER_RHO, study.settings.time_frequencies)
+    amplitude = np.array([abs(p.steady.amplitude) for p in points])
+    frequency = np.array([p.steady.frequency for p in points])
+    dynamic = np.array([dynamic_equivalent(p.steady, a.model, a.states) for p in points])
+    best = study.tables["mode"].amplitude[int(np.argmax(study.tables["mode"].gamma_eq))]
+    figure = new_figure(DOUBLE, 85 * MM)
+    axes = figure.subplots(1, 2)
+    styles = {
+        **{d: {**s, "label": f"table, {s['label']}", "marker": None} for d, s in DRIVES.items()},
+        "friction": {"color": GREY, "ls": ":", "label": "table, end moments, friction alone"},
+    }
+    for ax, part in zip(axes, ("imag", "real"), strict=True):
+        for name, style in styles.items():
+            table = study.tables[name]
+            grid = np.geomspace(table.amplitude[0], table.amplitude[-1], 300)
+            ax.semilogx(grid / best, getattr(read_table(study, name, grid), part), **style)
+        below = frequency < 171.5
+        for mask, marker in ((below, "<"), (~below, "o")):
+            side = "below" if marker == "<" else "above"
+            ax.plot(
+                amplitude[mask] / best,
+                getattr(dynamic, part)[mask],
+                marker,
+                color=BLACK,
+                mfc="white",
+                label=f"time domain, {side} 171.5 Hz",
+            )
+        ax.set_xlabel(r"modal amplitude $|q|/q^*$")
+    axes[0].set_ylabel(r"$\gamma_{eq}$")
+    axes[1].set_ylabel(r"$k_{eq}$")
+    letters(axes)
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    read = {name: read_table(study, name, amplitude) for name in study.tables}
+    return Plate(
+        figure,
+        f"(a) Equivalent damping and (b) stiffness over ω_sl² against the modal amplitude, over "
+        f"the amplitude q* of greatest damping. Tables from quasi-static cycles; points from the "
+        f"time domain at ρ = {PAPER_RHO:g}, {frequency.min():g} to {frequency.max():g} Hz.",
+        trends=[
+            *(one_peak(study.tables[name].gamma_eq, name) for name in study.tables),
+            *(falls(study.tables[name].k_eq, name) for name in study.tables),
+        ],
+        data={
+            "frequency_hz": frequency.tolist(),
+            "modal_amplitude": amplitude.tolist(),
+            "gamma_eq": dynamic.imag.tolist(),
+            "k_eq": dynamic.real.tolist(),
+            **{f"gamma_eq_{n}": v.imag.tolist() for n, v in read.items()},
+            **{f"k_eq_{n}": v.real.tolist() for n, v in read.items()},
+        },
+    )
+
+
+def one_peak(gamma: NDArray, name: str) -> Trend:
+    """Does damping rise to one peak over amplitude and fall after it?"""
+    signs = np.sign(np.diff(gamma[gamma > 0.05 * gamma.max()]))
+    changes = int(np.sum(np.diff(signs) != 0))
+    return Trend(
+        f"gamma_one_peak_{name}",
+        f"γ_eq has one peak over amplitude (table: {name})",
+        changes == 1 and signs[0] > 0,
+        {"greatest": float(gamma.max()), "changes_of_slope": changes},
+        "Dissipation grows as the cube of amplitude in partial slip and in proportion in gross slip.",
+    )
+
+
+def falls(k: NDArray, name: str) -> Trend:
+    """Does stiffness fall with every step of amplitude?"""
+    return Trend(
+        f"k_falls_{name}",
+        f"k_eq falls monotonically with amplitude (table: {name})",
+        bool((np.diff(k) < 0).all()),
+        {"smallest_amplitude": float(k[0]), "largest_amplitude": float(k[-1])},
+        "Slip releases the joint; with the whole contact force it turns negative where the tips "
+        "open and close, with friction alone it tends to zero.",
+    )

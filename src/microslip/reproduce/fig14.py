@@ -1,0 +1,140 @@
+"""Figure 14: equivalent damping and stiffness over load and frequency."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip.plots.style import DOUBLE, MM, house_style, letters, new_figure
+from microslip.reproduce.maps import ResponseMap, response_map
+from microslip.reproduce.plate import Number, Plate, Trend
+from microslip.reproduce.study import Study
+from microslip.reproduce.variants import CONSISTENT, PRINTED
+
+ALIGNED = 0.3
+"""Hz within which greatest damping and resonance count as one."""
+
+
+@house_style
+def fig14(study: Study) -> Plate:
+    """Maps of both quantities in the printed and the consistent model, with their ridges."""
+    figure = new_figure(DOUBLE, 140 * MM)
+    axes = figure.subplots(2, 2, sharex=True, sharey=True)
+    maps = {case: response_map(study, case) for case in (PRINTED, CONSISTENT)}
+    for column, (case, found) in zip(axes.T, maps.items(), strict=True):
+        for ax, part, name in zip(
+            column, ("imag", "real"), (r"$\gamma_{eq}$", "$k_{eq}$"), strict=True
+        ):
+            values = getattr(found.equivalent, part)
+            image = ax.pcolormesh(
+                found.frequency, found.rho, values, cmap="cividis", rasterized=True
+            )
+            figure.colorbar(image, ax=ax, label=name, aspect=15)
+            ax.plot(found.resonance, found.rho, color="white", ls="--", lw=1.1, label="resonance")
+            if part == "imag":
+                ax.plot(
+                    found.damped_most,
+                    found.rho,
+                    color="black",
+                    ls=":",
+                    lw=1.4,
+                    label="greatest damping",
+                )
+            ax.grid(False)
+        column[0].set_title(case.label, loc="left")
+        column[1].set_xlabel("frequency (Hz)")
+    for ax in axes[:, 0]:
+        ax.set_ylabel(r"$\rho$")
+    letters(axes.ravel())
+    handles, labels = axes[0, 0].get_legend_handles_labels()
+    legend = figure.legend(handles, labels, loc="outside lower center", ncols=2)
+    legend.get_frame().set(facecolor="#bbbbbb", alpha=1)
+    consistent = maps[CONSISTENT]
+    aligned = {case.key: aligned_range(found) for case, found in maps.items()}
+    first = aligned[CONSISTENT.key][0]
+    states = study.assembly.states
+    stuck = (states.stuck_omega / states.sliding_omega) ** 2 - 1
+    saturation = {n: float(study.tables[n].k_eq[0]) for n in study.tables}
+    return Plate(
+        figure,
+        "Equivalent damping (a, b) and stiffness (c, d) over ω_sl² that the reduced models find, "
+        "over ρ and frequency. Left: as printed, friction alone under the end moment. Right: "
+        "consistent, mode-driven. Dashed: resonance; dotted: greatest damping at each ρ; blank: "
+        "no answer in the table.",
+        numbers=[
+            Number(
+                "aligned_rho",
+                first,
+                f"Smallest ρ at which the greatest damping lies within {ALIGNED:g} Hz of the "
+                "resonance; it stays there for every larger ρ, because below its peak γ_eq grows "
+                "with amplitude. 'Only at 2.4' does not come out.",
+            ),
+            Number(
+                "k_saturation",
+                saturation["moment"],
+                "Smallest amplitude of the moment-driven table, which the paper's is. The stuck "
+                f"joint has {stuck:.4f} "
+                f"and the mode-driven table {saturation['mode']:.4f}.",
+            ),
+        ],
+        trends=[
+            _saturates(consistent),
+            _least_at_resonance(consistent),
+            Trend(
+                "damping_meets_resonance",
+                "greatest damping and resonance coincide only near ρ = 2.4",
+                aligned[CONSISTENT.key][1] < 3.0,
+                {"first_and_last_aligned_rho": aligned},
+                "They part below an optimum and stay together above it.",
+            ),
+        ],
+        data={
+            "rho": consistent.rho.tolist(),
+            "greatest_damping_hz": {
+                case.key: found.damped_most.tolist() for case, found in maps.items()
+            },
+        },
+    )
+
+
+def aligned_range(found: ResponseMap) -> tuple[float, float]:
+    """First and last rho at which the greatest damping lies at the resonance; nan if nowhere."""
+    near = np.abs(found.damped_most - found.resonance) < ALIGNED
+    if not near.any():
+        return float("nan"), float("nan")
+    return float(found.rho[near][0]), float(found.rho[near][-1])
+
+
+def _at_resonance(found: ResponseMap) -> NDArray[np.complex128]:
+    columns = [int(np.argmin(np.abs(found.frequency - f))) for f in found.resonance]
+    return found.equivalent[np.arange(len(columns)), columns]
+
+
+def _saturates(found: ResponseMap) -> Trend:
+    k = _at_resonance(found).real
+    growth = np.diff(k) / np.diff(found.rho)
+    good = np.isfinite(growth)
+    return Trend(
+        "k_saturates",
+        "k_eq at resonance rises monotonically with ρ and levels off",
+        bool((growth[good] > 0).all() and growth[good][-1] < 0.5 * growth[good].max()),
+        {
+            "rho": found.rho[:: max(len(k) // 10, 1)].tolist(),
+            "k_eq": k[:: max(len(k) // 10, 1)].tolist(),
+            "growth_at_last_rho": float(growth[good][-1]),
+            "greatest_growth": float(growth[good].max()),
+        },
+        "Its limit is the stuck joint; at ρ = 5 it is still below it.",
+    )
+
+
+def _least_at_resonance(found: ResponseMap) -> Trend:
+    least = found.frequency[np.nanargmin(found.equivalent.real, axis=1)]
+    distance = np.abs(least - found.resonance)
+    return Trend(
+        "k_least_at_resonance",
+        "at every ρ the least k_eq is at the resonance",
+        bool(distance.max() < ALIGNED),
+        {"largest_distance_hz": float(distance.max())},
+        "k_eq falls with amplitude, which is greatest at resonance.",
+    )

@@ -1,0 +1,55 @@
+"""Resonances: of a sampled response, and of the time domain near the consistent model's."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip.reproduce.study import Study
+from microslip.reproduce.variants import CONSISTENT, respond
+
+Array = NDArray[np.float64]
+
+OFFSETS = (-1.0, -0.5, 0.0, 0.5, 1.0)
+"""Hz from the consistent model's resonance at which the time domain looks for its own."""
+
+
+@dataclass(frozen=True)
+class Peak:
+    """A resonance; `inside` where points on both sides enclose it, else it may be higher."""
+
+    frequency: float
+    amplitude: float
+    inside: bool
+
+
+def vertex(frequency: Array, size: Array) -> Peak:
+    """Largest sample, by the parabola through it and its neighbours where these are near.
+
+    Examples
+    --------
+    >>> x = np.array([1.0, 2.0, 3.5])
+    >>> peak = vertex(x, 5 - (x - 2.2) ** 2)
+    >>> round(peak.frequency, 9), round(peak.amplitude, 9), peak.inside
+    (2.2, 5.0, True)
+    """
+    i = int(np.nanargmax(size))
+    sides = size[max(i - 1, 0) : i + 2]
+    if len(sides) < 3 or np.isnan(sides).any() or i == 0 or sides.min() < 0.5 * size[i]:
+        return Peak(float(frequency[i]), float(size[i]), False)
+    a, b, c = np.polyfit(frequency[i - 1 : i + 2] - frequency[i], sides, 2)
+    shift = -b / (2 * a)
+    return Peak(float(frequency[i] + shift), float(c - b**2 / (4 * a)), True)
+
+
+def time_domain_peak(study: Study, rho: float) -> Peak:
+    """Resonance of the time domain at a load, frequencies corrected for the period error."""
+    response = respond(study, CONSISTENT, rho, study.settings.response_band())
+    centre = round(response.peak_frequency, 1)
+    points = study.time_points(rho, [centre + offset for offset in OFFSETS])
+    return vertex(
+        np.array([p.corrected_frequency for p in points]),
+        np.array([abs(p.steady.amplitude) for p in points]),
+    )
