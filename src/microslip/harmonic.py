@@ -74,6 +74,8 @@ class HarmonicProblem:
     pairs : (p,) int array
         The pairs solved for: all, or those from the middle on.
     friction : (p,) array
+    compliance : (2 m,) array
+        Of an elastic contact, m/N; zero where it is exact.
     residual : (2, 2 p, 2 p) array
         Residual flexibility, with the compliance of an elastic contact on its diagonal.
     spread, gather : (2, 2 p, k) arrays
@@ -93,6 +95,7 @@ class HarmonicProblem:
     half_turn: bool
     pairs: NDArray[np.int64]
     friction: Array
+    compliance: Array
     residual: Array
     spread: Array
     gather: Array
@@ -237,7 +240,8 @@ def harmonic_problem(
             f"mode {free} has no stiffness ({model.omega[free] / (2 * np.pi):.3g} Hz): harmonic "
             "balance cannot find its mean position; support the joint with a weak spring"
         )
-    residual = model.residual + (np.diag(compliance) if compliance is not None else 0.0)
+    own_compliance = np.zeros(2 * m) if compliance is None else np.asarray(compliance, dtype=float)
+    residual = model.residual + np.diag(own_compliance)
     if stiffness is None:
         own = np.diag(residual)
         if not own.min() > 0:
@@ -276,6 +280,7 @@ def harmonic_problem(
         half_turn=folded,
         pairs=pairs,
         friction=mu[pairs],
+        compliance=own_compliance,
         residual=np.stack(blocks),
         spread=np.stack(spread),
         gather=np.stack(gather),

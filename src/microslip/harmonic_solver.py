@@ -1,4 +1,4 @@
-"""Newton's method for harmonic balance: exact derivative, Krylov solver, condensed factorisation.
+"""Linear systems of harmonic balance: exact derivative, Krylov solver, condensed factorisation.
 
 The derivative of ``F(r) = r - C(r + eps (v_free - W r))`` is ``J = I - D (I - eps W)``, with ``D`` block
 diagonal over pairs (from the contact cycle) and ``W`` block diagonal over harmonics. Neither structure
@@ -16,39 +16,28 @@ for later iterations, frequencies and loads, and renewed when GMRES needs many i
 
 from __future__ import annotations
 
-import time as clock
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import scipy.linalg as sl
-from numpy.typing import NDArray
 
 from microslip.contact.aft import CHANGING, LINEAR, ContactCycle, times_derivative
-from microslip.errors import ContactError
+from microslip.continuation import ContinuationError
 from microslip.harmonic import (
     Array,
     Complex,
-    Evaluation,
     LinearOperator,
     derivative_times,
-    evaluate,
     to_complex,
     to_real,
 )
-
-ACCEPTED = 1e-8
-"""Residual of a solution, relative to the largest prestress reaction."""
 
 RENEW_AFTER = 12
 """GMRES iterations beyond which the factorisation is made anew at the next occasion."""
 
 MAX_KRYLOV = 60
-FORCING = 1e-3
-"""Relative residual to which a Newton step is solved."""
-
-
-class NotConverged(ContactError):
-    """Harmonic balance found no solution at a point."""
 
 
 class Condensed:
@@ -69,7 +58,7 @@ class Condensed:
         self.cycle = cycle
         self.linear = np.flatnonzero(kind == LINEAR)
         self.changing = np.flatnonzero(kind == CHANGING)
-        self.factors = []
+        self.factors: list[Any] = []
         self.K: list[Complex] = []
         self.left: list[Complex] = []
         once = problem.once
@@ -78,7 +67,7 @@ class Condensed:
         for h in range(problem.harmonics + 1):
             W = operator.dense(h)
             if h == 0:
-                W = W.real
+                W = np.ascontiguousarray(W.real)
             factor = sl.lu_factor(W[np.ix_(L, L)], check_finite=False)
             W_LN = W[np.ix_(L, N)]
             K = sl.lu_solve(factor, W_LN, check_finite=False)
@@ -110,7 +99,7 @@ class Condensed:
         row_of[N], row_of[L] = np.arange(n), np.arange(len(L))
         changing = cycle.kind.ravel() == CHANGING
         M = np.eye(n * c + e)
-        rows = M[: n * c].reshape(n, c, -1)
+        rows = M[: n * c].reshape(n, c, n * c + e)
         for k, component in enumerate(N):
             pair, tangential = divmod(int(component), 2)
             if not tangential:
@@ -182,7 +171,11 @@ def _columns(blocks: list[Complex], rows: int, c: int, extra: int) -> Array:
 
 
 def gmres(
-    apply, precondition, right: Array, tolerance: float, limit: int
+    apply: Callable[[Array], Array],
+    precondition: Callable[[Array], Array],
+    right: Array,
+    tolerance: float,
+    limit: int,
 ) -> tuple[Array, int, float]:
     """GMRES without restarts, preconditioned from the right.
 
@@ -222,10 +215,9 @@ class Counts:
 
     Attributes
     ----------
-    newton, krylov, factorisations : int
+    krylov, factorisations : int
     """
 
-    newton: int = 0
     krylov: int = 0
     factorisations: int = 0
 
@@ -236,14 +228,9 @@ class HarmonicSolver:
 
     Attributes
     ----------
-    tolerance : float
-        Residual accepted, relative to the largest prestress reaction.
-    max_newton : int
     counts : Counts
     """
 
-    tolerance: float = ACCEPTED
-    max_newton: int = 30
     counts: Counts = field(default_factory=Counts)
     _factor: Condensed | None = None
     _stale: bool = False
@@ -255,7 +242,7 @@ class HarmonicSolver:
 
         Raises
         ------
-        NotConverged
+        ContinuationError
             Where even a fresh factorisation does not solve it: the derivative is singular.
         """
         for _ in range(2):
@@ -279,7 +266,7 @@ class HarmonicSolver:
                 break
             self._stale = True
         if not error <= 0.5:
-            raise NotConverged(f"the linearised equations are singular (error {error:.1e})")
+            raise ContinuationError(f"the linearised equations are singular (error {error:.1e})")
         return z
 
     def _fits(self, operator: LinearOperator) -> bool:
@@ -287,40 +274,3 @@ class HarmonicSolver:
         old = self._factor.operator.problem
         new = operator.problem
         return old.table is new.table and old.model is new.model and old.residual is new.residual
-
-    def solve(self, operator: LinearOperator, load: float, start: Array) -> tuple[Evaluation, int]:
-        """Newton's method from `start` at fixed frequency and load.
-
-        Returns the evaluation at the solution and the number of Newton steps.
-
-        Raises
-        ------
-        NotConverged
-        """
-        point = evaluate(operator, load, start)
-        scale = operator.problem.force_scale
-        for iteration in range(self.max_newton):
-            error = float(np.abs(point.F).max()) / scale
-            if not np.isfinite(error):
-                break
-            if error <= self.tolerance:
-                return point, iteration
-            z = self.linear_solve(operator, point.cycle, -point.F, FORCING)
-            self.counts.newton += 1
-            point = _search(operator, load, point, z)
-        raise NotConverged(
-            f"harmonic balance at {operator.omega / (2 * np.pi):.6g} Hz: residual "
-            f"{np.abs(point.F).max() / scale:.1e} after {self.max_newton} Newton steps"
-        )
-
-
-def _search(operator: LinearOperator, load: float, point: Evaluation, z: Array) -> Evaluation:
-    """Longest of the steps 1, 1/2, 1/4, ... that makes the residual smaller; else the shortest."""
-    before = float(np.linalg.norm(point.F))
-    length = 1.0
-    for _ in range(6):
-        trial = evaluate(operator, load, point.w + length * z)
-        if np.linalg.norm(trial.F) < (1 - 0.1 * length) * before:
-            break
-        length *= 0.5
-    return trial
