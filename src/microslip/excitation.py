@@ -40,9 +40,6 @@ STEPS = 150
 FEWEST_STEPS = 20
 """Fewer time steps per cycle say nothing about contact."""
 
-MOST_STEPS = 5_000_000
-"""Longer histories are a slip of the pen."""
-
 
 def _text(value: object) -> str:
     if not isinstance(value, str | Path) or not str(value).strip():
@@ -279,8 +276,9 @@ class FreeDecay(LoadedExcitation):
 
     def load(self, moment: float, sliding: float) -> Array:
         """Nothing, but what was held before the first step."""
-        dt = self.resolution(sliding)
-        load = np.zeros(int(self.duration / dt * (1 + 1e-12)) + 1)
+        from microslip.signals import silence
+
+        load = silence(self.duration, self.resolution(sliding))[1]
         if self.start == "static":
             load[0] = moment
         return load
@@ -293,6 +291,8 @@ class FreeDecay(LoadedExcitation):
                 raise Rule(key, f'start = "{self.start}" needs it')
             if key not in wanted and getattr(self, key) is not None:
                 raise Rule(key, f'has no meaning for start = "{self.start}": remove it')
+        if self.start == "steady" and self.time_step is not None:
+            raise Rule("time_step", 'start = "steady" needs whole steps per cycle: give steps')
         if self.start != "mode":
             self.check_load()
         elif self.load_key is not None:

@@ -18,6 +18,8 @@ from threadpoolctl import threadpool_limits
 from microslip.backbone import DRIVES, EquivalentTable, equivalent_table
 from microslip.errors import ContactError, MicroslipError
 from microslip.flexibility import Flexibility, static_flexibility, with_compliance
+from microslip.histories import contact_compliance, prepare_histories, run_histories
+from microslip.history import History
 from microslip.joint import LapJoint
 from microslip.model import JointModel, Reducer
 from microslip.progress import NullProgress, Progress
@@ -88,6 +90,7 @@ class LapRun:
     frictionless : Response or None
         The joint without friction under the first load, eq. (18).
     time_domain : list of TimePoint
+    histories : list of History
     rho_scale : float
         C in ``rho = C mu P L / M``; nan where loads were given as moments.
     failures : list of str
@@ -105,6 +108,7 @@ class LapRun:
     responses: list[Response] = field(default_factory=list)
     frictionless: Response | None = None
     time_domain: list[TimePoint] = field(default_factory=list)
+    histories: list[History] = field(default_factory=list)
     rho_scale: float = np.nan
     failures: list[str] = field(default_factory=list)
     timings: dict[str, float] = field(default_factory=dict)
@@ -359,8 +363,7 @@ def run_time_domain(result: LapRun, progress: Progress) -> None:
                 )
             )
     progress.start("time domain", len(requests))
-    compliance = np.diag(a.flexibility.W - static_flexibility(a.model).W)
-    for outcome in steady_states(a.model, a.prestress, requests, compliance, workers()):
+    for outcome in steady_states(a.model, a.prestress, requests, contact_compliance(a), workers()):
         if isinstance(outcome, str):
             result.failures.append(outcome)
         else:
@@ -374,6 +377,13 @@ def run_time_domain(result: LapRun, progress: Progress) -> None:
         progress.advance()
     result.time_domain.sort(key=lambda p: (p.rho, p.steady.load, p.steady.frequency))
     progress.finish()
+
+
+def _rho_scale(result: LapRun) -> float:
+    """C in ``rho = C mu P L / M``, as calibrated or as given."""
+    load = result.joint.load
+    given = load.rho_scale if load is not None else None
+    return result.rho_scale if given is None else given
 
 
 @contextmanager
@@ -404,7 +414,7 @@ def run_lap_joint(joint: LapJoint, progress: Progress | None = None) -> LapRun:
     Raises
     ------
     MicroslipError
-        Where the joint itself cannot be assembled.
+        Where the joint itself cannot be assembled, or a signal cannot be used.
     """
     progress = progress or NullProgress()
     timings: dict[str, float] = {}
@@ -415,6 +425,7 @@ def run_lap_joint(joint: LapJoint, progress: Progress | None = None) -> LapRun:
             progress.advance()
             progress.finish()
         result = LapRun(joint=joint, assembly=assembly, timings=timings)
+        prepared = prepare_histories(joint.analysis.history, assembly.states.sliding_frequency)
         try:
             if joint.analysis.cycle is not None:
                 for drive in joint.analysis.cycle.drives:
@@ -431,6 +442,12 @@ def run_lap_joint(joint: LapJoint, progress: Progress | None = None) -> LapRun:
             if joint.analysis.time is not None and result.responses:
                 with _timed(timings, "time_domain"):
                     run_time_domain(result, progress)
+            if prepared:
+                scale = _rho_scale(result)
+                with _timed(timings, "histories"):
+                    run_histories(
+                        assembly, prepared, scale, result.histories, result.failures, progress
+                    )
         except KeyboardInterrupt:
             result.interrupted = True
     timings["total"] = sum(timings.values())

@@ -27,9 +27,15 @@ from numpy.typing import NDArray
 import microslip
 from microslip.backbone import EquivalentTable, equivalent_table, modal_quantities
 from microslip.contact.planar import SEPARATED
+from microslip.labels import MODAL, MODAL_FORCE, pair_position, state_variable, variable
 from microslip.reduced import CONVERGED, Response
 from microslip.statics import Cycle, Prestress
-from microslip.timedomain import TimePoint
+from microslip.time_results import (
+    history_dataset,
+    history_row,
+    time_domain_dataset,
+    time_domain_row,
+)
 
 if TYPE_CHECKING:
     from microslip.model import JointModel
@@ -37,11 +43,6 @@ if TYPE_CHECKING:
     from microslip.progress import Progress
 
 Array = NDArray[np.float64]
-
-MODAL = "kg^0.5 m^0.5"
-"""Unit of a modal coordinate of a mass-normalised mode, per metre of width."""
-
-MODAL_FORCE = "kg^0.5 m^0.5 s^-2"
 
 _LOAD_UNIT = {"moment": "N m/m", "mode": MODAL_FORCE}
 
@@ -129,9 +130,10 @@ def summary(result: LapRun) -> dict[str, Any]:
     -------
     dict
         ``title``, ``version``, ``model``, ``prestress``, ``cycles``, ``response``, ``time_domain``,
-        ``rho_scale``, ``failures``, ``interrupted``, ``timings_s``. Units are in the names; forces
-        and energies are per metre of width. A cycle is listed only where the solver certified every step, so
-        its ``unsolved_steps`` are 0; cycles that failed are among the ``failures``.
+        ``history``, ``rho_scale``, ``failures``, ``interrupted``, ``timings_s``. Units are in the
+        names; forces and energies are per metre of width. A cycle is listed only where the solver
+        certified every step, so its ``unsolved_steps`` are 0; cycles that failed are among the
+        ``failures``.
     """
     cycles = [row for drive in result.cycles for row in _cycle_rows(result, drive)]
     found: dict[str, Any] = _plain(
@@ -142,7 +144,8 @@ def summary(result: LapRun) -> dict[str, Any]:
             "prestress": _prestress_summary(result),
             "cycles": cycles,
             "response": [_response_row(result, response) for response in result.responses],
-            "time_domain": [_time_row(result, point) for point in result.time_domain],
+            "time_domain": [time_domain_row(result, point) for point in result.time_domain],
+            "history": [history_row(result, history) for history in result.histories],
             "rho_scale": result.rho_scale,
             "failures": list(result.failures),
             "interrupted": result.interrupted,
@@ -266,28 +269,6 @@ def _response_row(result: LapRun, response: Response) -> dict[str, Any]:
     }
 
 
-def _time_row(result: LapRun, point: TimePoint) -> dict[str, Any]:
-    steady = point.steady
-    cycle = steady.cycle
-    return {
-        "rho": point.rho,
-        "moment_over_clamp_force_length": steady.load / result.assembly.moment_unit,
-        "frequency_hz": steady.frequency,
-        "corrected_frequency_hz": point.corrected_frequency,
-        "modal_amplitude": abs(steady.amplitude),
-        "phase_rad": float(np.angle(steady.amplitude)),
-        "dissipated_energy_j_per_m": cycle.dissipated,
-        "external_work_j_per_m": cycle.external,
-        "material_damping_j_per_m": cycle.modal_damping + cycle.residual_damping,
-        "cycles": steady.cycles,
-        "converged": steady.converged,
-        "last_change": steady.change,
-        "residual_max": float(cycle.residual.max()),
-        "unsolved_steps": 0,
-        "seconds": steady.seconds,
-    }
-
-
 def _beside_unconverged(response: Response) -> bool:
     """Whether the largest answer is next to a point without one, and so only a lower bound."""
     around = slice(max(response.peak - 1, 0), response.peak + 2)
@@ -297,17 +278,12 @@ def _beside_unconverged(response: Response) -> bool:
 # Labelled fields -------------------------------------------------------------------------------
 
 
-def _variable(
-    dims: Sequence[str], values: Any, units: str, long_name: str, **attrs: Any
-) -> xr.Variable:
-    return xr.Variable(dims, values, {"units": units, "long_name": long_name, **attrs})
-
-
 def dataset(result: LapRun) -> xr.DataTree:
     """Everything a run computed, with dimensions, units and long names.
 
-    Groups ``model``, ``prestress``, ``cycles_moment``, ``cycles_mode``, ``tables`` and
-    ``response``; a group is left out where its analysis was not asked for.
+    Groups ``model``, ``prestress``, ``cycles_moment``, ``cycles_mode``, ``tables``, ``response``,
+    ``time_domain`` and, below ``history``, one by the name of each history; a group is left out
+    where its analysis was not asked for.
 
     Parameters
     ----------
@@ -329,6 +305,10 @@ def dataset(result: LapRun) -> xr.DataTree:
         groups["tables"] = _tables_dataset(result)
     if result.responses:
         groups["response"] = _response_dataset(result)
+    if result.time_domain:
+        groups["time_domain"] = time_domain_dataset(result)
+    for history in result.histories:
+        groups[f"history/{history.name}"] = history_dataset(result, history)
     root = xr.Dataset(
         attrs={
             "title": result.joint.title or "lap joint",
@@ -339,12 +319,6 @@ def dataset(result: LapRun) -> xr.DataTree:
         }
     )
     return xr.DataTree.from_dict({"/": root, **groups})
-
-
-def _pairs(result: LapRun) -> dict[str, xr.Variable]:
-    """Coordinate of the contact pairs."""
-    x = result.model.position
-    return {"x": _variable(("pair",), x, "m", "position of the contact pair along the interface")}
 
 
 def _model_dataset(result: LapRun) -> xr.Dataset:
@@ -365,10 +339,10 @@ def _model_dataset(result: LapRun) -> xr.Dataset:
         ),
     }
     mode = np.arange(len(model.omega))
-    data = {name: _variable((), *entry) for name, entry in scalar.items()}
+    data = {name: variable((), *entry) for name, entry in scalar.items()}
     data |= {
-        "area": _variable(("pair",), model.area, "m", "area of the pair per metre of width"),
-        "bonded": _variable(
+        "area": variable(("pair",), model.area, "m", "area of the pair per metre of width"),
+        "bonded": variable(
             ("pair",),
             np.isin(np.arange(model.pairs), states.pairs).astype(np.int8),
             "1",
@@ -376,44 +350,33 @@ def _model_dataset(result: LapRun) -> xr.Dataset:
             flag_values=np.array([0, 1], np.int8),
             flag_meanings="free bonded",
         ),
-        "sliding_mode_slip": _variable(
+        "sliding_mode_slip": variable(
             ("pair",), relative[1::d] @ states.sliding, "kg^-0.5 m^0.5", "slip of the sliding mode"
         ),
-        "stuck_mode_slip": _variable(
+        "stuck_mode_slip": variable(
             ("pair",), relative[1::d] @ states.stuck, "kg^-0.5 m^0.5", "slip of the stuck mode"
         ),
-        "frequency": _variable(
+        "frequency": variable(
             ("mode",), model.omega / (2 * np.pi), "Hz", "natural frequency of free-interface mode"
         ),
-        "modal_damping": _variable(
+        "modal_damping": variable(
             ("mode",), model.modal_damping(), "1/s", "Rayleigh damping alpha + beta omega^2"
         ),
     }
-    coords = _pairs(result)
-    coords["mode"] = _variable(("mode",), mode, "1", "free-interface mode")
+    coords = pair_position(result)
+    coords["mode"] = variable(("mode",), mode, "1", "free-interface mode")
     return xr.Dataset(data, coords)
 
 
 def _prestress_dataset(result: LapRun) -> xr.Dataset:
     start, d = result.prestress, result.model.dimension
     data = {
-        "pressure": _variable(("pair",), start.pressure, "Pa", "contact pressure"),
-        "state": _state(("pair",), np.where(start.touching, 1, SEPARATED).astype(np.int8)),
-        "gap": _variable(("pair",), -start.solution.v[::d], "m", "gap"),
-        "residual": _variable((), start.solution.residual, "1", "residual of the contact problem"),
+        "pressure": variable(("pair",), start.pressure, "Pa", "contact pressure"),
+        "state": state_variable(("pair",), np.where(start.touching, 1, SEPARATED).astype(np.int8)),
+        "gap": variable(("pair",), -start.solution.v[::d], "m", "gap"),
+        "residual": variable((), start.solution.residual, "1", "residual of the contact problem"),
     }
-    return xr.Dataset(data, _pairs(result))
-
-
-def _state(dims: Sequence[str], values: NDArray[np.int8]) -> xr.Variable:
-    return _variable(
-        dims,
-        values,
-        "1",
-        "contact state",
-        flag_values=np.array([1, 2, 3, 4], np.int8),
-        flag_meanings="stick forward_slip backward_slip separation",
-    )
+    return xr.Dataset(data, pair_position(result))
 
 
 def _cycles_dataset(result: LapRun, drive: str) -> xr.Dataset:
@@ -432,78 +395,78 @@ def _cycles_dataset(result: LapRun, drive: str) -> xr.Dataset:
         return np.array([np.nan if row[name] is None else row[name] for row in rows])
 
     data = {
-        "state": _state(field, np.stack([c.status for c in cycles])),
-        "pressure": _variable(field, stack("pressure"), "Pa", "contact pressure"),
-        "traction": _variable(field, stack("traction"), "Pa", "traction f on the upper body"),
-        "slip": _variable(
+        "state": state_variable(field, np.stack([c.status for c in cycles])),
+        "pressure": variable(field, stack("pressure"), "Pa", "contact pressure"),
+        "traction": variable(field, stack("traction"), "Pa", "traction f on the upper body"),
+        "slip": variable(
             field, stack("slip"), "m", "slip of the upper body over the lower from prestress"
         ),
-        "gap": _variable(field, stack("gap"), "m", "gap"),
-        "load": _variable(
+        "gap": variable(field, stack("gap"), "m", "gap"),
+        "load": variable(
             trace, np.stack([c.load for c in cycles]), _LOAD_UNIT[drive], "driving load"
         ),
-        "q": _variable(
+        "q": variable(
             trace, np.stack([q for q, _ in modal]), MODAL, "sliding coordinate from prestress"
         ),
-        "f": _variable(
+        "f": variable(
             trace,
             np.stack([f for _, f in modal]),
             MODAL_FORCE,
             "contact force on the sliding mode beyond the sliding state",
         ),
-        "iterations": _variable(
+        "iterations": variable(
             trace, np.stack([c.iterations for c in cycles]), "1", "active-set iterations"
         ),
-        "residual": _variable(
+        "residual": variable(
             trace, np.stack([c.residual for c in cycles]), "1", "residual of the contact problem"
         ),
-        "dissipation": _variable(
+        "dissipation": variable(
             ("cycle", "pair"),
             np.stack([c.friction_work / model.area for c in cycles]),
             "J/m^2",
             "friction work per cycle and area",
         ),
-        "load_amplitude": _variable(
+        "load_amplitude": variable(
             each, per_cycle("load"), _LOAD_UNIT[drive], "amplitude of the driving load"
         ),
-        "dissipated_energy": _variable(
+        "dissipated_energy": variable(
             each, per_cycle("dissipated_energy_j_per_m"), "J/m", "friction work per cycle"
         ),
-        "external_work": _variable(
+        "external_work": variable(
             each, np.array([c.external_work for c in cycles]), "J/m", "work of the load per cycle"
         ),
-        "normal_work": _variable(
+        "normal_work": variable(
             each,
             np.array([c.normal_work for c in cycles]),
             "J/m",
             "work of the normal reactions per cycle: an error of the load steps",
         ),
-        "stored_energy": _variable(
+        "stored_energy": variable(
             each, per_cycle("stored_energy_j_per_m"), "J/m", "mean stored energy of the contact"
         ),
-        "modal_amplitude": _variable(
+        "modal_amplitude": variable(
             each, per_cycle("modal_amplitude"), MODAL, "first harmonic of q"
         ),
-        "k_eq": _variable(each, per_cycle("k_eq"), "1", "equivalent stiffness over omega_sl^2"),
-        "gamma_eq": _variable(
+        "k_eq": variable(each, per_cycle("k_eq"), "1", "equivalent stiffness over omega_sl^2"),
+        "gamma_eq": variable(
             each, per_cycle("gamma_eq"), "1", "equivalent damping over omega_sl^2"
         ),
-        "closure": _variable(
+        "closure": variable(
             each,
             per_cycle("closure"),
             "1",
             "change of the reactions between the last two cycles over the largest prestress one",
         ),
-        "cycles_computed": _variable(
+        "cycles_computed": variable(
             each, np.array([c.cycles for c in cycles]), "1", "cycles computed until steady"
         ),
-        "hard_steps": _variable(
+        "hard_steps": variable(
             each, np.array([c.hard_steps for c in cycles]), "1", "steps that needed safeguards"
         ),
     }
-    coords = _pairs(result) | {
-        "theta": _variable(("step",), cycles[0].theta, "rad", "phase of the load"),
-        "moment": _variable(
+    coords = pair_position(result) | {
+        "theta": variable(("step",), cycles[0].theta, "rad", "phase of the load"),
+        "moment": variable(
             each, np.array(result.moments[drive]), "N m/m", "end moment, or its equivalent"
         ),
     }
@@ -535,14 +498,14 @@ def _tables_dataset(result: LapRun) -> xr.Dataset:
                 values[name][i, level] = (getattr(column, part) if part else column)[row]
     dims = ("drive", "level")
     data = {
-        name: _variable(dims, values[name], unit, label)
+        name: variable(dims, values[name], unit, label)
         for name, (_, unit, label) in columns.items()
     }
     moments = np.array(levels)
     coords = {
-        "drive": _variable(("drive",), drives, "1", "what drives the cycles"),
-        "moment": _variable(("level",), moments, "N m/m", "end moment, or its equivalent"),
-        "moment_over_clamp_force_length": _variable(
+        "drive": variable(("drive",), drives, "1", "what drives the cycles"),
+        "moment": variable(("level",), moments, "N m/m", "end moment, or its equivalent"),
+        "moment_over_clamp_force_length": variable(
             ("level",), moments / result.assembly.moment_unit, "1", "end moment over P L"
         ),
     }
@@ -557,19 +520,19 @@ def _response_dataset(result: LapRun) -> xr.Dataset:
         return np.stack([np.asarray(v) for v in values])
 
     data = {
-        "modal_amplitude": _variable(
+        "modal_amplitude": variable(
             grid, stack([np.abs(r.amplitude) for r in responses]), MODAL, "amplitude of q"
         ),
-        "phase": _variable(
+        "phase": variable(
             grid, stack([np.angle(r.amplitude) for r in responses]), "rad", "phase of q to the load"
         ),
-        "iterations": _variable(
+        "iterations": variable(
             grid, stack([r.iterations for r in responses]), "1", "evaluations of the fixed point"
         ),
-        "contraction": _variable(
+        "contraction": variable(
             grid, stack([r.contraction for r in responses]), "1", "contraction factor |g'|"
         ),
-        "flag": _variable(
+        "flag": variable(
             grid,
             stack([r.flag for r in responses]).astype(np.int8),
             "1",
@@ -580,22 +543,22 @@ def _response_dataset(result: LapRun) -> xr.Dataset:
     }
     if result.frictionless is not None:
         reference = result.frictionless
-        data["frictionless_compliance"] = _variable(
+        data["frictionless_compliance"] = variable(
             ("frequency",),
             np.abs(reference.amplitude) / reference.load,
             f"{MODAL} / (N m/m)",
             "amplitude of q per end moment without friction",
         )
     coords = {
-        "frequency": _variable(("frequency",), responses[0].frequency, "Hz", "frequency"),
-        "variant": _variable(
+        "frequency": variable(("frequency",), responses[0].frequency, "Hz", "frequency"),
+        "variant": variable(
             curves, [r.variant for r in responses], "1", "variant of the reduced model"
         ),
-        "table": _variable(
+        "table": variable(
             curves, [r.drive or "none" for r in responses], "1", "drive of the equivalent table"
         ),
-        "rho": _variable(curves, stack([r.rho for r in responses]), "1", "rho = C mu P L / M"),
-        "moment": _variable(
+        "rho": variable(curves, stack([r.rho for r in responses]), "1", "rho = C mu P L / M"),
+        "moment": variable(
             curves, stack([r.load for r in responses]), "N m/m", "amplitude of the end moment"
         ),
     }
@@ -604,7 +567,12 @@ def _response_dataset(result: LapRun) -> xr.Dataset:
 
 # On disk ---------------------------------------------------------------------------------------
 
-_SINGLE = ("pressure", "traction", "slip", "gap")
+_SINGLE = (
+    *("pressure", "traction", "slip", "gap"),
+    *("local_slip", "local_gap", "approach", "rotation", "u_clamp_edge", "lift", "stuck"),
+)
+_LONG = 10_000
+"""Traces of more values are compressed."""
 _PACKED = {"zlib": True, "complevel": 1, "shuffle": True}
 
 
@@ -638,12 +606,12 @@ def write_results(
     list of pathlib.Path
         What was written.
     """
-    from microslip.plots import FIGURES, save_figures
+    from microslip.plots import figures_of, save_figures
 
     folder = Path(out_dir)
     folder.mkdir(parents=True, exist_ok=True)
     if progress is not None:
-        progress.start("write results and figures", 2 + len(FIGURES))
+        progress.start("write results and figures", 2 + len(figures_of(result)))
     written = [write_summary(result, folder / "summary.json")]
     if progress is not None:
         progress.advance()
@@ -668,8 +636,8 @@ def write_dataset(tree: xr.DataTree, path: Path) -> Path:
     """Write labelled fields as netCDF-4, the contact fields in single precision."""
     encoding: dict[str, dict[str, Any]] = {}
     for node in tree.subtree:
-        for name, variable in node.data_vars.items():
-            if variable.ndim >= 2:
+        for name, values in node.data_vars.items():
+            if values.ndim >= 2 or values.size > _LONG:
                 single = {"dtype": "float32"} if name in _SINGLE else {}
                 encoding.setdefault(node.path, {})[str(name)] = {**_PACKED, **single}
     with replacing(path) as temporary:

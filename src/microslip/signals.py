@@ -26,7 +26,17 @@ Array = NDArray[np.float64]
 LONGEST_GAP = 10.0
 """An interval of more than so many median intervals is a gap."""
 
+MOST_STEPS = 5_000_000
+"""Longer signals are a slip of the pen."""
+
 _HEADER = re.compile(r"\s*(?P<name>[^\[\]]+?)\s*\[\s*(?P<unit>[^\[\]]+?)\s*\]\s*")
+
+
+def silence(duration: float, dt: float) -> tuple[Array, Array]:
+    """No load for so many seconds."""
+    _positive(duration=duration, dt=dt)
+    time = _times(duration, dt)
+    return time, np.zeros_like(time)
 
 
 def harmonic(amplitude: float, frequency: float, cycles: float, dt: float) -> tuple[Array, Array]:
@@ -390,6 +400,11 @@ def _resample(file: Path, samples: _Samples, dt: float) -> tuple[Array, Array]:
 
 def _times(duration: float, dt: float) -> Array:
     """Multiples of dt up to the duration, rounding errors of the quotient forgiven."""
+    if duration / dt > MOST_STEPS:
+        raise InputError(
+            f"{duration:.4g} s are {duration / dt:.3g} steps of {dt:.3g} s; at most "
+            f"{MOST_STEPS:,} are possible: shorten the signal or lengthen the step"
+        )
     count = int(np.floor(duration / dt * (1 + 1e-12) + 1e-9)) + 1
     return np.arange(count, dtype=float) * dt
 

@@ -30,6 +30,8 @@ def print_summary(result: LapRun, console: Console) -> None:
         console.print(_response_table(found))
     if found["time_domain"]:
         console.print(_time_table(found))
+    if found["history"]:
+        console.print(_history_table(found))
     _print_failures(found, console)
     _print_timings(found, console)
 
@@ -131,6 +133,25 @@ def _time_table(found: dict[str, Any]) -> Table:
             str(row["cycles"]) if row["converged"] else f"{row['cycles']}, not steady",
             _number(row["seconds"], ".1f"),
             style=None if row["converged"] else "yellow",
+        )
+    return table
+
+
+def _history_table(found: dict[str, Any]) -> Table:
+    """Histories: largest sliding coordinate, and what friction took."""
+    table = Table(title="Histories", title_justify="left", box=None, pad_edge=True)
+    table.add_column("name", no_wrap=True)
+    for name in ("until, s", "largest |q|", "at, s", "dissipated, J/m", "s"):
+        table.add_column(name, justify="right", no_wrap=True)
+    for row in found["history"]:
+        table.add_row(
+            escape(row["name"]) + ("" if row["complete"] else ", ended early"),
+            _number(row["duration_s"]),
+            _number(abs(row["peak_modal_coordinate"])),
+            _number(row["time_of_peak_s"], ".3g"),
+            _number(row["dissipated_energy_j_per_m"]),
+            _number(row["seconds"], ".1f"),
+            style=None if row["complete"] else "yellow",
         )
     return table
 

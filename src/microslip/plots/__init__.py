@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,12 +12,14 @@ from matplotlib.figure import Figure
 from microslip.pipeline import LapRun
 from microslip.plots.backbone import backbone_figure
 from microslip.plots.dissipation import dissipation_figure
+from microslip.plots.history import history_figure
 from microslip.plots.hysteresis import hysteresis_figure
 from microslip.plots.model import model_figure
 from microslip.plots.overview import overview
 from microslip.plots.prestress import prestress_figure
 from microslip.plots.response import response_figure
 from microslip.plots.states import states_figure
+from microslip.plots.steady import steady_figure
 from microslip.plots.style import save
 from microslip.plots.tractions import tractions_figure
 
@@ -32,11 +35,12 @@ FIGURES: dict[str, Callable[[LapRun], Figure | None]] = {
     "equivalent": backbone_figure,
     "dissipation": dissipation_figure,
     "response": response_figure,
+    "steady_state": steady_figure,
     "overview": overview,
 }
 """File name of every figure and the function that draws it, None where there is nothing to show."""
 
-__all__ = ["FIGURES", "overview", "save_figures"]
+__all__ = ["FIGURES", "figures_of", "overview", "save_figures"]
 
 
 def save_figures(
@@ -57,10 +61,19 @@ def save_figures(
     list of pathlib.Path
     """
     written: list[Path] = []
-    for name, draw in FIGURES.items():
+    for name, draw in figures_of(result).items():
         figure = draw(result)
         if figure is not None:
             written += save(figure, Path(folder), name)
         if progress is not None:
             progress.advance()
     return written
+
+
+def figures_of(result: LapRun) -> dict[str, Callable[[LapRun], Figure | None]]:
+    """File name and drawing function of every figure of a run, one for each of its histories."""
+    histories = {
+        f"history_{history.name}": partial(history_figure, history=history)
+        for history in result.histories
+    }
+    return {**FIGURES, **histories}

@@ -1,6 +1,13 @@
-"""Forced response over frequency, per unit load (the paper's figures 11 and 13)."""
+"""Forced response over frequency, per unit load (the paper's figures 11 and 13).
+
+Where steady states were found by time integration they are laid over the curves, with the phase
+below, each at its frequency corrected for the period error.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -21,6 +28,7 @@ from microslip.plots.style import (
 )
 from microslip.reduced import CONVERGED, Response
 from microslip.results import frictionless_peak
+from microslip.timedomain import TimePoint
 
 TITLES = {"printed": "model as the paper prints it", "consistent": "consistent model"}
 
@@ -31,16 +39,25 @@ def response_figure(result: LapRun) -> Figure | None:
     variants = list(dict.fromkeys(r.variant for r in result.responses))
     if not variants or result.frictionless is None:
         return None
-    figure = new_figure(DOUBLE if len(variants) > 1 else COLUMN, 90 * MM)
-    axes = figure.subplots(1, len(variants), sharey=True, squeeze=False)[0]
-    for ax, variant in zip(axes, variants, strict=True):
-        draw_response(ax, result, variant)
-        ax.set_title(TITLES.get(variant, variant), loc="left")
-    for ax in axes[1:]:
+    rows = 2 if result.time_domain else 1
+    figure = new_figure(DOUBLE if len(variants) > 1 else COLUMN, (90 if rows == 1 else 140) * MM)
+    grid = figure.subplots(
+        rows, len(variants), sharex=True, sharey="row", squeeze=False, height_ratios=[3, 2][:rows]
+    )
+    for k, variant in enumerate(variants):
+        draw_response(grid[0, k], result, variant)
+        grid[0, k].set_title(TITLES.get(variant, variant), loc="left")
+        if rows == 2:
+            draw_phase(grid[1, k], result, variant)
+            grid[1, k].set_title("phase", loc="left")
+            grid[0, k].set_xlabel("")
+    for ax in grid[:, 1:].ravel():
         ax.set_ylabel("")
-    if len(axes) > 1:
-        letters(axes)
-    figure.legend(handles=handles(result), loc="outside lower center", ncols=6)
+    if grid.size > 1:
+        letters(grid.ravel())
+    entries = handles(result)
+    columns = 2 if len(variants) == 1 else 6 if len(entries) < 6 else 3
+    figure.legend(handles=entries, loc="outside lower center", ncols=columns)
     return figure
 
 
@@ -75,23 +92,67 @@ def draw_response(ax: Axes, result: LapRun, variant: str) -> None:
                 mew=0.7,
                 transform=ax.get_xaxis_transform(),
             )
-        points = [p for p in result.time_domain if p.steady.load == response.load]
         peak = frictionless_peak(result, response.load)
-        if points:
-            ax.plot(
-                [p.corrected_frequency for p in points],
-                [abs(p.steady.amplitude) / peak for p in points],
-                "o",
-                color=style["color"],
-                mfc="none",
-                ms=5,
-                mew=0.9,
-            )
+        _draw_points(ax, result, response.load, style, _over(peak))
     ax.set_yscale("log")
     band = result.responses[0].frequency
     ax.set_xlim(band[0], band[-1])
     ax.set_xlabel("frequency (Hz)")
     ax.set_ylabel("$|q|/M$ over its frictionless peak")
+
+
+def draw_phase(ax: Axes, result: LapRun, variant: str) -> None:
+    """Phase of the sliding coordinate to the load, curves of one variant and time domain."""
+    for i, response in enumerate(r for r in result.responses if r.variant == variant):
+        style = SERIES[i % len(SERIES)]
+        good = response.flag == CONVERGED
+        phase = np.where(good, _lag(np.angle(response.amplitude)), np.nan)
+        ax.plot(
+            *_broken(response.frequency, phase, _jumps(response)),
+            color=style["color"],
+            marker=style["marker"],
+            markevery=(7 * i, max(len(phase) // 9, 1)),
+        )
+        _draw_points(
+            ax, result, response.load, style, lambda p: float(_lag(np.angle(p.steady.amplitude)))
+        )
+    ax.set_yticks(-np.array([0, 45, 90, 135, 180]))
+    ax.set_ylim(-190, 10)
+    ax.set_xlabel("frequency (Hz)")
+    ax.set_ylabel("phase of $q$ (degrees)")
+
+
+def _lag(angle: np.ndarray | float) -> np.ndarray:
+    """Radians to degrees between -270 and 90, so that a lag of half a turn does not jump."""
+    return (np.degrees(angle) + 270) % 360 - 270
+
+
+def _over(peak: float) -> Callable[[TimePoint], float]:
+    return lambda point: abs(point.steady.amplitude) / peak
+
+
+def _draw_points(
+    ax: Axes,
+    result: LapRun,
+    load: float,
+    style: dict[str, Any],
+    value: Callable[[TimePoint], float],
+) -> None:
+    """Steady states of one load: open circles; open squares where they are not steady."""
+    points = [p for p in result.time_domain if p.steady.load == load]
+    for steady, mark in ((True, STEADY), (False, NOT_STEADY)):
+        shown = [p for p in points if p.steady.converged == steady]
+        if shown:
+            ax.plot(
+                [p.corrected_frequency for p in shown],
+                [value(p) for p in shown],
+                color=style["color"],
+                **mark,
+            )
+
+
+STEADY: dict[str, Any] = {"marker": "o", "mfc": "none", "ls": "none", "ms": 5, "mew": 0.9}
+NOT_STEADY: dict[str, Any] = {"marker": "s", "mfc": "none", "ls": "none", "ms": 7, "mew": 1.1}
 
 
 def _jumps(response: Response) -> np.ndarray:
@@ -121,9 +182,9 @@ def handles(result: LapRun) -> list[Line2D]:
             Line2D([], [], color=GREY, marker="x", ls="none", ms=4, label="no answer in the table")
         )
     if result.time_domain:
-        entries.append(
-            Line2D([], [], color=GREY, marker="o", mfc="none", ls="none", ms=5, label="time domain")
-        )
+        entries.append(Line2D([], [], color=GREY, **STEADY, label="time domain"))
+    if not all(p.steady.converged for p in result.time_domain):
+        entries.append(Line2D([], [], color=GREY, **NOT_STEADY, label="time domain, not steady"))
     return entries
 
 

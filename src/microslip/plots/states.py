@@ -52,19 +52,23 @@ def handles() -> list[Patch]:
 def draw_states(ax: Axes, result: LapRun, drive: str, index: int) -> None:
     """State map of one cycle: position across, phase of the load upward."""
     cycle = result.cycles[drive][index]
-    x = unit_position(result)
+    draw_state_map(ax, unit_position(result), cycle.theta, cycle.status)
+
+
+def draw_state_map(ax: Axes, x: np.ndarray, theta: np.ndarray, status: np.ndarray) -> None:
+    """States at every phase `theta` of one cycle, the first of which repeats the last."""
     edges = np.concatenate([[x[0]], 0.5 * (x[1:] + x[:-1]), [x[-1]]])
     ax.pcolormesh(
         edges,
-        cycle.theta / np.pi,
-        cycle.status[1:],
+        theta / np.pi,
+        status[1:],
         cmap=ListedColormap(COLOURS),
         norm=BoundaryNorm(np.arange(0.5, 5), 4),
         rasterized=True,
     )
     ax.grid(False)
     clamp_edges(ax)
-    start = cycle.theta[0] / np.pi
+    start = theta[0] / np.pi
     ax.set_yticks(start + np.array([0, 0.5, 1, 1.5, 2]))
     if start == 0:
         ax.set_yticklabels(["0", "π/2", "π", "3π/2", "2π"])
