@@ -7,6 +7,7 @@ the command that needs it, so that ``--help`` answers at once.
 
 from __future__ import annotations
 
+import math
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -23,6 +24,7 @@ from microslip.reproduce.command import reproduce
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from microslip.excitation import Prepared
     from microslip.joint import LapJoint
     from microslip.progress import Progress
 
@@ -141,6 +143,8 @@ def _mechanics(joint: LapJoint) -> Iterator[tuple[str, str]]:
 
 
 def _work(joint: LapJoint) -> Iterator[tuple[str, str]]:
+    from microslip.units import readable
+
     dofs = degrees_of_freedom(joint)
     if joint.mesh.modes >= dofs - 1:
         raise InputError(
@@ -160,7 +164,39 @@ def _work(joint: LapJoint) -> Iterator[tuple[str, str]]:
     if joint.analysis.response is not None:
         r = joint.analysis.response
         yield "response", f"{r.count} frequencies, {r.from_:g} to {r.to:g} Hz"
-    yield "estimated time of a run", f"{seconds(joint, dofs):.0f} s on one core"
+    if joint.analysis.time is not None:
+        t = joint.analysis.time
+        band = t.band()
+        span = f"{len(band)} frequencies, {band[0]:g} to {band[-1]:g} Hz"
+        yield "steady states in time", f"{span}, {t.steps} steps per cycle"
+    prepared = _histories(joint)
+    for item in prepared:
+        steps = len(item.load) - 1
+        yield (
+            f"history {item.entry.label!r}",
+            f"about {steps} steps of {readable(item.dt, 's')}, {readable(steps * item.dt, 's')}",
+        )
+    steps = sum(len(item.load) - 1 for item in prepared)
+    yield "estimated time of a run", f"{seconds(joint, dofs, steps):.0f} s on one core"
+
+
+def _histories(joint: LapJoint) -> list[Prepared]:
+    """Signals of the histories, read and resampled; steps from an estimated frequency."""
+    from microslip.excitation import prepare_histories
+
+    return prepare_histories(joint.analysis.history, bending_frequency(joint))
+
+
+def bending_frequency(joint: LapJoint) -> float:
+    """First bending frequency of a beam as long as the joint on its supports, Hz.
+
+    ``f = pi/2 sqrt(E'I / (rho h)) / (2 (L - L_o))²``: what the joint would have if it were one
+    beam of a single thickness, within some ten per cent of the sliding frequency.
+    """
+    stiffness = joint.material_model().plane_modulus() * joint.beams.thickness**3 / 12
+    mass = joint.material.density * joint.beams.thickness
+    span = 2 * (joint.beams.length - joint.beams.overlap_half_length)
+    return float(math.pi / 2 * math.sqrt(stiffness / mass) / span**2)
 
 
 def _listed(values: tuple[float, ...]) -> str:
@@ -175,12 +211,13 @@ def degrees_of_freedom(joint: LapJoint) -> int:
     return sum(2 * (mesh.p.shape[1] + mesh.facets.shape[1]) for mesh in meshes) - 2
 
 
-def seconds(joint: LapJoint, dofs: int) -> float:
+def seconds(joint: LapJoint, dofs: int, history_steps: int = 0) -> float:
     """Rough time of a run: a rule fitted to a 2020s core, good to a factor of three.
 
     5 s to start, compile and write, 6e-7 s per degree of freedom and contact pair to reduce the
     model, 8e-9 s per squared pair and load step for a quasi-static cycle, of which an amplitude
-    takes five on average, and 5e-5 s per frequency of a response.
+    takes five on average, the same per time step, of which a steady state takes 25 cycles, and
+    5e-5 s per frequency of a response.
     """
     pairs, analysis = joint.contact.pairs_used, joint.analysis
     total = 5.0 + 6e-7 * dofs * pairs
@@ -191,7 +228,10 @@ def seconds(joint: LapJoint, dofs: int) -> float:
     if analysis.response is not None and joint.load is not None:
         curves = len(joint.load.values) * len(analysis.response.variants)
         total += 5e-5 * curves * analysis.response.count
-    return total
+    if analysis.time is not None and joint.load is not None:
+        points = len(joint.load.values) * len(analysis.time.band())
+        history_steps += points * analysis.time.steps * min(25, analysis.time.max_cycles)
+    return total + 8e-9 * pairs**2 * history_steps
 
 
 @app.command()

@@ -7,6 +7,8 @@ the sliding mode that is as close to opening the joint.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -14,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
+from microslip.errors import InputError
 from microslip.quantities import (
     Count,
     Drive,
@@ -349,3 +352,57 @@ class MeasuredSignal(Excitation):
 AnyExcitation = Annotated[
     Sine | SteppedSine | SweptSine | FreeDecay | MeasuredSignal, Field(discriminator="signal")
 ]
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """An entry of the file with its load at every step.
+
+    Attributes
+    ----------
+    entry : Excitation
+    dt : float
+        s.
+    cycle_steps : int
+        Steps per cycle of its highest frequency, or of the sliding mode.
+    load : (n,) array
+        End moment: of unit amplitude where the entry has an amplitude, else the load itself.
+    """
+
+    entry: Excitation
+    dt: float
+    cycle_steps: int
+    load: Array
+
+    @property
+    def blocks(self) -> int:
+        """Into how many pieces the march is cut."""
+        return max(1, -(-(len(self.load) - 1) // self.cycle_steps))
+
+
+def prepare_histories(entries: Sequence[Excitation], sliding: float) -> list[Prepared]:
+    """Read all signals, before anything that takes long.
+
+    Parameters
+    ----------
+    entries : sequence of Excitation
+    sliding : float
+        Sliding frequency of the joint, Hz.
+
+    Raises
+    ------
+    InputError
+        Names the history and what is wrong with its signal or step.
+    """
+    prepared = []
+    for entry in entries:
+        try:
+            dt = entry.resolution(sliding)
+            cycle_steps = round(1 / ((entry.highest_frequency or sliding) * dt))
+            prepared.append(Prepared(entry, dt, cycle_steps, entry.load(1.0, sliding)))
+        except Rule as error:
+            key = f".{error.key}" if error.key else ""
+            raise InputError(f"analysis.history {entry.label!r}{key}: {error}") from None
+        except InputError as error:
+            raise InputError(f"analysis.history {entry.label!r}: {error}") from None
+    return prepared

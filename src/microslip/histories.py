@@ -1,10 +1,9 @@
-"""The histories that a joint file asks for: read early, marched in threads, kept when interrupted."""
+"""The histories that a joint file asks for: marched in threads, kept when interrupted."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, wait
-from dataclasses import dataclass
 from threading import Event
 from typing import TYPE_CHECKING
 
@@ -12,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip.backbone import DRIVES
-from microslip.errors import InputError, MicroslipError
-from microslip.excitation import Excitation, FreeDecay, LoadedExcitation
+from microslip.errors import MicroslipError
+from microslip.excitation import Excitation, FreeDecay, LoadedExcitation, Prepared
 from microslip.flexibility import static_flexibility
 from microslip.history import (
     History,
@@ -23,7 +22,6 @@ from microslip.history import (
     run_history,
     static_state,
 )
-from microslip.quantities import Rule
 from microslip.statics import opening_load
 from microslip.steady import steady_state
 from microslip.threads import workers
@@ -34,60 +32,6 @@ if TYPE_CHECKING:
     from microslip.progress import Progress
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Prepared:
-    """An entry of the file with its load at every step.
-
-    Attributes
-    ----------
-    entry : Excitation
-    dt : float
-        s.
-    cycle_steps : int
-        Steps per cycle of its highest frequency, or of the sliding mode.
-    load : (n,) array
-        End moment: of unit amplitude where the entry has an amplitude, else the load itself.
-    """
-
-    entry: Excitation
-    dt: float
-    cycle_steps: int
-    load: Array
-
-    @property
-    def blocks(self) -> int:
-        """Into how many pieces the march is cut."""
-        return max(1, -(-(len(self.load) - 1) // self.cycle_steps))
-
-
-def prepare_histories(entries: Sequence[Excitation], sliding: float) -> list[Prepared]:
-    """Read all signals, before anything that takes long.
-
-    Parameters
-    ----------
-    entries : sequence of Excitation
-    sliding : float
-        Sliding frequency of the joint, Hz.
-
-    Raises
-    ------
-    InputError
-        Names the history and what is wrong with its signal or step.
-    """
-    prepared = []
-    for entry in entries:
-        try:
-            dt = entry.resolution(sliding)
-            cycle_steps = round(1 / ((entry.highest_frequency or sliding) * dt))
-            prepared.append(Prepared(entry, dt, cycle_steps, entry.load(1.0, sliding)))
-        except Rule as error:
-            key = f".{error.key}" if error.key else ""
-            raise InputError(f"analysis.history {entry.label!r}{key}: {error}") from None
-        except InputError as error:
-            raise InputError(f"analysis.history {entry.label!r}: {error}") from None
-    return prepared
 
 
 def end_moment(entry: Excitation, assembly: JointAssembly, rho_scale: float) -> float:

@@ -17,8 +17,9 @@ from threadpoolctl import threadpool_limits
 
 from microslip.backbone import DRIVES, EquivalentTable, equivalent_table
 from microslip.errors import ContactError, MicroslipError
+from microslip.excitation import prepare_histories
 from microslip.flexibility import Flexibility, static_flexibility, with_compliance
-from microslip.histories import contact_compliance, prepare_histories, run_histories
+from microslip.histories import contact_compliance, run_histories
 from microslip.history import History
 from microslip.joint import LapJoint
 from microslip.model import JointModel, Reducer

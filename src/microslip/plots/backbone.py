@@ -1,4 +1,7 @@
-"""Equivalent stiffness and damping against amplitude (the paper's figure 10)."""
+"""Equivalent stiffness and damping against amplitude (the paper's figure 10).
+
+Lines from the quasi-static cycles; open circles from the steady states of the time domain.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +13,7 @@ from matplotlib.figure import Figure
 from microslip.pipeline import LapRun
 from microslip.plots.style import BLACK, COLUMN, DRIVES, MM, house_style, new_figure
 from microslip.results import table_of
+from microslip.timedomain import equivalent
 
 AMPLITUDE = r"modal amplitude $|q|$  (kg$^{1/2}$ m$^{1/2}$)"
 
@@ -42,6 +46,18 @@ def draw_equivalent(ax: Axes, result: LapRun, name: str) -> None:
         table = table_of(result, drive)
         if table is not None:
             ax.plot(table.amplitude, getattr(table, name), **DRIVES[drive])
+    points = [p for p in result.time_domain if p.steady.converged and p.friction > 0]
+    if points:
+        found = [equivalent(p, result.model, result.states) for p in points]
+        ax.plot(
+            [abs(p.steady.amplitude) for p in points],
+            [getattr(e, name) for e in found],
+            "o",
+            color=BLACK,
+            mfc="none",
+            mew=0.7,
+            label="steady states of the time domain",
+        )
     ax.axhline(0, color=BLACK, lw=0.5)
     ax.set_xscale("log")
     ax.set_ylabel(_LABELS[name])

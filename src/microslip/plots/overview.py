@@ -38,7 +38,12 @@ def overview(result: LapRun) -> Figure:
         draw_response(response, result, variant)
         title = f"(d)  forced response, {TITLES.get(variant, variant)}"
         response.set_title(title, loc="left")
-        response.legend(handles=response_handles(result), loc="upper right")
+        response.legend(
+            handles=response_handles(result),
+            loc="upper center",
+            bbox_to_anchor=(0.5, -0.16),
+            ncols=2,
+        )
     return figure
 
 
@@ -60,5 +65,5 @@ def _equivalent(figure: Figure, place: SubplotSpec, result: LapRun) -> None:
     draw_equivalent(bottom, result, "gamma_eq")
     top.set_title("(c)  stiffness and damping against amplitude", loc="left")
     top.tick_params(labelbottom=False)
-    top.legend(loc="lower left")
     bottom.set_xlabel(AMPLITUDE)
+    bottom.legend(*top.get_legend_handles_labels(), loc="upper center", bbox_to_anchor=(0.5, -0.36))
