@@ -21,9 +21,9 @@ traction is known. A pair that is never clipped sticks for good; it keeps ``v_t`
 `held` that it has had from the beginning, ``r_t = x_t - held``.
 
 Derivative. Over a run of sticking samples ``dr_t[k] = dx_t[k] - dx_t[a] + dr_t[a]`` with ``a`` the last
-sample before the run, over a run of slip ``dr_t = ±mu dx_n``. Sums of products of the basis over a run
-are differences of two rows of a table (`SampleTable.products`), so that the Jacobian costs per run,
-not per sample.
+sample before the run, over a run of slip ``dr_t = ±mu dx_n``. Products of sines and cosines are sines and
+cosines of sums and differences, and their sum over a run is the difference of two rows of a table
+(`SampleTable.sums`): the Jacobian costs per run, not per sample.
 
 Coefficients follow `harmonics.py`: ``y = c_0 + sum_h c_{2h-1} sin(h theta) + c_{2h} cos(h theta)``, that is
 ``Y_h = c_{2h-1} + i c_{2h}``.
@@ -57,10 +57,8 @@ class SampleTable:
         1, sin, cos, sin 2, cos 2, ... at ``theta = 2 pi k / N``.
     projection : (2 H + 1, N) array
         Coefficients of a sampled signal are ``projection @ signal``.
-    sums : (N + 1, 2 H + 1) array
-        Row k: sum of the first k columns of `projection`.
-    products : (N + 1, 2 H + 1, 2 H + 1) array
-        Row k: sum of the first k products ``projection[i, k] basis[j, k]``.
+    sums : (N + 1, 2, 2 H + 1) array
+        Row k: sums of ``cos(g theta)`` and of ``sin(g theta)``, g = 0 .. 2 H, over the first k samples.
     """
 
     harmonics: int
@@ -68,7 +66,6 @@ class SampleTable:
     basis: Array
     projection: Array
     sums: Array
-    products: Array
 
     @property
     def coefficients(self) -> int:
@@ -104,14 +101,14 @@ def sample_table(harmonics: int, samples: int) -> SampleTable:
         basis[2 * h - 1], basis[2 * h] = np.sin(h * theta), np.cos(h * theta)
     projection = 2 * basis / samples
     projection[0] /= 2
-    products = np.einsum("ik,jk->kij", projection, basis)
+    angles = theta[:, None] * np.arange(2 * harmonics + 1)
+    waves = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     return SampleTable(
         harmonics=harmonics,
         samples=samples,
         basis=basis,
         projection=projection,
-        sums=np.vstack([np.zeros(len(basis)), np.cumsum(projection.T, axis=0)]),
-        products=np.concatenate([np.zeros((1, *products.shape[1:])), np.cumsum(products, axis=0)]),
+        sums=np.concatenate([np.zeros((1, *waves.shape[1:])), np.cumsum(waves, axis=0)]),
     )
 
 
@@ -177,7 +174,6 @@ def contact_cycle(table: SampleTable, x: Array, friction: Array, held: Array) ->
         table.basis,
         table.projection,
         table.sums,
-        table.products,
         np.ascontiguousarray(x),
         friction,
         held,
@@ -192,7 +188,7 @@ def contact_cycle(table: SampleTable, x: Array, friction: Array, held: Array) ->
 
 
 @_jit
-def all_pairs(basis, projection, sums, products, x, mu, held, r, nn, tn, tt, kind, status):
+def all_pairs(basis, projection, sums, x, mu, held, r, nn, tn, tt, kind, status):
     """Evaluate every pair into the last six arguments."""
     N = basis.shape[1]
     xn, xt, bound, traction = np.empty(N), np.empty(N), np.empty(N), np.empty(N)
@@ -201,7 +197,7 @@ def all_pairs(basis, projection, sums, products, x, mu, held, r, nn, tn, tt, kin
         _synthesise(basis, x[i, 0], xn)
         _synthesise(basis, x[i, 1], xt)
         state = status[i]
-        closed = _normal(xn, products, nn[i], state, bound)
+        closed = _normal(xn, sums, nn[i], state, bound)
         kind[i, 0] = LINEAR if closed == N else (OPEN if closed == 0 else CHANGING)
         _analyse(projection, bound, r[i, 0])
         if closed == N:
@@ -233,7 +229,7 @@ def all_pairs(basis, projection, sums, products, x, mu, held, r, nn, tn, tt, kin
         kind[i, 1] = CHANGING
         _friction(xt, bound, anchor, side, traction, state)
         _analyse(projection, traction, r[i, 1])
-        _friction_derivative(transposed, sums, products, mu[i], state, anchor, tn[i], tt[i])
+        _friction_derivative(transposed, sums, mu[i], state, anchor, tn[i], tt[i])
 
 
 @_jit
@@ -260,16 +256,34 @@ def _analyse(projection, signal, out):
 
 
 @_jit
-def _add_run(total, products, first, last, factor):
-    """Add ``factor`` times the products of the samples first..last-1."""
-    a, b = products[first], products[last]
-    for i in range(total.shape[0]):
-        for j in range(total.shape[1]):
-            total[i, j] += factor * (b[i, j] - a[i, j])
+def _add_run(total, sums, first, last, samples, factor):
+    """Add to `total` the matrix ``projection basis^T`` summed over the samples first..last-1."""
+    H = total.shape[0] // 2
+    ca, cb = sums[first, 0], sums[last, 0]
+    sa, sb = sums[first, 1], sums[last, 1]
+    one = factor / samples
+    total[0, 0] += one * (cb[0] - ca[0])
+    for h in range(1, H + 1):
+        s = one * (sb[h] - sa[h])
+        c = one * (cb[h] - ca[h])
+        total[0, 2 * h - 1] += s
+        total[0, 2 * h] += c
+        total[2 * h - 1, 0] += 2.0 * s
+        total[2 * h, 0] += 2.0 * c
+        for g in range(1, H + 1):
+            up, down = h + g, abs(h - g)
+            c_up, c_down = one * (cb[up] - ca[up]), one * (cb[down] - ca[down])
+            s_up, s_down = one * (sb[up] - sa[up]), one * (sb[down] - sa[down])
+            if h < g:
+                s_down = -s_down
+            total[2 * h - 1, 2 * g - 1] += c_down - c_up
+            total[2 * h, 2 * g] += c_down + c_up
+            total[2 * h - 1, 2 * g] += s_up + s_down
+            total[2 * h, 2 * g - 1] += s_up - s_down
 
 
 @_jit
-def _normal(xn, products, nn, state, reaction):
+def _normal(xn, sums, nn, state, reaction):
     """Positive part of the normal force; returns how many samples are closed."""
     N = xn.shape[0]
     closed = 0
@@ -289,7 +303,7 @@ def _normal(xn, products, nn, state, reaction):
             while last < N and state[last] == state[first]:
                 last += 1
             if state[first] != SEPARATED:
-                _add_run(nn, products, first, last, 1.0)
+                _add_run(nn, sums, first, last, N, 1.0)
             first = last
     return closed
 
@@ -345,7 +359,7 @@ def _friction(xt, bound, anchor, side, traction, state):
 
 
 @_jit
-def _friction_derivative(basis, sums, products, mu, state, anchor, tn, tt):
+def _friction_derivative(basis, sums, mu, state, anchor, tn, tt):
     """Sum the derivative over runs of equal state, from the anchor round to itself."""
     N = state.shape[0]
     c = tt.shape[0]
@@ -359,10 +373,11 @@ def _friction_derivative(basis, sums, products, mu, state, anchor, tn, tt):
             last += 1
         kind = state[first]
         if kind == STICK:
-            _add_run(tt, products, first, last, 1.0)
-            a, b, origin = sums[first], sums[last], basis[before]
+            _add_run(tt, sums, first, last, N, 1.0)
+            origin = basis[before]
             for i in range(c):
-                weight = b[i] - a[i]
+                kind_i, h = (0, i // 2) if i % 2 == 0 else (1, (i + 1) // 2)
+                weight = (sums[last, kind_i, h] - sums[first, kind_i, h]) * (2.0 if i else 1.0) / N
                 for j in range(c):
                     tt[i, j] -= weight * origin[j]
                     tn[i, j] += slope * weight * origin[j]
@@ -370,7 +385,7 @@ def _friction_derivative(basis, sums, products, mu, state, anchor, tn, tt):
             slope = 0.0
             if kind != SEPARATED:
                 slope = mu if kind == FORWARD else -mu
-                _add_run(tn, products, first, last, slope)
+                _add_run(tn, sums, first, last, N, slope)
             before = last - 1
         done += last - first
         first = last if last < N else 0
