@@ -57,6 +57,7 @@ def fig13(study: Study) -> Plate:
     figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=2)
     consistent = maps[CONSISTENT]
     best = {case.key: _best(found) for case, found in maps.items()}
+    errors = {case.key: _peak_errors(found, checked) for case, found in maps.items()}
     return Plate(
         figure,
         f"Forced response over ρ and frequency, over the frictionless peak under the same load: "
@@ -95,6 +96,7 @@ def fig13(study: Study) -> Plate:
                     "resonance_hz": found.resonance.tolist(),
                     "peak": found.height.tolist(),
                     "enclosed": [p.inside for p in found.peaks],
+                    "against_time_domain": errors[case.key],
                 }
                 for case, found in maps.items()
             },
@@ -110,6 +112,17 @@ def _over_frictionless(study: Study, rho: float) -> Peak:
     peak = time_domain_peak(study, rho)
     unit = study.frictionless.peak_amplitude / study.frictionless.load * study.moment(rho)
     return Peak(peak.frequency, peak.amplitude / unit, peak.inside)
+
+
+def _peak_errors(found: ResponseMap, checked: dict[float, Peak]) -> dict[str, dict[str, float]]:
+    """Of the peak (relative) and the resonance (Hz) at the loads of the time domain."""
+    return {
+        f"{rho:g}": {
+            "peak": float(np.interp(rho, found.rho, found.height)) / peak.amplitude - 1,
+            "resonance_hz": float(np.interp(rho, found.rho, found.resonance)) - peak.frequency,
+        }
+        for rho, peak in checked.items()
+    }
 
 
 def _draw_map(ax: Axes, found: ResponseMap) -> Any:

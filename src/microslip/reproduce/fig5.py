@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -101,13 +103,14 @@ def draw_cycles(
     unit = study.joint.clamp.force / study.joint.clamp.half_length
     area = a.model.area
     figure = new_figure(DOUBLE, 150 * MM)
-    parts = np.ravel(figure.subfigures(3, 1, height_ratios=[1.25, 1, 1]))
+    parts: Any = figure.subfigures(3, 1, height_ratios=[1.25, 1, 1])
     top, rows = parts[0], parts[1:]
     maps = top.subplots(1, 2, sharey=True)
     for ax, contact, name in zip(maps, contacts, names, strict=True):
         draw_states(ax, x, contact)
         clamp_edges(ax)
-        ax.set_title(f"(a)  {name}", loc="left")
+        ax.set_title(name, loc="left")
+    maps[0].set_title(f"(a)  {names[0]}", loc="left")
     maps[0].set_ylabel(r"phase $\theta$")
     edges = maps[0].get_legend_handles_labels()[0]
     top.legend(handles=[*handles(), *edges], loc="outside lower center", ncols=5)
@@ -115,9 +118,7 @@ def draw_cycles(
     for row, letter, contact, name in zip(rows, "bc", contacts, names, strict=True):
         axes = row.subplots(1, 4, sharey=True)
         for ax, (quarter, phase) in zip(axes, QUARTERS, strict=True):
-            # The first cycle is at rest at its start: its zero of the moment is the end.
-            step = contact.at(quarter)
-            draw_tractions(ax, x, contact, step, area, study.friction, unit)
+            draw_tractions(ax, x, contact, contact.at(quarter), area, study.friction, unit)
             ax.set_title(rf"$\theta$ = {phase}", loc="left")
             ax.set_ylim(-height, height)
             ax.set_xlabel("$x/L_p$")

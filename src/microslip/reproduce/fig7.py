@@ -63,5 +63,5 @@ def fig7(study: Study) -> Plate:
 
 
 def _greatest_damping(study: Study) -> float:
-    table = study.tables["moment"]
+    table = study.run.tables["moment"]
     return float(table.amplitude[int(np.argmax(table.gamma_eq))])

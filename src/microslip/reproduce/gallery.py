@@ -108,13 +108,15 @@ def _errata(report: dict[str, Any]) -> str:
     for name, found in entry["data"].items():
         cells = [name, found.get("printed", "")]
         for rho in rhos:
-            cells.append(f"{_percent(found[rho]['peak_error'])}, {_hertz(found[rho])}")
+            bound = "≥ " if found[rho].get("bound") else ""
+            cells.append(f"{bound}{_percent(found[rho]['peak_error'])}, {_hertz(found[rho])}")
         rows.append(tuple(cells))
     header = ("as printed", "what", *(f"peak, resonance at ρ = {rho[4:]}" for rho in rhos))
     note = (
         "Error against the time domain of the peak amplitude and of the resonance frequency: of the "
         "corrected model, of the printed form with its misprints corrected, and of the corrected "
-        "model with one thing as printed.\n\n"
+        "model with one thing as printed. ≥: the peak borders on frequencies without an answer in the "
+        "table.\n\n"
     )
     return "## Errata\n\n" + note + _table(header, rows)
 

@@ -18,7 +18,7 @@ OFFSETS = (-1.0, -0.5, 0.0, 0.5, 1.0)
 
 @dataclass(frozen=True)
 class Peak:
-    """A resonance; `inside` where points on both sides enclose it, else it may be higher."""
+    """A resonance; `inside` where samples on both sides enclose it, else it may be higher."""
 
     frequency: float
     amplitude: float
@@ -26,7 +26,7 @@ class Peak:
 
 
 def vertex(frequency: Array, size: Array) -> Peak:
-    """Largest sample, by the parabola through it and its neighbours where these are near.
+    """Largest sample; the parabola through it and its neighbours where these are not far below.
 
     Examples
     --------
@@ -37,8 +37,9 @@ def vertex(frequency: Array, size: Array) -> Peak:
     """
     i = int(np.nanargmax(size))
     sides = size[max(i - 1, 0) : i + 2]
-    if len(sides) < 3 or np.isnan(sides).any() or i == 0 or sides.min() < 0.5 * size[i]:
-        return Peak(float(frequency[i]), float(size[i]), False)
+    inside = 0 < i < len(size) - 1 and bool(np.isfinite(sides).all())
+    if not inside or sides.min() < 0.5 * size[i]:
+        return Peak(float(frequency[i]), float(size[i]), inside)
     a, b, c = np.polyfit(frequency[i - 1 : i + 2] - frequency[i], sides, 2)
     shift = -b / (2 * a)
     return Peak(float(frequency[i] + shift), float(c - b**2 / (4 * a)), True)

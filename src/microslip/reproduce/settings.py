@@ -30,6 +30,8 @@ class Settings:
         Quasi-static cycles per table.
     largest : float
         Largest of them over the load that opens the joint.
+    upper_modes : int
+        Modes whose superharmonic resonance the refined model looks at.
     cycle_steps : int
         Load steps of a quasi-static cycle.
     time_steps : int
@@ -62,6 +64,7 @@ class Settings:
     meshes: tuple[int, ...] = (41, 61, 81, 101, 151, 201, 301)
     amplitudes: int = 30
     largest: float = 0.95
+    upper_modes: int = 12
     cycle_steps: int = 300
     time_steps: int = 150
     step_counts: tuple[int, ...] = (20, 30, 60, 90, 120, 150, 300, 600)
@@ -100,8 +103,9 @@ FULL = Settings()
 
 QUICK = Settings(
     pairs=101,
-    meshes=(41, 61, 81, 101, 151),
+    meshes=(41, 81, 101, 151, 201),
     amplitudes=20,
+    upper_modes=0,
     cycle_steps=200,
     step_counts=(20, 30, 60, 90, 120, 150, 300),
     frequencies=1251,

@@ -20,8 +20,10 @@ from microslip.flexibility import static_flexibility
 from microslip.joint import LapJoint, load_joint
 from microslip.modal_force import friction_table
 from microslip.pipeline import JointAssembly, LapRun, assemble_joint, run_cycles
+from microslip.prescribed import hold_mode
 from microslip.progress import NullProgress, Progress
 from microslip.reduced import Response, forced_response, greatest_damping_load, two_mode_model
+from microslip.refined import moment_offset, refined_table
 from microslip.reproduce.settings import FULL, PAPER_BEST_RHO, Settings
 from microslip.statics import Cycle, quasi_static_cycle
 from microslip.threads import workers
@@ -124,6 +126,12 @@ class Study:
         return self.assembly.moment_unit
 
     @cached_property
+    def compliance(self) -> Array:
+        """Contact compliance at the pairs: none where the contact is exact."""
+        a = self.assembly
+        return np.diag(a.flexibility.W - static_flexibility(a.model).W).copy()
+
+    @cached_property
     def position(self) -> Array:
         """Contact pairs over L_p."""
         return np.asarray(self.assembly.model.position / self.joint.clamp.half_length)
@@ -138,18 +146,45 @@ class Study:
             with self.timed(f"cycles_{drive}"):
                 run_cycles(result, drive, self.progress)
         self.failures += result.failures
+        if len(result.tables) < len(DRIVES):
+            raise MicroslipError("too few quasi-static cycles were solved for a table")
         return result
 
     @cached_property
     def tables(self) -> dict[str, EquivalentTable]:
-        """By name: driven by the moment, by the mode, and by the moment with friction alone."""
+        """By name: cycles driven by the moment and by the mode, by the moment with friction alone,
+        and with the mode prescribed.
+        """
         run, a = self.run, self.assembly
-        if len(run.tables) < len(DRIVES):
-            raise MicroslipError("too few quasi-static cycles were solved for a table")
         alone = friction_table(
             run.tables["moment"], run.cycles["moment"], a.model, a.structure.interface, a.states
         )
-        return {**run.tables, "friction": alone}
+        return {**run.tables, "friction": alone, "prescribed": self.refined[0]}
+
+    @cached_property
+    def refined(self) -> tuple[EquivalentTable, float]:
+        """Table of the refined model, and the offset of its amplitude per end moment."""
+        a, drive = self.assembly, self.run.tables["mode"]
+        omega = 0.5 * (a.states.sliding_omega + a.states.stuck_omega)
+        with self.timed("cycles_prescribed"):
+            self.progress.start("cycles, mode prescribed", 1)
+            held = hold_mode(
+                a.model,
+                a.prestress,
+                a.states,
+                self.friction,
+                omega,
+                upper=self.settings.upper_modes,
+                compliance=self.compliance,
+            )
+            amplitude = np.geomspace(
+                drive.amplitude[0], drive.amplitude[-1], self.settings.amplitudes
+            )
+            table, failures = refined_table(held, amplitude, steps=self.settings.cycle_steps)
+            self.failures += failures
+            offset = moment_offset(held, 0.01 * float(amplitude[0]))
+            self.progress.finish()
+        return table, offset
 
     def static_cycle(self, drive: str, load: float, **options: float) -> Cycle:
         """One quasi-static cycle with the paper's number of load steps."""
@@ -169,7 +204,7 @@ class Study:
 
     def static_at(self, drive: str, amplitude: float) -> Cycle:
         """The quasi-static cycle whose modal amplitude is given (to 1e-4)."""
-        a, table = self.assembly, self.tables[drive]
+        a, table = self.assembly, self.run.tables[drive]
         load = float(
             np.exp(np.interp(np.log(amplitude), np.log(table.amplitude), np.log(table.load)))
         )
@@ -184,7 +219,7 @@ class Study:
 
     def static_energies(self, drive: str, amplitude: Array) -> tuple[Array, Array]:
         """Dissipated and mean stored energy of a table at given modal amplitudes; nan outside."""
-        table = self.tables[drive]
+        table = self.run.tables[drive]
         x, knots = np.log(amplitude), np.log(table.amplitude)
         inside = (x >= knots[0]) & (x <= knots[-1])
         log_loss = PchipInterpolator(knots, np.log(np.maximum(table.dissipated, 1e-300)))
@@ -202,7 +237,7 @@ class Study:
 
     def best_load(self, variant: str, table: str) -> float:
         """End moment at which a two-mode model's resonance per unit load is lowest."""
-        states, found = self.assembly.states, self.tables[table]
+        states, found = self.assembly.states, self.run.tables[table]
         model = two_mode_model(states, "moment", self.rayleigh, variant)
         band = np.linspace(0.95 * states.sliding_frequency, 1.05 * states.stuck_frequency, 801)
         scale = model.omega**2 / abs(model.force[0])
@@ -214,7 +249,7 @@ class Study:
         if rho > 0:
             return self.rho_scale * self.friction * self.unit / rho
         peak = self.frictionless.peak_amplitude / self.frictionless.load
-        return float(self.tables["mode"].amplitude[0] / peak)
+        return float(self.run.tables["mode"].amplitude[0] / peak)
 
     @cached_property
     def frictionless(self) -> Response:
@@ -260,8 +295,7 @@ class Study:
         requests.sort(key=lambda request: -abs(request.guess))
         self.progress.start(f"time domain, ρ = {rho:g}", len(requests))
         a = self.assembly
-        compliance = np.diag(a.flexibility.W - static_flexibility(a.model).W)
-        found = steady_states(a.model, a.prestress, requests, compliance, workers())
+        found = steady_states(a.model, a.prestress, requests, self.compliance, workers())
         for request, outcome in zip(requests, found, strict=True):
             key = (rho, request.frequency)
             if isinstance(outcome, str):
@@ -280,13 +314,15 @@ class Study:
     def _guesses(self, rho: float, frequencies: Sequence[float]) -> list[complex]:
         """Modal amplitudes of the consistent model, on the branch a sweep from above follows."""
         model = two_mode_model(self.assembly.states, "moment", self.rayleigh, "consistent")
-        table = self.tables["mode"] if rho > 0 else None
+        table = self.run.tables["mode"] if rho > 0 else None
         low = min(self.settings.band[0], *frequencies)
         high = max(self.settings.band[1], *frequencies)
         band = np.unique(np.r_[np.linspace(low, high, self.settings.frequencies), frequencies])
         response = forced_response(model, table, band, self.moment(rho))
-        at = np.searchsorted(band, frequencies)
-        return [complex(value) for value in response.amplitude[at]]
+        found = response.amplitude[np.searchsorted(band, frequencies)]
+        if table is not None:  # beyond the table the model is no guide
+            found = found * np.minimum(1, table.amplitude[-1] / np.abs(found))
+        return [complex(value) for value in found]
 
     # ports -------------------------------------------------------------------------------------
 

@@ -53,6 +53,7 @@ _TABLES = {
     "friction": "moment-driven, friction alone",
     "moment": "moment-driven",
     "mode": "mode-driven",
+    "prescribed": "mode prescribed",
 }
 
 PRINTED = Case("printed", "friction")
@@ -61,20 +62,25 @@ PRINTED = Case("printed", "friction")
 CONSISTENT = Case("consistent", "mode")
 
 
+REFINED = Case("refined", "prescribed")
+
+
 def cases() -> tuple[Case, ...]:
-    """What the paper prints, and every variant with either drive."""
-    return (PRINTED, *(Case(variant, drive) for variant in VARIANTS for drive in DRIVES))
+    """What the paper prints, every two-mode variant with either drive, and the refined model."""
+    two_mode = (v for v in VARIANTS if v != REFINED.variant)
+    return (PRINTED, *(Case(v, drive) for v in two_mode for drive in DRIVES), REFINED)
 
 
-def two_mode(study: Study, case: Case) -> TwoModeModel:
-    """Linear part of a case."""
-    return two_mode_model(study.assembly.states, "moment", study.rayleigh, case.variant)
+def linear_part(study: Study, case: Case) -> TwoModeModel:
+    """Linear part of a case, and where its table enters."""
+    offset = study.refined[1] if case == REFINED else 0.0
+    return two_mode_model(study.assembly.states, "moment", study.rayleigh, case.variant, offset)
 
 
 def respond(study: Study, case: Case, rho: float, frequency: Array) -> Response:
     """Forced response of a case."""
     return forced_response(
-        two_mode(study, case),
+        linear_part(study, case),
         study.tables[case.table],
         frequency,
         study.moment(rho),
@@ -86,19 +92,19 @@ def respond(study: Study, case: Case, rho: float, frequency: Array) -> Response:
 
 def equivalent(study: Study, case: Case, rho: float, frequency: Array) -> NDArray[np.complex128]:
     """``k_eq + i gamma_eq`` that a case reads from its table at its answer; nan without one."""
-    model = two_mode(study, case)
+    model, load = linear_part(study, case), study.moment(rho)
     argument = replace(model, sliding=model.argument)
-    table = study.tables[case.table]
-    response = forced_response(argument, table, frequency, study.moment(rho))
-    values = read_table(study, case.table, np.abs(response.amplitude))
-    return np.where(response.flag == CONVERGED, values, np.nan)
+    response = forced_response(argument, study.tables[case.table], frequency, load)
+    offset = load * float(model.argument @ model.offset)
+    values = read_table(study, case.table, np.abs(response.amplitude + offset))
+    return np.where(response.flag == CONVERGED, values, complex(np.nan, np.nan))
 
 
 def read_table(study: Study, table: str, amplitude: Array) -> NDArray[np.complex128]:
     """``k_eq + i gamma_eq`` of a table at modal amplitudes, interpolated as the models do."""
     found = study.tables[table]
     curve = table_curve(found)
-    out = np.zeros(4)
+    out = np.zeros(curve.coefficients.shape[2])
     values = np.zeros(len(amplitude), complex)
     for i, x in enumerate(np.log(np.maximum(amplitude, 1e-300) / found.clamp)):
         evaluate_curve(curve.knots, curve.coefficients, x, out)
@@ -111,8 +117,9 @@ def fixed_point_map(
 ) -> Callable[[float], float]:
     """The map g of the appendix: the amplitude that answers a table read at an amplitude."""
     found = study.tables[case.table]
-    system = _system(two_mode(study, case), table_curve(found), found.clamp, study.moment(rho))
-    out, y = np.zeros(4), np.zeros(2, complex)
+    curve = table_curve(found)
+    system = _system(linear_part(study, case), curve, found.clamp, study.moment(rho))
+    out, y = np.zeros(curve.coefficients.shape[2]), np.zeros(2, complex)
 
     def g(amplitude: float) -> float:
         return float(_respond(amplitude, 2 * np.pi * frequency, system, out, y))
@@ -123,5 +130,5 @@ def fixed_point_map(
 def solutions(study: Study, case: Case, rho: float, frequency: float) -> Array:
     """Every amplitude in the table with ``g(a) = a``."""
     return all_amplitudes(
-        two_mode(study, case), study.tables[case.table], frequency, study.moment(rho)
+        linear_part(study, case), study.tables[case.table], frequency, study.moment(rho)
     )
