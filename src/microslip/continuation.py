@@ -11,7 +11,8 @@ A step goes along the unit tangent, then Newton's method corrects in the hyperpl
 
 two solves with the same derivative ("block elimination"), so that a fold, where p turns round, is
 nothing special. Derivatives may jump (friction, contact): tangents are only used to predict and to tell
-directions. E. L. Allgower & K. Georg, Introduction to Numerical Continuation Methods (SIAM 2003).
+directions. A corner sharper than a right angle in this metric has no point ahead of it, and ends a branch.
+E. L. Allgower & K. Georg, Introduction to Numerical Continuation Methods (SIAM 2003).
 """
 
 from __future__ import annotations
