@@ -26,10 +26,13 @@ class Settings:
         Contact pairs of the joint.
     meshes : tuple of int
         Contact pairs of the mesh study (figure 3).
+    smallest, largest : float
+        M/(PL) of the smallest quasi-static cycle, and of the largest over that which opens the joint.
     amplitudes : int
-        Quasi-static cycles per table.
-    largest : float
-        Largest of them over the load that opens the joint.
+        Quasi-static cycles between them, evenly spaced in the logarithm.
+    summit : tuple of float, float, int
+        M/(PL) between which more cycles are added, and how many. Interpolation puts the greatest
+        damping at a cycle, and the calibration of rho hangs on it.
     upper_modes : int
         Modes whose superharmonic resonance the refined model looks at.
     cycle_steps : int
@@ -62,8 +65,10 @@ class Settings:
 
     pairs: int = 201
     meshes: tuple[int, ...] = (41, 61, 81, 101, 151, 201, 301)
-    amplitudes: int = 30
+    smallest: float = 5e-5
     largest: float = 0.95
+    amplitudes: int = 25
+    summit: tuple[float, float, int] = (7e-3, 16e-3, 18)
     upper_modes: int = 12
     cycle_steps: int = 300
     time_steps: int = 150
@@ -86,6 +91,11 @@ class Settings:
     marched_cycles: int = 180
     max_cycles: int = 200
 
+    def cycle_loads(self, opening: float) -> tuple[float, ...]:
+        """M/(PL) of the quasi-static cycles, ascending."""
+        wide = np.geomspace(self.smallest, self.largest * opening, self.amplitudes)
+        return tuple(float(x) for x in np.union1d(wide, np.geomspace(*self.summit)))
+
     def response_band(self) -> Array:
         """Frequencies of a reduced model's response, Hz."""
         return np.linspace(*self.band, self.frequencies)
@@ -104,7 +114,8 @@ FULL = Settings()
 QUICK = Settings(
     pairs=101,
     meshes=(41, 81, 101, 151, 201),
-    amplitudes=20,
+    amplitudes=18,
+    summit=(7e-3, 16e-3, 10),
     upper_modes=0,
     cycle_steps=200,
     step_counts=(20, 30, 60, 90, 120, 150, 300),

@@ -41,9 +41,8 @@ def reference_joint(settings: Settings) -> LapJoint:
     assert joint.analysis.cycle is not None
     cycle = joint.analysis.cycle.model_copy(
         update={
-            "count": settings.amplitudes,
+            "moment_over_clamp_force_length": settings.cycle_loads(joint.opening_ratio),
             "steps": settings.cycle_steps,
-            "largest": settings.largest * joint.opening_ratio,
         }
     )
     return joint.model_copy(
@@ -177,12 +176,9 @@ class Study:
                 upper=self.settings.upper_modes,
                 compliance=self.compliance,
             )
-            amplitude = np.geomspace(
-                drive.amplitude[0], drive.amplitude[-1], self.settings.amplitudes
-            )
-            table, failures = refined_table(held, amplitude, steps=self.settings.cycle_steps)
+            table, failures = refined_table(held, drive.amplitude, steps=self.settings.cycle_steps)
             self.failures += failures
-            offset = moment_offset(held, 0.01 * float(amplitude[0]))
+            offset = moment_offset(held, 0.01 * float(drive.amplitude[0]))
             self.progress.finish()
         return table, offset
 
