@@ -491,13 +491,17 @@ def decay(time: Array, q: Array, cycle_steps: int) -> Decay:
     )
 
 
+DWELL_HARMONICS = 5
+"""Harmonics fitted at the end of a dwell, so that higher ones do not leak into the first."""
+
+
 def dwell_response(
     time: Array, q: Array, frequencies: Sequence[float], cycles: float
 ) -> NDArray[np.complex128]:
     """First harmonic at the end of every dwell of a stepped sine, phase against its load.
 
-    Least squares of a constant, a sine and a cosine over the last whole cycle of each dwell; nan
-    where the history ended before.
+    Least squares of a constant and five harmonics over the last whole cycle of each dwell, which
+    need not be a whole number of steps; nan where the history ended before.
 
     Parameters
     ----------
@@ -513,10 +517,13 @@ def dwell_response(
     for i, f in enumerate(frequencies):
         end = begin + cycles / f
         inside = (time > end - min(cycles, 1.0) / f) & (time <= end * (1 + 1e-12))
-        if inside.sum() >= 8 and time[-1] >= end * (1 - 1e-9) - (time[1] - time[0]):
+        if inside.sum() >= 4 * DWELL_HARMONICS and time[-1] >= end * (1 - 1e-9) - (
+            time[1] - time[0]
+        ):
             phase = 2 * np.pi * (turns + f * (time[inside] - begin))
-            basis = np.column_stack([np.sin(phase), np.cos(phase), np.ones_like(phase)])
-            a, b, _ = np.linalg.lstsq(basis, q[inside])[0]
-            found[i] = a + 1j * b
+            turns_of = phase[:, None] * np.arange(1, DWELL_HARMONICS + 1)
+            basis = np.hstack([np.sin(turns_of), np.cos(turns_of), np.ones((len(phase), 1))])
+            fit = np.linalg.lstsq(basis, q[inside])[0]
+            found[i] = fit[0] + 1j * fit[DWELL_HARMONICS]
         begin, turns = end, turns + cycles
     return found

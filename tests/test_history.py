@@ -1,0 +1,312 @@
+"""Motion over time: independence of the blocks, energies, starts, and readings of a vibration."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from microslip.history import (
+    Recording,
+    decay,
+    dwell_response,
+    extremes,
+    field_steps,
+    nearest_pairs,
+    run_history,
+    static_state,
+)
+from microslip.signals import stepped_sine
+from microslip.statics import quasi_static_cycle
+from microslip.steady import steady_state
+from microslip.transient import march, prestressed_state, time_scheme
+
+STEPS = 150
+
+
+def scheme_of(joint, steps=STEPS, friction=0.25, **options):
+    """Steps per cycle of the sliding mode."""
+    model = options.pop("model", joint.model)
+    dt = 2 * np.pi / joint.omega_sliding / steps
+    return time_scheme(model, joint.start, friction, dt, **options)
+
+
+def recording(scheme, steps, cycle=STEPS, samples=20):
+    return Recording(
+        name="one",
+        kind="sine",
+        drive="moment",
+        watched=nearest_pairs(scheme.model.position, [0.025, -0.01]),
+        kept=field_steps(steps, scheme.dt, samples, None, None),
+        cycle_steps=cycle,
+    )
+
+
+def sine(joint, cycles, ratio, steps=STEPS):
+    n = np.arange(round(cycles * steps) + 1)
+    return ratio * joint.moment * np.sin(2 * np.pi * n / steps)
+
+
+@pytest.fixture(scope="module")
+def driven(small_reference):
+    """Twelve and a half cycles in blocks, and in one go."""
+    scheme = scheme_of(small_reference)
+    load = sine(small_reference, 12.5, 4e-4)
+    start = prestressed_state(scheme)
+    history = run_history(scheme, start, load, recording(scheme, len(load) - 1))
+    return scheme, history, march(scheme, start, load, keep=True)
+
+
+def test_blocks_do_not_show(driven):
+    """Cut into cycles or not: the same motion, up to what the solver leaves open."""
+    scheme, history, whole = driven
+    assert history.complete
+    assert history.failure == ""
+    size = np.abs(whole.output).max(axis=0)
+    assert np.abs(history.output - whole.output).max(axis=0) == pytest.approx(0 * size, abs=1e-8)
+    rest = scheme.prestress.solution.v
+    for k, pair in enumerate(history.watched):
+        slip = whole.v[:, 2 * pair + 1] - rest[2 * pair + 1]
+        assert history.slip[:, k] == pytest.approx(slip, abs=1e-6 * np.abs(slip).max())
+        assert history.gap[:, k] == pytest.approx(-whole.v[:, 2 * pair], abs=1e-12)
+    assert (history.status == whole.status[history.kept]).mean() > 0.999
+    assert history.r == pytest.approx(whole.r[history.kept], abs=1e-6 * np.abs(whole.r).max())
+    assert history.energies.friction[-1] == pytest.approx(whole.dissipated, rel=1e-6)
+    assert history.friction_work.sum() == pytest.approx(whole.dissipated, rel=1e-6)
+    assert history.energies.external[-1] == pytest.approx(whole.external, rel=1e-6)
+    assert history.energies.modal_damping[-1] == pytest.approx(whole.modal_damping, rel=1e-6)
+
+
+def test_what_is_kept_covers_the_history(driven):
+    _, history, whole = driven
+    n = len(whole.load) - 1
+    assert history.kept[[0, -1]].tolist() == [0, n]
+    assert len(history.kept) == len(history.status) == len(history.r) == 20
+    assert history.energies.time == pytest.approx(history.dt * np.r_[np.arange(0, n, STEPS), n])
+
+
+def test_an_empty_choice_of_instants(small_reference):
+    scheme = scheme_of(small_reference)
+    history = run_history(
+        scheme,
+        prestressed_state(scheme),
+        sine(small_reference, 1, 1e-4),
+        recording(scheme, STEPS, samples=0),
+    )
+    assert history.status.shape == (0, small_reference.model.pairs)
+    assert field_steps(1000, 1e-3, 5, 0.2, 0.6).tolist() == [200, 300, 400, 500, 600]
+
+
+def test_losses_only_grow(small_reference):
+    """Free decay: friction, both dampings and the scheme take, and nothing gives back."""
+    scheme = scheme_of(small_reference)
+    start = prestressed_state(scheme, 2e-3, small_reference.omega_sliding)
+    load = np.zeros(20 * STEPS + 1)
+    history = run_history(scheme, start, load, recording(scheme, len(load) - 1))
+    e = history.energies
+    top = -e.mechanical.min()
+    for losses in (e.friction, e.modal_damping, e.residual_damping, e.scheme):
+        assert np.diff(losses).min() > -1e-5 * top
+    assert (e.external == 0).all()
+    assert (np.diff(e.mechanical) < 0).all()
+    lost = (e.friction + e.modal_damping + e.residual_damping)[-1]
+    print(f"scheme {e.scheme[-1] / top:.1e}, normal {e.normal[-1] / top:.1e} of {top:.3g} J/m")
+    assert lost == pytest.approx(top, rel=0.02)
+
+
+def test_balance_closes_with_the_step(small_reference):
+    """What the scheme takes under a smooth load falls with the step at first order or better."""
+    left = []
+    for steps in (100, 200, 400):
+        scheme = scheme_of(small_reference, steps)
+        load = sine(small_reference, 6, 4e-4, steps)
+        history = run_history(
+            scheme, prestressed_state(scheme), load, recording(scheme, len(load) - 1, steps)
+        )
+        e = history.energies
+        left.append(abs(e.scheme[-1] + e.normal[-1]) / e.external[-1])
+    print(f"missing over work of the load: {left}")
+    assert left[2] < 0.6 * left[1] < 0.36 * left[0]
+    assert left[2] < 2e-3
+
+
+def test_energy_of_the_motion_is_the_work_of_a_lossless_joint(small_reference):
+    """Without friction and damping the load's work is all in the motion."""
+    model = replace(small_reference.model, rayleigh=(0.0, 0.0))
+    scheme = scheme_of(small_reference, 400, 0.0, model=model, alpha=0.0)
+    load = sine(small_reference, 5, 1e-6, 400)
+    history = run_history(
+        scheme, prestressed_state(scheme), load, recording(scheme, len(load) - 1, 400)
+    )
+    e = history.energies
+    assert e.mechanical[1:] == pytest.approx(e.external[1:], rel=1e-3)
+
+
+# -- starts ------------------------------------------------------------------------------------
+
+
+def test_static_start_is_the_quasi_static_answer_and_stays(small_reference):
+    joint = small_reference
+    scheme = scheme_of(joint)
+    load = 4e-3 * joint.moment
+    state = static_state(scheme, joint.flexibility, load)
+    held = march(scheme, state, np.full(2 * STEPS, load))
+    q = held.output[:, joint.model.port("sliding")]
+    rise = quasi_static_cycle(
+        joint.model, joint.flexibility, joint.start, "moment", load, 0.25, max_cycles=1
+    )
+    assert held.output[0] == pytest.approx(rise.output[75], rel=1e-8)
+    assert np.ptp(q) < 1e-9 * abs(q[0])
+    assert held.dissipated < 1e-9 * load * abs(held.output[0, joint.model.port("moment")])
+
+
+def test_static_start_of_an_elastic_contact_stays(small_reference):
+    joint = small_reference
+    springs = np.zeros(2 * joint.model.pairs)
+    springs[1::2] = 1 / (1e13 * joint.model.area)
+    flexibility = replace(joint.flexibility, W=joint.flexibility.W + np.diag(springs))
+    scheme = scheme_of(joint, compliance=springs)
+    load = 2e-3 * joint.moment
+    state = static_state(scheme, flexibility, load)
+    q = march(scheme, state, np.full(STEPS, load)).output[:, joint.model.port("sliding")]
+    assert np.ptp(q) < 1e-8 * abs(q[0])
+
+
+def test_decay_of_the_mode_starts_with_its_velocity(small_reference):
+    scheme = scheme_of(small_reference, 600)
+    omega, amplitude = small_reference.omega_sliding, 1e-4
+    state = prestressed_state(scheme, amplitude, omega)
+    q = march(scheme, state, np.zeros(3)).output[:, scheme.model.port("sliding")]
+    assert q[0] == pytest.approx(0, abs=1e-12)
+    assert (q[2] - q[0]) / (2 * scheme.dt) == pytest.approx(amplitude * omega, rel=0.02)
+
+
+# -- ends --------------------------------------------------------------------------------------
+
+
+def test_a_stopped_history_is_kept(small_reference):
+    scheme = scheme_of(small_reference)
+    load = sine(small_reference, 10, 1e-4)
+    seen = []
+    history = run_history(
+        scheme,
+        prestressed_state(scheme),
+        load,
+        recording(scheme, len(load) - 1),
+        advance=lambda: seen.append(1),
+        stopped=lambda: len(seen) == 3,
+    )
+    assert not history.complete
+    assert history.failure == ""
+    assert len(history.time) == len(history.load) == len(history.output) == 3 * STEPS + 1
+    assert history.steps == 10 * STEPS
+    assert history.kept.max() <= 3 * STEPS
+    assert len(history.kept) == len(history.r) == len(history.status)
+    assert len(history.energies.time) == 4
+
+
+def test_a_joint_that_opens_ends_its_history(small_reference):
+    scheme = scheme_of(small_reference)
+    load = sine(small_reference, 20, 0.1)
+    history = run_history(scheme, prestressed_state(scheme), load, recording(scheme, len(load) - 1))
+    assert not history.complete
+    assert "the joint opens at t = " in history.failure
+    assert "the last pair to separate is" in history.failure
+    time = float(history.failure.split("t = ")[1].split(" s")[0])
+    assert history.time[-1] - STEPS * history.dt <= time <= history.time[-1]
+
+
+def test_a_step_that_does_not_solve_names_its_cycle(small_reference, monkeypatch):
+    """Three good cycles, then an error: they are kept and the message says where."""
+    from microslip import history as module
+    from microslip.errors import ContactError
+
+    calls = []
+
+    def failing(*args, **kwargs):
+        calls.append(1)
+        if len(calls) == 5:
+            raise ContactError("contact not solved")
+        return march(*args, **kwargs)
+
+    monkeypatch.setattr(module, "march", failing)
+    scheme = scheme_of(small_reference)
+    load = sine(small_reference, 10, 1e-4)
+    history = run_history(scheme, prestressed_state(scheme), load, recording(scheme, len(load) - 1))
+    start = 3 * STEPS * scheme.dt
+    assert history.failure == f"in the cycle that starts at t = {start:.6g} s: contact not solved"
+    assert history.time[-1] == pytest.approx(start)
+
+
+# -- readings ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("offset", [0.0, 4.0])
+def test_reading_of_viscous_decay(offset):
+    """Closed form: damping ratio and damped frequency, whatever the offset."""
+    zeta, frequency = 0.01, 7.0
+    t = np.linspace(0, 2, 4001)
+    w = 2 * np.pi * frequency
+    q = offset + 2 * np.exp(-zeta * w * t) * np.cos(w * np.sqrt(1 - zeta**2) * t)
+    found = decay(t, q, 286)
+    # the parabola through three samples is off by (w dt)²/24 of a curvature at most
+    assert found.damping == pytest.approx(np.full(len(found.damping), zeta), rel=2e-3)
+    assert found.frequency == pytest.approx(
+        np.full(len(found.time), frequency * np.sqrt(1 - zeta**2)), rel=1e-4
+    )
+    assert found.amplitude == pytest.approx(2 * np.exp(-zeta * w * found.time), rel=1e-3)
+    assert np.abs(found.offset - offset).max() < 2e-3
+
+
+def test_reading_of_coulomb_decay():
+    """Amplitude falls by the same length every half cycle, about centres that alternate."""
+    t = np.linspace(0, 10, 10001)
+    half = np.floor(2 * t).astype(int)
+    amplitude, centre = 21 - 1.0 * (2 * half + 1) / 2, 0.5 * (-1.0) ** half
+    q = centre + amplitude * np.cos(2 * np.pi * t)
+    found = decay(t, q, 1000)
+    assert np.diff(found.amplitude) == pytest.approx(np.full(len(found.time) - 1, -1.0), abs=1e-3)
+    assert found.frequency == pytest.approx(np.ones(len(found.time)), rel=1e-3)
+
+
+def test_nothing_to_read():
+    t = np.linspace(0, 1, 50)
+    assert len(decay(t, t, 10).time) == 0
+    assert len(extremes(t, np.zeros(50), 10)[0]) == 0
+    assert len(extremes(t[:1], np.zeros(1), 10)[0]) == 0
+
+
+def test_dwells_of_a_known_response():
+    """Amplitude and phase that change from dwell to dwell, with an offset and a third harmonic."""
+    frequencies, cycles, dt = [10.0, 14.0, 6.0], 3.5, 1e-4
+    answers = [2.0 - 1j, -0.5j, 3.0]
+    t, _ = stepped_sine(1.0, frequencies, cycles, dt)
+    ends = np.cumsum(cycles / np.array(frequencies))
+    begin, q = 0.0, np.full_like(t, 0.7)
+    for k, (f, Y) in enumerate(zip(frequencies, answers, strict=True)):
+        inside = (t > begin * (1 + 1e-12)) & (t <= ends[k] * (1 + 1e-12))
+        phase = 2 * np.pi * (k * cycles + f * (t[inside] - begin))
+        q[inside] = 0.7 + np.imag(Y * np.exp(1j * phase)) + 0.2 * np.sin(3 * phase)
+        begin = ends[k]
+    found = dwell_response(t, q, frequencies, cycles)
+    assert found == pytest.approx(np.array(answers), rel=1e-9, abs=1e-9)
+    cut = t <= ends[1]
+    early = dwell_response(t[cut], q[cut], frequencies, cycles)
+    assert np.isnan(early).tolist() == [False, False, True]
+
+
+def test_stepped_sine_reaches_the_steady_state(small_reference):
+    """Second method: the periodic orbit. 100 cycles leave exp(-2 pi 100 gamma/2) = 2e-3."""
+    joint = small_reference
+    frequency = joint.omega_sliding / (2 * np.pi) + 5.0
+    dt = 1 / (frequency * STEPS)
+    scheme = time_scheme(joint.model, joint.start, 0.25, dt)
+    load = 3e-4 * joint.moment
+    _, wave = stepped_sine(load, [frequency - 2, frequency], 100, dt)
+    history = run_history(scheme, prestressed_state(scheme), wave, recording(scheme, len(wave) - 1))
+    q = history.output[:, joint.model.port("sliding")]
+    found = dwell_response(history.time, q, [frequency - 2, frequency], 100)[1]
+    steady = steady_state(scheme, frequency, load).amplitude
+    print(f"dwell {found:.6g}, steady {steady:.6g}, {abs(found - steady) / abs(steady):.1e}")
+    assert abs(found - steady) < 5e-3 * abs(steady)

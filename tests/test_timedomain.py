@@ -1,0 +1,188 @@
+"""What is read off steady states, against linear theory and the balance of energy."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import scipy.sparse.linalg as spla
+
+from microslip.errors import JointOpensError
+from microslip.modes import bonding
+from microslip.states import linear_states
+from microslip.timedomain import (
+    Request,
+    equivalent,
+    harmonics_of,
+    modal_force,
+    opening_of,
+    phases,
+    solve_request,
+    steady_states,
+)
+
+STEPS = 150
+
+
+@pytest.fixture(scope="module")
+def states(small_reference):
+    pairs = np.flatnonzero(small_reference.start.touching)
+    return linear_states(small_reference.structure, pairs, "moment")
+
+
+def solved(joint, frequency, ratio, **options):
+    """Steady state under an end moment over P L."""
+    friction = options.pop("friction", 0.25)
+    request = Request(0.0, frequency, ratio * joint.moment, friction, 0.0, STEPS, **options)
+    return solve_request(joint.model, joint.start, None, request)
+
+
+def direct(joint, directions, frequency):
+    """First harmonic of q per end moment of the full linear mesh, prestressed pairs bonded."""
+    s, w = joint.structure, 2 * np.pi * frequency
+    basis = bonding(s.interface.relative, joint.start.bonded(directions))
+    stiffness, mass = basis.T @ s.stiffness @ basis, basis.T @ s.mass @ basis
+    dynamic = (-(w**2) * mass + (1 + 1j * w * joint.model.rayleigh[1]) * stiffness).tocsc()
+    force = (basis.T @ s.loads["moment"]).astype(complex)
+    return (basis.T @ (s.mass @ joint.shape_sliding)) @ spla.spsolve(dynamic, force)
+
+
+def test_no_contact_force_without_friction(small_reference, states):
+    """The sliding state is the linear part: what is left is below the period error, 3e-4 here."""
+    load = (
+        3e-5
+        / abs(direct(small_reference, 1, states.sliding_frequency + 1))
+        / (small_reference.moment)
+    )
+    point = solved(
+        small_reference, states.sliding_frequency + 1, load, friction=0.0, tolerance=1e-7
+    )
+    found = equivalent(point, small_reference.model, states)
+    uncorrected = 2 * (point.corrected_frequency / point.steady.frequency - 1)
+    print(f"kappa {found.k_eq:.1e} + {found.gamma_eq:.1e}i, period error {uncorrected:.1e}")
+    assert abs(found.k_eq + 1j * found.gamma_eq) < 0.1 * uncorrected
+
+
+def test_everything_sticks_at_vanishing_load(small_reference, states):
+    """Contact force of the linear stuck joint, from a direct solution of the full mesh."""
+    frequency = states.stuck_frequency - 1
+    point = solved(small_reference, frequency, 1e-8, tolerance=1e-7)
+    Q = direct(small_reference, 2, point.corrected_frequency)
+    w, w2 = 2 * np.pi * point.corrected_frequency, states.sliding_omega**2
+    linear = w2 - w**2 + 1j * w * small_reference.model.rayleigh[1] * w2
+    expected = (states.load_on_sliding["moment"] - linear * Q) / (w2 * Q)
+    found = equivalent(point, small_reference.model, states)
+    print(f"{found.k_eq:.6f} + {found.gamma_eq:.2e}i, direct {expected:.6f}")
+    assert abs(found.k_eq + 1j * found.gamma_eq - expected) < 1e-3 * abs(expected)
+
+
+@pytest.fixture(scope="module", params=[1e-4, 3e-4])
+def point(request, small_reference, states):
+    return solved(small_reference, states.sliding_frequency + 2, request.param, tolerance=1e-6)
+
+
+def own_damping(point, joint, states, count):
+    """Material damping of the sliding coordinate by harmonics: pi omega_h c |Q_h|²."""
+    theta = phases(point.steady)
+    q = point.steady.cycle.output[:, joint.model.port("sliding")]
+    Q = harmonics_of(q, theta, count)[1:]
+    order = np.arange(1, count + 1)
+    w = 2 * np.pi * point.corrected_frequency * order
+    c = joint.model.rayleigh[1] * states.sliding_omega**2
+    return float(np.pi * np.sum(w * c * order / order * np.abs(Q) ** 2))
+
+
+def work_through_sliding(point, states):
+    """Work of the end moment on the sliding coordinate, ``-pi f_M M Im Q``."""
+    push = states.load_on_sliding["moment"] * point.steady.load
+    return -np.pi * push * point.steady.amplitude.imag
+
+
+def test_loop_is_what_friction_takes(point, small_reference, states):
+    """Loop + damping of the sliding coordinate + work past it = all that is lost in a cycle."""
+    found = equivalent(point, small_reference.model, states)
+    c = point.steady.cycle
+    lost = c.dissipated + c.modal_damping + c.residual_damping + c.normal_work
+    own = own_damping(point, small_reference, states, 1)
+    past = c.external - work_through_sliding(point, states)
+    print(
+        f"loop {found.loop:.5g}, friction {c.dissipated:.5g}, material {c.modal_damping:.3g} of "
+        f"which sliding {own:.3g}, work past the sliding coordinate {past:.3g}"
+    )
+    assert found.loop == pytest.approx(lost - own - past, rel=2e-3)
+    assert found.loop == pytest.approx(c.dissipated, rel=0.03)
+    assert found.stored == pytest.approx(
+        0.5 * abs(point.steady.amplitude) ** 2 * found.k_eq * states.sliding_omega**2
+    )
+
+
+def test_modal_force_is_the_equation_of_motion(point, small_reference, states):
+    """Area of the sampled loop; its first harmonic is the equivalent force."""
+    model = small_reference.model
+    f = modal_force(point, model, states, 15)
+    q = point.steady.cycle.output[:, model.port("sliding")]
+    area = np.sum(0.5 * (f[1:] + f[:-1]) * np.diff(q))
+    expected = work_through_sliding(point, states) - own_damping(point, small_reference, states, 15)
+    assert area == pytest.approx(expected, rel=2e-3)
+    theta = phases(point.steady)
+    kappa = harmonics_of(f, theta, 1)[1] / harmonics_of(q, theta, 1)[1] / states.sliding_omega**2
+    found = equivalent(point, model, states)
+    assert kappa == pytest.approx(found.k_eq + 1j * found.gamma_eq, rel=1e-9)
+
+
+def test_harmonics_rebuild_the_wave():
+    theta = 0.7 + 2 * np.pi * np.arange(41) / 40
+    y = 3 + 2 * np.sin(theta) - 0.5 * np.cos(3 * theta)
+    found = harmonics_of(y, theta, 4)
+    assert found == pytest.approx(np.array([3, 2, 0, -0.5j, 0]), abs=1e-12)
+
+
+# -- opening -----------------------------------------------------------------------------------
+
+
+def march_of(status, normal):
+    """As much of a march as the search for an opening reads."""
+    status, normal = np.array(status, np.int8), np.array(normal, float)
+    r = np.zeros((len(status), 2 * status.shape[1]))
+    r[:, ::2] = normal
+    time = 0.5 * np.arange(len(status))
+    return SimpleNamespace(status=status, r=r, time=time, load=10 * time)
+
+
+X = np.array([-0.1, 0.0, 0.2])
+
+
+def test_opening_names_time_and_the_last_pair():
+    part = march_of(
+        [[1, 2, 1], [4, 2, 1], [4, 4, 4], [1, 4, 4]], [[9, 9, 9], [0, 3, 7], [0] * 3, [5, 0, 0]]
+    )
+    message = opening_of(part, X, start=100.0)
+    assert "opens at t = 101 s under load 10" in message
+    assert "the last pair to separate is 2 at x = 0.2 m, which carried 7 N/m" in message
+
+
+def test_opening_at_the_start_and_none_at_all():
+    assert "no pair touches" in opening_of(march_of([[4, 4, 4], [1, 1, 1]], np.zeros((2, 3))), X)
+    assert opening_of(march_of([[4, 4, 1], [1, 4, 4]], np.zeros((2, 3))), X) == ""
+
+
+def test_resonance_that_opens_the_joint(small_reference, states):
+    """A tenth of P L, far above what the clamp holds in resonance."""
+    with pytest.raises(JointOpensError, match=r"opens at t = .* the last pair to separate is \d+"):
+        solved(small_reference, states.sliding_frequency - 2, 0.1, max_cycles=2)
+
+
+def test_failed_and_unsteady_points_are_told_apart(small_reference, states):
+    """One that opens the joint, one that is not steady in time, one that is."""
+    f = states.sliding_frequency + 3
+    requests = [
+        Request(1.0, f, 0.1 * small_reference.moment, 0.25, 0.0, STEPS, 1e-5, 2),
+        Request(2.0, f, 1e-4 * small_reference.moment, 0.25, 0.0, STEPS, 1e-5, 3),
+        Request(3.0, f, 1e-4 * small_reference.moment, 0.25, 0.0, STEPS, 1e-4),
+    ]
+    opened, early, steady = steady_states(small_reference.model, small_reference.start, requests)
+    assert opened.startswith(f"time domain, rho = 1, {f:g} Hz: the joint opens at t = ")
+    assert not early.steady.converged
+    assert early.steady.change > 1e-4
+    assert steady.steady.converged
