@@ -18,7 +18,7 @@ from microslip.structure import lap_joint_structure
 FOLDER = Path(__file__).parent.parent / "benchmarks" / "calculix"
 sys.path.insert(0, str(FOLDER))
 
-import run  # noqa: E402
+import ccx_compare  # noqa: E402
 from ccx_deck import Loading, load_path, write_deck  # noqa: E402
 from ccx_results import contact_points, iterations, read_path  # noqa: E402
 from linear_joint import linear_joint  # noqa: E402
@@ -316,7 +316,7 @@ def test_reads_convergence(tmp_path):
 
 def test_skips_without_calculix(monkeypatch, capsys):
     monkeypatch.setenv("PATH", "")
-    assert run.main([]) == 0
+    assert ccx_compare.main([]) == 0
     assert "skipped" in capsys.readouterr().out
 
 
@@ -325,7 +325,7 @@ def test_skips_without_calculix(monkeypatch, capsys):
 def test_calculix_dissipates_the_same(tmp_path):
     """Same elements, same contact points: only the algorithms differ."""
     record = tmp_path / "table.json"
-    assert run.main(["--pairs", "21", "--steps", "40", "--json", str(record)]) == 0
+    assert ccx_compare.main(["--pairs", "21", "--steps", "40", "--json", str(record)]) == 0
     calculix, same, *_ = json.loads(record.read_text())["rows"]
     assert same["dissipated"] == pytest.approx(calculix["dissipated"], rel=3e-4)
     assert same["rotation"] == pytest.approx(calculix["rotation"], rel=1e-6)

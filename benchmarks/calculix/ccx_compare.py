@@ -1,6 +1,6 @@
 """CalculiX beside microslip: seconds per load step and energy dissipated per quasi-static cycle.
 
-    python benchmarks/calculix/run.py [FILE] [--pairs N] [--out DIR]
+    python benchmarks/calculix/ccx_compare.py [FILE] [--pairs N] [--out DIR]
 
 Writes the deck of the joint, runs ``ccx`` (Debian: ``apt install calculix-ccx``), and prints its numbers
 beside ours on the same mesh: on the same elements and contact points, on our own elements with the
