@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import threading
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,6 +13,8 @@ import pytest
 import xarray as xr
 from rich.console import Console
 
+from microslip import histories
+from microslip.errors import InputError
 from microslip.joint import parse_joint
 from microslip.pipeline import LapRun, run_lap_joint
 from microslip.results import (
@@ -349,3 +352,284 @@ def test_printed_summary_without_analyses(run: LapRun) -> None:
     print_summary(LapRun(joint=run.joint, assembly=run.assembly), Console(file=out))
     assert "Hz stuck" in out.getvalue()
     assert "Forced response" not in out.getvalue()
+
+
+# -- time domain -------------------------------------------------------------------------------
+
+LOAD = {"drive": "moment", "moment_over_clamp_force_length": 4e-4}
+TIMED_JOINT = {
+    **SMALL_JOINT,
+    "contact": {"friction": 0.25, "pairs": 21},
+    "load": {"rho": [2.4, 5], "rho_scale": 0.0023},
+    "analysis": {
+        "cycle": {"moment_over_clamp_force_length": AMPLITUDES, "steps": STEPS, "drives": "mode"},
+        "response": {"from": "170 Hz", "to": "185 Hz", "count": 61, "variants": "consistent"},
+        "time": {
+            "frequencies": ["172 Hz", "179 Hz"],
+            "steps": 60,
+            "max_cycles": 11,
+            "tolerance": 1e-4,
+            "positions": ["25 mm", "0 mm", "-25 mm"],
+        },
+        "history": [
+            {"signal": "sine", "frequency": "175 Hz", "cycles": 4.5, "steps": 60, **LOAD},
+            {
+                "signal": "stepped_sine",
+                "frequencies": [176, 178],
+                "cycles": 8,
+                "rho": 2.4,
+                "drive": "mode",
+            },
+            {
+                "signal": "free_decay",
+                "start": "static",
+                "duration": "0.05 s",
+                "moment_over_clamp_force_length": 3e-3,
+                "field_samples": 0,
+            },
+            {
+                "signal": "free_decay",
+                "name": "after_steady",
+                "start": "steady",
+                "frequency": "178 Hz",
+                "steps": 60,
+                "duration": "0.02 s",
+                **LOAD,
+            },
+        ],
+    },
+}
+
+
+@pytest.fixture(scope="module")
+def timed(tmp_path_factory: pytest.TempPathFactory) -> LapRun:
+    folder = tmp_path_factory.mktemp("signal")
+    (folder / "load.csv").write_text("time [ms], moment [N*m/m]\n0, 0\n10, 100\n20, 0\n30, 0\n")
+    document = json.loads(json.dumps(TIMED_JOINT))
+    document["analysis"]["history"].append({"signal": "measured", "file": "load.csv", "scale": 2})
+    return run_lap_joint(parse_joint(document, folder=folder))
+
+
+@pytest.fixture(scope="module")
+def timed_tree(timed: LapRun) -> xr.DataTree:
+    return dataset(timed)
+
+
+def test_time_domain_rows_hold_what_is_promised(timed: LapRun) -> None:
+    rows = summary(timed)["time_domain"]
+    assert [(row["rho"], row["frequency_hz"]) for row in rows] == [
+        (2.4, 172.0),
+        (2.4, 179.0),
+        (5.0, 172.0),
+        (5.0, 179.0),
+    ]
+    promised = (
+        "rho moment_over_clamp_force_length frequency_hz modal_amplitude phase_rad "
+        "dissipated_energy_j_per_m cycles residual_max unsolved_steps seconds"
+    )
+    for row in rows:
+        assert set(promised.split()) <= set(row)
+        assert row["unsolved_steps"] == 0
+        assert row["residual_max"] <= 1e-8
+        assert -np.pi < row["phase_rad"] < 0
+        lost = row["dissipated_energy_j_per_m"] + row["material_damping_j_per_m"]
+        assert lost + row["normal_work_j_per_m"] == pytest.approx(
+            row["external_work_j_per_m"], rel=0.05 if not row["converged"] else 5e-3
+        )
+
+
+def test_steady_states_not_reached_are_marked_and_named(timed: LapRun) -> None:
+    rows = summary(timed)["time_domain"]
+    late = [row for row in rows if not row["converged"]]
+    assert 0 < len(late) < len(rows)
+    for row in late:
+        (failure,) = (
+            f
+            for f in timed.failures
+            if f"rho = {row['rho']:g}, {row['frequency_hz']:g} Hz: not steady after" in f
+        )
+        assert f"{row['cycles']} cycles, last change {row['last_change']:.1e}" in failure
+        assert row["last_change"] > 1e-4
+    flags = dataset(timed)["time_domain"]["converged"].values
+    assert flags.tolist() == [int(row["converged"]) for row in rows]
+    out = io.StringIO()
+    print_summary(timed, Console(file=out, width=120))
+    assert f"{late[0]['cycles']}, not steady" in out.getvalue()
+
+
+def test_time_domain_waves_and_harmonics_agree(timed: LapRun, timed_tree: xr.DataTree) -> None:
+    group = timed_tree["time_domain"]
+    theta, q, load = (group[name].values for name in ("theta", "q", "load"))
+    assert load == pytest.approx(group["moment"].values[:, None] * np.sin(theta), abs=1e-9)
+    Q = group["q_harmonics"].values @ np.array([1, 1j])
+    order = group["harmonic"].values[None, 1:, None]
+    rebuilt = Q[:, :1].real + np.imag(Q[:, 1:, None] * np.exp(1j * order * theta[:, None])).sum(1)
+    np.testing.assert_allclose(rebuilt[:, :-1], q[:, :-1], atol=2e-3 * np.abs(q).max())
+    np.testing.assert_allclose(np.abs(Q[:, 1]), group["modal_amplitude"].values, rtol=1e-9)
+    rows = summary(timed)["time_domain"]
+    np.testing.assert_allclose(group["k_eq"].values, [r["k_eq"] for r in rows])
+
+
+def test_time_domain_contact_obeys_its_laws(timed_tree: xr.DataTree) -> None:
+    group = timed_tree["time_domain"]
+    p, f, state = (group[name].values for name in ("pressure", "traction", "state"))
+    assert p.shape == (4, 61, 21)
+    assert (np.abs(f) <= 0.25 * p * (1 + 1e-9) + 1e-9 * p.max()).all()
+    assert np.abs(p[state == 4]).max() <= 1e-9 * p.max()
+    position, x = group["position"].values, group["x"].values
+    assert position == pytest.approx([0.025, 0, -0.025], abs=0.002)
+    for k, place in enumerate(position):
+        pair = int(np.argmin(np.abs(x - place)))
+        np.testing.assert_array_equal(group["local_slip"].values[..., k], group["slip"][..., pair])
+        np.testing.assert_array_equal(group["local_gap"].values[..., k], group["gap"][..., pair])
+    h = x[2::2] - x[:-2:2]
+    d = group["dissipation"].values
+    integral = (h / 6 * (d[:, :-2:2] + 4 * d[:, 1::2] + d[:, 2::2])).sum(axis=1)
+    np.testing.assert_allclose(integral, group["dissipated_energy"].values, rtol=1e-12)
+
+
+def test_everything_of_the_time_domain_has_unit_and_long_name(timed_tree: xr.DataTree) -> None:
+    test_everything_has_unit_and_long_name(timed_tree)
+
+
+def test_histories_are_in_the_summary(timed: LapRun) -> None:
+    rows = summary(timed)["history"]
+    names = ["sine", "stepped_sine", "free_decay", "after_steady", "measured"]
+    assert [row["name"] for row in rows] == names
+    for row in rows:
+        assert row["complete"]
+        assert row["failure"] is None
+        assert row["steps"] == row["steps_asked"]
+        lost = (
+            row["dissipated_energy_j_per_m"]
+            + row["material_damping_j_per_m"]
+            + row["normal_work_j_per_m"]
+            + row["scheme_loss_j_per_m"]
+        )
+        assert row["external_work_j_per_m"] == pytest.approx(
+            lost + row["mechanical_energy_change_j_per_m"]
+        )
+    sine, dwell, let_go, after, measured = rows
+    assert sine["duration_s"] == pytest.approx(4.5 / 175)
+    assert sine["moment_over_clamp_force_length"] == pytest.approx(4e-4, rel=1e-3)
+    assert measured["peak_load"] == pytest.approx(200, rel=0.02)
+    assert dwell["moment_over_clamp_force_length"] is None
+    assert let_go["first_amplitude"] > let_go["last_amplitude"]
+    assert let_go["last_damping_ratio"] > 0
+    # the sticking joint is the stiffer one: small decays are faster
+    assert let_go["last_frequency_hz"] > let_go["first_frequency_hz"]
+    assert after["external_work_j_per_m"] == 0
+
+
+def test_histories_by_name_in_the_tree(timed: LapRun, timed_tree: xr.DataTree) -> None:
+    assert set(timed_tree["history"].children) == {h.name for h in timed.histories}
+    decay = timed_tree["history/free_decay"]
+    assert decay["load"].values[0] == pytest.approx(3e-3 * 251.5e3)
+    assert not decay["load"].values[1:].any()
+    assert decay["pressure"].shape == (0, 21)
+    sine = timed_tree["history/sine"]
+    assert sine["pressure"].shape[1] == 21
+    assert sine["field_time"].values[-1] == pytest.approx(sine["time"].values[-1])
+    assert sine["local_slip"].shape == (len(sine["time"]), 1)
+    dwell = timed_tree["history/stepped_sine"]
+    assert dwell["dwell_frequency"].values.tolist() == [176, 178]
+    assert np.isfinite(dwell["dwell_amplitude"].values).all()
+
+
+def test_mode_driven_history_is_as_close_to_opening(timed: LapRun) -> None:
+    """The load of the mode over its opening load is that of the end moments over theirs."""
+    from microslip.statics import opening_load
+
+    a = timed.assembly
+    (history,) = (h for h in timed.histories if h.drive == "mode")
+    moment = 0.0023 * 0.25 * a.moment_unit / 2.4
+    opening = opening_load(a.model, a.flexibility, a.prestress, "sliding")
+    assert np.abs(history.load).max() / opening == pytest.approx(
+        moment / a.opening_moment, rel=1e-3
+    )
+
+
+def test_time_domain_on_disk(timed: LapRun, timed_tree: xr.DataTree, tmp_path: Path) -> None:
+    path = write_dataset(timed_tree, tmp_path / "results.nc")
+    with xr.open_dataset(path, engine="h5netcdf", group="time_domain") as found:
+        assert found["traction"].dtype == np.float32
+        assert found["q"].dtype == np.float64
+        assert found["state"].dtype == np.int8
+    with xr.open_dataset(path, engine="h5netcdf", group="history/sine") as found:
+        assert found["local_slip"].dtype == np.float32
+        np.testing.assert_array_equal(found["q"], timed_tree["history/sine"]["q"])
+        assert found.attrs["complete"] == 1
+
+
+def test_histories_are_printed(timed: LapRun) -> None:
+    out = io.StringIO()
+    first = replace(timed.histories[0], failure="the joint opens at t = 1 s")
+    changed = replace(timed, histories=[first, *timed.histories[1:]])
+    print_summary(changed, Console(file=out, width=100))
+    assert "sine, ended early" in out.getvalue()
+    assert "after_steady" in out.getvalue()
+
+
+class Interrupting:
+    """Waits until a history has moved, then acts as Ctrl-C would."""
+
+    def __init__(self) -> None:
+        self.moved = threading.Event()
+
+    def start(self, label: str, total: int) -> None:
+        pass
+
+    def advance(self, n: int = 1) -> None:
+        self.moved.set()
+
+    def finish(self) -> None:
+        pass
+
+    def wait(self, pending: object) -> None:
+        assert self.moved.wait(60)
+        raise KeyboardInterrupt
+
+
+def test_interrupted_histories_are_kept(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    listener = Interrupting()
+    monkeypatch.setattr(histories, "wait", listener.wait)
+    long = {"signal": "sine", "frequency": "175 Hz", "cycles": 4000, "steps": 60, **LOAD}
+    document = {**TIMED_JOINT, "analysis": {"history": [long, {**long, "name": "second"}]}}
+    found = run_lap_joint(parse_joint(document), listener)
+    assert found.interrupted
+    assert 1 <= len(found.histories) <= 2
+    for history in found.histories:
+        assert not history.complete
+        assert len(history.time) < 4000 * 60
+        expected = f"history {history.name!r}: interrupted at t = {history.time[-1]:.6g} s"
+        assert expected in found.failures
+    assert not summary(found)["history"][0]["complete"]
+    write_dataset(dataset(found), tmp_path / "results.nc")
+
+
+def test_a_signal_that_cannot_be_used_ends_the_run_early(tmp_path: Path) -> None:
+    file = tmp_path / "load.csv"
+    file.write_text("time [s], moment [N*m/m]\n0, 0\n0.1, nan\n0.2, 0\n")
+    measured = {"signal": "measured", "file": str(file)}
+    document = {**TIMED_JOINT, "analysis": {"history": measured}}
+    with pytest.raises(InputError, match=r"'measured': signal .*line 3 \(time 0\.1\): 'nan'"):
+        run_lap_joint(parse_joint(document))
+    file.write_text("time [s], moment [N*m/m]\n0, 0\n0.1, 1\n0.2, 0\n")
+    document = {**TIMED_JOINT, "analysis": {"history": {**measured, "time_step": "1 ms"}}}
+    with pytest.raises(InputError, match=r"'measured'\.time_step: gives 5\.\d+ steps per cycle"):
+        run_lap_joint(parse_joint(document))
+
+
+def test_a_history_that_opens_the_joint_is_named(tmp_path: Path) -> None:
+    strong = {"signal": "sine", "frequency": "172 Hz", "cycles": 30, "steps": 60}
+    document = {
+        **TIMED_JOINT,
+        "analysis": {"history": {**strong, "moment_over_clamp_force_length": 0.1}},
+    }
+    found = run_lap_joint(parse_joint(document))
+    (failure,) = found.failures
+    assert failure.startswith("history 'sine': the joint opens at t = ")
+    assert "last pair to separate" in failure
+    (row,) = summary(found)["history"]
+    assert not row["complete"]
+    assert row["failure"] in failure

@@ -83,14 +83,14 @@ def point(request, small_reference, states):
 
 
 def own_damping(point, joint, states, count):
-    """Material damping of the sliding coordinate by harmonics: pi omega_h c |Q_h|²."""
+    """Material damping of the sliding coordinate, sum of pi c omega h² |Q_h|²."""
     theta = phases(point.steady)
     q = point.steady.cycle.output[:, joint.model.port("sliding")]
     Q = harmonics_of(q, theta, count)[1:]
     order = np.arange(1, count + 1)
     w = 2 * np.pi * point.corrected_frequency * order
     c = joint.model.rayleigh[1] * states.sliding_omega**2
-    return float(np.pi * np.sum(w * c * order / order * np.abs(Q) ** 2))
+    return float(np.pi * np.sum(order * w * c * np.abs(Q) ** 2))
 
 
 def work_through_sliding(point, states):
