@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -12,7 +14,7 @@ import pytest
 from typer.testing import CliRunner
 
 from microslip import __version__
-from microslip.cli import app, degrees_of_freedom, seconds
+from microslip.cli import app, bending_frequency, degrees_of_freedom, seconds
 from microslip.joint import load_joint
 from microslip.structure import lap_joint_structure
 
@@ -167,6 +169,53 @@ def test_check_of_a_missing_file(command):
     assert_refused(command("check", "none.toml"), "none.toml: no such file")
 
 
+HISTORY = """
+[[analysis.history]]
+signal = "measured"
+name = "road"
+file = "load.csv"
+"""
+
+
+def test_check_reads_the_signals(command, tmp_path):
+    """So that a wrong file is found before the run."""
+    file = tmp_path / "joint.toml"
+    file.write_text(file.read_text() + HISTORY)
+    assert_refused(command("check", "joint.toml"), "analysis.history[0].file", "no such file")
+    signal = tmp_path / "load.csv"
+    signal.write_text("time [s], moment [N*m/m]\n0, 0\n0.5, 1\n0.6, 0\n9, 0\n")
+    gap = "line 5: a gap of 8.4 s after 0.6 s"
+    assert_refused(command("check", "joint.toml"), "'road'", "load.csv", gap)
+    signal.write_text("time [s], moment [N*m/m]\n0, 0\n0.5, 1\n1, 0\n")
+    result = command("check", "joint.toml")
+    assert result.exit_code == 0
+    assert "history 'road'" in result.stdout
+    assert re.search(r"about \d+ steps of [\d.]+ µs", result.stdout)
+
+
+def test_check_refuses_a_signal_without_end(command, tmp_path):
+    file = tmp_path / "joint.toml"
+    decay = 'signal = "free_decay"\nstart = "mode"\nmodal_amplitude = 1e-3\nduration = "1 year"\n'
+    file.write_text(file.read_text() + "[[analysis.history]]\n" + decay)
+    assert_refused(command("check", "joint.toml"), "'free_decay'", "at most 5,000,000 are possible")
+
+
+def test_check_counts_the_steady_states(command, tmp_path):
+    file = tmp_path / "joint.toml"
+    file.write_text(file.read_text() + '[analysis.time]\nfrequencies = ["170 Hz", "175 Hz"]\n')
+    shown = " ".join(command("check", "joint.toml").stdout.split())
+    assert "steady states in time 2 frequencies, 170 to 175 Hz, 150 steps per cycle" in shown
+
+
+def test_frequency_estimate_is_that_of_one_beam():
+    """Pinned at both ends: first root of sin(k l) = 0, l = 428 mm; the joint slides at 174.9 Hz."""
+    joint = load_joint(EXAMPLE)
+    stiffness, mass, span = 70e9 / 0.91 * 0.0125**3 / 12, 2000 * 0.0125, 0.428
+    omega = (math.pi / span) ** 2 * math.sqrt(stiffness / mass)
+    assert bending_frequency(joint) == pytest.approx(omega / (2 * math.pi))
+    assert bending_frequency(joint) == pytest.approx(174.9, rel=0.15)
+
+
 def test_degrees_of_freedom_are_those_of_the_structure():
     joint = load_joint(EXAMPLE)
     joint = joint.model_copy(update={"contact": joint.contact.model_copy(update={"pairs": 21})})
@@ -184,6 +233,7 @@ def test_cost_grows_with_what_is_asked_for():
     cycle = joint.analysis.cycle.model_copy(update={"drives": ("mode",)})
     less = joint.model_copy(update={"analysis": joint.analysis.model_copy(update={"cycle": cycle})})
     assert 5 < seconds(less, 10_000) < seconds(joint, 10_000) < seconds(joint, 20_000)
+    assert seconds(joint, 10_000, 50_000) > seconds(joint, 10_000) + 10
 
 
 # -- run ---------------------------------------------------------------------------------------

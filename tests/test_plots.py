@@ -13,7 +13,8 @@ from matplotlib.figure import Figure
 
 from microslip.joint import parse_joint
 from microslip.pipeline import LapRun, run_lap_joint
-from microslip.plots import FIGURES, overview, save_figures
+from microslip.plots import FIGURES, figures_of, overview, save_figures
+from microslip.plots.history import history_figure
 from microslip.plots.hysteresis import hysteresis_figure
 from microslip.plots.prestress import prestress_figure
 from microslip.plots.response import response_figure
@@ -49,7 +50,8 @@ def texts(figure: Figure) -> list[str]:
 
 def test_every_figure_is_saved_twice(run: LapRun, tmp_path: Path) -> None:
     written = save_figures(run, tmp_path / "figures")
-    assert {path.name for path in written} == {f"{n}.{k}" for n in FIGURES for k in ("png", "svg")}
+    names = set(FIGURES) - {"steady_state"}
+    assert {path.name for path in written} == {f"{n}.{k}" for n in names for k in ("png", "svg")}
     assert all(path.stat().st_size > 1000 for path in written)
     assert set((tmp_path / "figures").iterdir()) == set(written)
 
@@ -67,7 +69,7 @@ def test_one_cycle_is_enough(run: LapRun, tmp_path: Path) -> None:
         moments={"moment": run.moments["moment"][:1], "mode": []},
     )
     names = {path.stem for path in save_figures(one, tmp_path)}
-    assert names == set(FIGURES) - {"response"}
+    assert names == set(FIGURES) - {"response", "steady_state"}
 
 
 def test_structure_without_mesh_has_no_picture(run: LapRun) -> None:
@@ -80,6 +82,9 @@ def test_structure_without_mesh_has_no_picture(run: LapRun) -> None:
 def test_axes_are_labelled(run: LapRun) -> None:
     for name, draw in FIGURES.items():
         figure = draw(run)
+        if name == "steady_state":
+            assert figure is None
+            continue
         assert figure is not None, name
         inner = [ax for ax in figure.axes if ax.axison]
         if inner:
@@ -195,3 +200,143 @@ def test_pictures_are_reproducible(run: LapRun, tmp_path: Path) -> None:
     first = [path.read_bytes() for path in save_figures(bare, tmp_path / "a")]
     second = [path.read_bytes() for path in save_figures(bare, tmp_path / "b")]
     assert first == second
+
+
+# -- time domain -------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def timed() -> LapRun:
+    """Two loads and three frequencies, some of which are not steady in time, and a free decay."""
+    document = {
+        **JOINT,
+        "contact": {"friction": 0.25, "pairs": 21},
+        "load": {"rho": [2.4, 5], "rho_scale": 0.0023},
+        "analysis": {
+            "cycle": {"moment_over_clamp_force_length": [1e-3, 4e-3, 1.2e-2], "steps": 60},
+            "response": {"from": "170 Hz", "to": "185 Hz", "count": 61},
+            "time": {"frequencies": [172, 177, 179], "steps": 60, "max_cycles": 11},
+            "history": {
+                "signal": "free_decay",
+                "start": "static",
+                "moment_over_clamp_force_length": 3e-3,
+                "duration": "0.1 s",
+                "name": "let_go",
+            },
+        },
+    }
+    return run_lap_joint(parse_joint(document))
+
+
+def test_time_points_lie_over_their_curves_with_their_marks(timed: LapRun) -> None:
+    """Open circles where steady, open squares where not, amplitude above and phase below."""
+    figure = response_figure(timed)
+    assert figure is not None
+    assert len(figure.axes) == 4
+    for ax, of in zip(
+        figure.axes[:2] + figure.axes[2:], [np.abs] * 2 + [np.angle] * 2, strict=True
+    ):
+        for marker, steady in (("o", True), ("s", False)):
+            drawn = [
+                line
+                for line in ax.lines
+                if line.get_marker() == marker and line.get_linestyle() == "None"
+            ]
+            count = sum(len(np.asarray(line.get_xdata())) for line in drawn)
+            points = [p for p in timed.time_domain if p.steady.converged == steady]
+            assert count == len(points) > 0
+            assert all(line.get_markerfacecolor() == "none" for line in drawn)
+            x = np.concatenate([np.asarray(line.get_xdata(), float) for line in drawn])
+            y = np.concatenate([np.asarray(line.get_ydata(), float) for line in drawn])
+            assert sorted(x) == pytest.approx(sorted(p.corrected_frequency for p in points))
+            if of is np.angle:
+                expected = [np.degrees(of(p.steady.amplitude)) for p in points]
+                assert sorted(y) == pytest.approx(sorted(expected))
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert labels[-2:] == ["time domain", "time domain, not steady"]
+
+
+def test_steady_figure_shows_the_point_of_largest_amplitude(timed: LapRun) -> None:
+    """Its waveforms: load a sine that starts at zero, q with its amplitude and phase."""
+    figure = FIGURES["steady_state"](timed)
+    assert figure is not None
+    states, waves, _ = figure.axes
+    best = max(timed.time_domain, key=lambda p: abs(p.steady.amplitude))
+    title = figure._suptitle
+    assert title is not None
+    assert f"{best.steady.frequency:.2f} Hz" in title.get_text()
+    assert ("not steady" in title.get_text()) == (not best.steady.converged)
+    load, q, _ = waves.lines
+    theta = np.pi * np.asarray(load.get_xdata(), float)
+    assert np.asarray(load.get_ydata(), float) == pytest.approx(
+        np.sin(theta) / np.abs(np.sin(theta)).max(), abs=1e-9
+    )
+    wave = np.asarray(q.get_ydata(), float)
+    fit = np.linalg.lstsq(np.column_stack([np.sin(theta), np.cos(theta)])[:-1], wave[:-1])[0]
+    assert np.arctan2(fit[1], fit[0]) == pytest.approx(np.angle(best.steady.amplitude), abs=1e-3)
+    (mesh,) = states.collections
+    shown = np.asarray(mesh.get_array())
+    counts = [(shown == k).sum() for k in (1, 2, 3, 4)]
+    assert counts == [(best.steady.cycle.status[1:] == k).sum() for k in (1, 2, 3, 4)]
+
+
+def test_time_domain_stiffness_lies_beside_the_tables(timed: LapRun) -> None:
+    figure = FIGURES["equivalent"](timed)
+    assert figure is not None
+    (drawn,) = (line for line in figure.axes[0].lines if "steady states" in str(line.get_label()))
+    steady = [p for p in timed.time_domain if p.steady.converged]
+    assert np.asarray(drawn.get_xdata(), float) == pytest.approx(
+        [abs(p.steady.amplitude) for p in steady]
+    )
+
+
+def test_history_figure_has_motion_envelope_and_energies(timed: LapRun) -> None:
+    (history,) = timed.histories
+    figure = history_figure(timed, history)
+    motion, slip, energies = figure.axes
+    q = np.asarray(motion.lines[0].get_ydata(), float)
+    assert q == pytest.approx(history.output[:, timed.model.port("sliding")])
+    envelope = np.concatenate([np.asarray(line.get_ydata(), float) for line in motion.lines[1:]])
+    assert np.abs(envelope).max() <= np.abs(q).max() * (1 + 1e-3)
+    assert np.asarray(slip.lines[0].get_ydata(), float) == pytest.approx(1e6 * history.slip[:, 0])
+    ends = {
+        str(line.get_label()): np.asarray(line.get_ydata(), float)[-1] for line in energies.lines
+    }
+    assert ends["work of the load"] == pytest.approx(
+        sum(value for name, value in ends.items() if name != "work of the load"), rel=1e-9
+    )
+    assert energies.get_xlabel() == "time (s)"
+    assert "ended early" not in figure._suptitle.get_text()
+    early = history_figure(timed, replace(history, failure="opened"))
+    assert "ended early" in early._suptitle.get_text()
+
+
+def test_long_histories_are_drawn_as_bands(timed: LapRun) -> None:
+    (history,) = timed.histories
+    figure = history_figure(timed, replace(history, cycle_steps=8))
+    (band,) = figure.axes[1].collections
+    y = band.get_paths()[0].vertices[:, 1]
+    slip = 1e6 * history.slip[: len(history.slip) // 8 * 8, 0]
+    assert y.max() == pytest.approx(slip.max())
+    assert y.min() == pytest.approx(slip.min())
+
+
+def test_every_history_has_a_figure_of_its_name(timed: LapRun, tmp_path: Path) -> None:
+    names = set(figures_of(timed))
+    assert names == {*FIGURES, "history_let_go"}
+    bare = LapRun(joint=timed.joint, assembly=timed.assembly, histories=timed.histories)
+    written = save_figures(bare, tmp_path)
+    assert {path.stem for path in written} == {"model", "prestress", "overview", "history_let_go"}
+
+
+def test_one_step_history_is_drawn(timed: LapRun) -> None:
+    (history,) = timed.histories
+    short = replace(
+        history,
+        time=history.time[:1],
+        load=history.load[:1],
+        output=history.output[:1],
+        slip=history.slip[:1],
+        gap=history.gap[:1],
+    )
+    assert history_figure(timed, short).axes
