@@ -108,19 +108,14 @@ def aligned_range(found: ResponseMap) -> tuple[float, float]:
     return float(found.rho[near][0]), float(found.rho[near][-1])
 
 
-def _at_resonance(found: ResponseMap) -> NDArray[np.complex128]:
-    columns = [int(np.argmin(np.abs(found.frequency - f))) for f in found.resonance]
-    return found.equivalent[np.arange(len(columns)), columns]
-
-
 def _saturates(found: ResponseMap) -> Trend:
-    k = _at_resonance(found).real
+    k = np.nanmin(found.equivalent.real, axis=1)
     enclosed = np.array([peak.inside for peak in found.peaks])
     growth = np.diff(k) / np.diff(found.rho)
     good = np.isfinite(growth) & enclosed[1:] & enclosed[:-1]
     return Trend(
         "k_saturates",
-        "k_eq at resonance rises monotonically with ρ and levels off",
+        "the least k_eq over frequency rises monotonically with ρ and levels off",
         bool((growth[good] > 0).all() and growth[good][-1] < 0.5 * growth[good].max()),
         {
             "rho": found.rho[:: max(len(k) // 10, 1)].tolist(),

@@ -169,6 +169,8 @@ def _draw_regions(ax: Axes, study: Study, case: Case) -> dict[str, Any]:
     if (slope >= 1).any():
         ax.contour(found.frequency, found.rho, slope, levels=[1.0], colors="k", linewidths=0.9)
     ax.grid(False)
+    ax.set_xlim(frequency[0], frequency[-1])
+    ax.set_ylim(rho[0], rho[-1])
     ax.set_xlabel("frequency (Hz)")
     return {
         "share_diverging": float((slope >= 1).mean()),

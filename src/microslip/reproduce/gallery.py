@@ -100,12 +100,12 @@ def _trends(report: dict[str, Any]) -> str:
 
 
 def _errata(report: dict[str, Any]) -> str:
-    entry = report["figures"].get("errata")
-    if entry is None:
+    effects = report["figures"].get("errata", {}).get("data", {})
+    if not effects:
         return ""
-    rhos = [key for key in entry["data"]["corrected"] if key.startswith("rho_")]
+    rhos = [key for key in effects["corrected"] if key.startswith("rho_")]
     rows = []
-    for name, found in entry["data"].items():
+    for name, found in effects.items():
         cells = [name, found.get("printed", "")]
         for rho in rhos:
             bound = "≥ " if found[rho].get("bound") else ""
