@@ -6,11 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import find_peaks
 
-from microslip.modal_force import dynamic_equivalent
 from microslip.plots.style import BLACK, DOUBLE, DRIVES, GREY, MM, house_style, letters, new_figure
 from microslip.reproduce.plate import Plate, Trend
 from microslip.reproduce.settings import PAPER_RHO
-from microslip.reproduce.study import Study
+from microslip.reproduce.study import Study, dynamic_equivalent
 from microslip.reproduce.variants import read_table
 
 MESH = 0.02
@@ -20,11 +19,10 @@ MESH = 0.02
 @house_style
 def fig10(study: Study) -> Plate:
     """Points of the time domain on the curves of the tables."""
-    a = study.assembly
     points = study.time_points(PAPER_RHO, study.settings.time_frequencies)
     amplitude = np.array([abs(p.steady.amplitude) for p in points])
     frequency = np.array([p.steady.frequency for p in points])
-    dynamic = np.array([dynamic_equivalent(p.steady, a.model, a.states) for p in points])
+    dynamic = np.array([dynamic_equivalent(study, p) for p in points])
     best = study.tables["mode"].amplitude[int(np.argmax(study.tables["mode"].gamma_eq))]
     figure = new_figure(DOUBLE, 85 * MM)
     axes = figure.subplots(1, 2)

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip.errors import MicroslipError
-from microslip.modal_force import phases
 from microslip.plots.style import (
     BLACK,
     COLUMN,
@@ -22,7 +21,7 @@ from microslip.reproduce.settings import PAPER_RHO
 from microslip.reproduce.study import Study
 from microslip.steady import SteadyState
 from microslip.threads import in_threads, workers
-from microslip.timedomain import Request, solve_request
+from microslip.timedomain import Request, phases, solve_request
 from microslip.transient import period_error
 
 FREQUENCY = 174.0
