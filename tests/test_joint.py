@@ -16,7 +16,14 @@ from pydantic import BaseModel
 
 from microslip import units
 from microslip.errors import InputError
-from microslip.excitation import FreeDecay, MeasuredSignal, Sine, SteppedSine, SweptSine
+from microslip.excitation import (
+    FreeDecay,
+    MeasuredSignal,
+    Sine,
+    SteppedSine,
+    SweptSine,
+    prepare_histories,
+)
 from microslip.joint import (
     CycleAnalysis,
     LapJoint,
@@ -141,6 +148,13 @@ def test_example_is_the_reference_joint():
     assert joint.load.greatest_damping_at == 2.4
     assert joint.analysis.cycle is not None
     assert joint.analysis.response is not None
+
+
+@pytest.mark.parametrize("file", sorted(EXAMPLE.parent.glob("*.toml")), ids=lambda p: p.stem)
+def test_every_example_is_valid_down_to_its_signals(file):
+    joint = load_joint(file)
+    for item in prepare_histories(joint.analysis.history, 174.9):
+        assert len(item.load) > 1000
 
 
 def test_template_is_the_example_with_every_default_written_out(tmp_path):
@@ -501,6 +515,14 @@ def test_a_measured_signal_lies_beside_the_joint_file(document, tmp_path):
     (tmp_path / "joint.toml").write_text(text + "dataset = 2\n")
     with pytest.raises(InputError, match="dataset = 2: is for universal files"):
         load_joint(tmp_path / "joint.toml")
+
+
+def test_example_signals_agree():
+    """The same blow as CSV in ms and kN m/m, and as a universal file in s and N m/m, half."""
+    joint = load_joint(EXAMPLE.parent / "lap_joint_measured.toml")
+    csv, universal = prepare_histories(joint.analysis.history, 174.9)
+    assert csv.load.max() == pytest.approx(1500, rel=0.01)
+    assert universal.load == pytest.approx(0.5 * csv.load, abs=0.05)
 
 
 def test_steps_are_counted_at_the_highest_frequency(document):
