@@ -168,7 +168,11 @@ def _numbers(study: Study, errors: dict[float, dict[str, dict[str, Any]]]) -> li
         ),
         Number("resonance_rho_0_8", peak.frequency, opening),
         Number("resonance_shift", peak.frequency - sliding, opening),
-        Number("amplitude_drop", 1 - peak.amplitude / unit, "Follows from the calibration of ρ."),
+        Number(
+            "amplitude_drop",
+            1 - peak.amplitude / unit,
+            "Follows from the calibration of ρ, which fixes the load.",
+        ),
         Number(
             "rom_error_peak",
             abs(float(np.abs(near.amplitude[0])) / peak.amplitude - 1) if answered else None,
@@ -180,14 +184,14 @@ def _numbers(study: Study, errors: dict[float, dict[str, dict[str, Any]]]) -> li
         Number(
             "rom_error_worst",
             worst["worst"],
-            f"The model as printed with friction alone, {worst['no_answer']} frequencies without "
-            f"an answer left out; consistent and mode-driven {_text(better['worst'])}, refined "
+            f"The model as printed with friction alone; frequencies without an answer "
+            f"({worst['no_answer']}) are left out. Consistent and mode-driven {_text(better['worst'])}, refined "
             f"{_text(best['worst'])}.",
         ),
         Number(
             "rom_error_worst_hz",
             worst["worst_hz"],
-            "On the flank, where frequency errors weigh most.",
+            "Where the models and the time domain jump at different frequencies.",
         ),
     ]
 

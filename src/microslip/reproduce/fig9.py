@@ -62,7 +62,7 @@ def fig9(study: Study) -> Plate:
                 "energy_peak_hz",
                 float(frequency[top]),
                 "At ρ = 0.8 the joint nearly opens at resonance and softens below its sliding "
-                "frequency; the paper's joint does not.",
+                "frequency; the paper's has its resonance above it.",
             ),
             Number(
                 "energy_error",
