@@ -185,8 +185,8 @@ def _numbers(study: Study, errors: dict[float, dict[str, dict[str, Any]]]) -> li
             "rom_error_worst",
             worst["worst"],
             f"The model as printed with friction alone; frequencies without an answer "
-            f"({worst['no_answer']}) are left out. Consistent and mode-driven {_text(better['worst'])}, refined "
-            f"{_text(best['worst'])}.",
+            f"({worst['no_answer']}) are left out. Consistent and mode-driven "
+            f"{_text(better['worst'])}, refined {_text(best['worst'])}.",
         ),
         Number(
             "rom_error_worst_hz",
