@@ -59,7 +59,8 @@ def fig10(study: Study) -> Plate:
         figure,
         f"(a) Equivalent damping and (b) stiffness over ω_sl² against the modal amplitude, over "
         f"that of the greatest damping of the mode-driven table, q*. Tables from quasi-static "
-        f"cycles; points from the time domain at ρ = {PAPER_RHO:g}, {frequency.min():g} to {frequency.max():g} Hz.",
+        f"cycles; points from the time domain at ρ = {PAPER_RHO:g}, {frequency.min():g} to "
+        f"{frequency.max():g} Hz.",
         trends=[
             *(one_peak(study.tables[name].gamma_eq, name) for name in study.tables),
             *(falls(study.tables[name].k_eq, name) for name in study.tables),
