@@ -529,9 +529,18 @@ def test_steps_are_counted_at_the_highest_frequency(document):
     sweep = {"signal": "swept_sine", "from": 190, "to": 160, "duration": 1, "moment": 5}
     step = {"signal": "stepped_sine", "frequencies": [100, 250, 50], "cycles": 4, "moment": 5}
     decay = {**DECAY, "start": "mode", "modal_amplitude": 1e-3, "steps": 40}
-    document["analysis"]["history"] = [sweep, step, decay]
+    slow = {**SINE, "frequency": 10}
+    document["analysis"]["history"] = [sweep, step, decay, slow]
     found = [h.resolution(174.0) for h in parse_joint(document).analysis.history]
-    assert found == pytest.approx([1 / (150 * 190), 1 / (150 * 250), 1 / (40 * 174)])
+    expected = [1 / (150 * 190), 1 / (150 * 250), 1 / (40 * 174), 1 / (150 * 174)]
+    assert found == pytest.approx(expected)
+    after = {**DECAY, "start": "steady", "frequency": 20, "moment": 5}
+    document["analysis"]["history"] = [after]
+    (history,) = parse_joint(document).analysis.history
+    with pytest.raises(ValueError, match="150 per cycle at 20 Hz are fewer than 20 per cycle of"):
+        history.resolution(174.0)
+    finer = history.model_copy(update={"steps": 200})
+    assert finer.resolution(174.0) == pytest.approx(1 / (200 * 20))
 
 
 def test_a_step_too_long_for_the_joint_is_refused_once_its_frequency_is_known(document):
