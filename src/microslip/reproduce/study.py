@@ -176,7 +176,13 @@ class Study:
                 upper=self.settings.upper_modes,
                 compliance=self.compliance,
             )
-            table, failures = refined_table(held, drive.amplitude, steps=self.settings.cycle_steps)
+            table, failures = refined_table(
+                held,
+                float(drive.amplitude[0]),
+                float(drive.amplitude[-1]),
+                len(drive.amplitude),
+                steps=self.settings.cycle_steps,
+            )
             self.failures += failures
             offset = moment_offset(held, 0.01 * float(drive.amplitude[0]))
             self.progress.finish()
