@@ -45,6 +45,7 @@ COARSE = replace(
     smallest=4e-4,  # below it single pairs slip on so coarse a mesh
     amplitudes=12,
     summit=(7e-3, 16e-3, 6),
+    prescribed=14,
     cycle_steps=120,
     step_counts=(20, 60, 120),
     frequencies=501,

@@ -166,7 +166,8 @@ class Study:
         a, drive = self.assembly, self.run.tables["mode"]
         omega = 0.5 * (a.states.sliding_omega + a.states.stuck_omega)
         with self.timed("cycles_prescribed"):
-            self.progress.start("cycles, mode prescribed", 1)
+            count = self.settings.prescribed
+            self.progress.start("cycles, mode prescribed", count)
             held = hold_mode(
                 a.model,
                 a.prestress,
@@ -180,8 +181,9 @@ class Study:
                 held,
                 float(drive.amplitude[0]),
                 float(drive.amplitude[-1]),
-                len(drive.amplitude),
+                count,
                 steps=self.settings.cycle_steps,
+                advance=self.progress.advance,
             )
             self.failures += failures
             offset = moment_offset(held, 0.01 * float(drive.amplitude[0]))
