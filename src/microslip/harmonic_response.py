@@ -39,7 +39,9 @@ from microslip.harmonic import (
     linear_operator,
     load_derivative,
     padded,
+    pull,
     to_complex,
+    walking,
     with_harmonics,
 )
 from microslip.harmonic_solver import HarmonicSolver
@@ -75,6 +77,11 @@ class HarmonicPoint:
         Work per cycle of the load, and of the material damping.
     strain, kinetic : float
         Mean energies of the vibration over a cycle (the static mean left out).
+    walk : float
+        Drift of the bodies past each other, m per cycle (mean over the pairs).
+    pull : float
+        Mean force of the supports against sliding over the friction available; where it is large the
+        supports have stopped a walk.
     residual : float
         Largest entry of the equations over the largest prestress reaction.
     tail : float
@@ -99,6 +106,8 @@ class HarmonicPoint:
     material_work: float
     strain: float
     kinetic: float
+    walk: float
+    pull: float
     residual: float
     tail: float
     iterations: int
@@ -246,6 +255,8 @@ def describe(equations: _Equations, iterations: int, seconds: float) -> Harmonic
         material_work=float(np.pi * (modal.sum() + (h[:, 0] * damping * twice_static).sum())),
         strain=float(0.25 * (np.sum(model.omega**2 * np.abs(eta) ** 2) + twice_static.sum())),
         kinetic=float(0.25 * np.sum((h * operator.omega * np.abs(eta)) ** 2)),
+        walk=float(problem.drift(point.w[u.size :]).mean()),
+        pull=pull(problem, point.w),
         residual=float(np.abs(equations.F).max()),
         tail=float(np.sqrt(size[-2:].sum() / max(size.sum(), 1e-300))),
         iterations=iterations,
@@ -303,6 +314,9 @@ class Adaptive:
 
 ADDED = 4
 """Harmonics added at a time."""
+
+PULL = 1e-4
+"""`HarmonicPoint.pull` beyond which a joint is let go to walk."""
 
 CONTROL = StepControl(
     first=0.02, smallest=1e-6, largest=0.5, good_iterations=6, tolerance=0.1 * ACCEPTED
@@ -431,30 +445,39 @@ def frequency_response(
 
 
 class _Ladder:
-    """Paths with more and more harmonics, each with its own factorisation to reuse."""
+    """Paths with more and more harmonics, held or walking, each with its factorisation to reuse."""
 
     def __init__(self, path: FrequencyPath) -> None:
-        self.paths = {path.problem.harmonics: path}
+        self.paths = {(path.problem.harmonics, False): path}
         self.base = path
 
     def solve(
         self, w: Array, frequency: float, adaptive: Adaptive | None, control: StepControl
     ) -> HarmonicPoint:
+        """Solve with the harmonics of the branch; let go a joint that walks; add harmonics."""
         began = clock.perf_counter()
         path, total = self.base, 0
         while True:
             w, equations, iterations = solve_at(path, w, frequency, control)
             total += iterations
             assert isinstance(equations, _Equations)
+            problem = path.problem
             point = describe(equations, total, clock.perf_counter() - began)
-            more = path.problem.harmonics + ADDED
+            if point.pull > PULL:
+                released, w = walking(problem, w)
+                path = self._path(released)
+                continue
+            more = problem.harmonics + ADDED
             if adaptive is None or point.tail <= adaptive.tolerance or more > adaptive.most:
                 return point
-            if more not in self.paths:
-                problem = with_harmonics(path.problem, more)
-                self.paths[more] = FrequencyPath(problem, path.load, path.parameter_scale)
-            w = padded(path.problem, self.paths[more].problem, w)
-            path = self.paths[more]
+            path = self._path(with_harmonics(problem, more))
+            w = padded(problem, path.problem, w)
+
+    def _path(self, problem: HarmonicProblem) -> FrequencyPath:
+        key = (problem.harmonics, problem.walks)
+        if key not in self.paths:
+            self.paths[key] = FrequencyPath(problem, self.base.load, self.base.parameter_scale)
+        return self.paths[key]
 
 
 def amplitude_sweep(

@@ -84,7 +84,11 @@ class Condensed:
             # W_NL W_LL^-1: the transpose of K, but the middle pair counts once and others twice
             self.left.append((K * once[L, None] / once[N]).T)
             S.append(W[np.ix_(N, N)] - W[np.ix_(N, L)] @ K)
-        self.linear_of_q = sl.lu_solve(self.factors[0], problem.rigid_spread[L], check_finite=False)
+        self.spread = problem.rigid_spread.copy()
+        self.stiffness = problem.rigid_stiffness.copy()
+        if problem.walks:
+            self.spread[:, -1] = self.stiffness[:, -1] = 0.0
+        self.linear_of_q = sl.lu_solve(self.factors[0], self.spread[L], check_finite=False)
         fitting = (COUPLED // max(len(N), 1) - 1) // 2
         coupled = min(max(fitting, LEAST_COUPLED), problem.harmonics)
         self.groups = [range(coupled + 1)]
@@ -111,12 +115,12 @@ class Condensed:
         of_linear = _columns([-self.K[h] for h in group], mean, len(L), c, e)
         M = np.eye(n * c + e, dtype=np.float32)
         if mean:
-            R_S = problem.rigid_spread[N] - self.left[0] @ problem.rigid_spread[L]
+            R_S = self.spread[N] - self.left[0] @ self.spread[L]
             R_below = problem.rigid_gather[N] - self.K[0].T @ problem.rigid_gather[L]
             of_changing[:, 0, n * c :] = eps[N, None] * R_S
             of_linear[:, 0, n * c :] = self.linear_of_q
             M[n * c :, : n * c : c] = problem.spring * R_below.T
-            stiffness = problem.rigid_gather[L].T @ self.linear_of_q + problem.rigid_stiffness
+            stiffness = problem.rigid_gather[L].T @ self.linear_of_q + self.stiffness
             M[n * c :, n * c :] = problem.spring * stiffness
         row_of = np.zeros(len(problem.rows), dtype=np.int64)
         row_of[N], row_of[L] = np.arange(n), np.arange(len(L))
@@ -131,6 +135,9 @@ class Condensed:
             normal = component - 1
             source = of_changing if changing[normal] else of_linear
             rows[k] -= cycle.tn[pair, own, own] @ source[row_of[normal]]
+            if mean and problem.walks:
+                drift = eps[component] * problem.rigid_spread[component, -1]
+                rows[k, :, -1] -= cycle.td[pair, own] * drift
         return M
 
     def solve(self, right: Array) -> Array:
@@ -307,4 +314,4 @@ class HarmonicSolver:
         assert self._factor is not None
         old = self._factor.operator.problem
         new = operator.problem
-        return old.table is new.table and old.model is new.model and old.residual is new.residual
+        return old.table is new.table and old.residual is new.residual and old.walks == new.walks
