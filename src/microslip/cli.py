@@ -226,8 +226,12 @@ def seconds(joint: LapJoint, dofs: int, history_steps: int = 0) -> float:
         cycles = len(cycle.drives) * len(joint.cycle_amplitudes()) * min(5, cycle.max_cycles)
         total += 8e-9 * pairs**2 * cycle.steps * cycles
     if analysis.response is not None and joint.load is not None:
-        curves = len(joint.load.values) * len(analysis.response.variants)
+        curves = len(joint.load.values) * len(joint.variants)
         total += 5e-5 * curves * analysis.response.count
+    if "refined" in joint.variants and joint.contact.friction > 0:
+        reduced = analysis.reduced
+        cycles = reduced.amplitudes * min(5, reduced.max_cycles) + 100
+        total += 8e-9 * pairs**2 * reduced.steps * cycles
     if analysis.time is not None and joint.load is not None:
         points = len(joint.load.values) * len(analysis.time.band())
         history_steps += points * analysis.time.steps * min(25, analysis.time.max_cycles)

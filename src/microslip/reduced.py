@@ -38,7 +38,7 @@ from microslip.states import LinearStates
 
 Array = NDArray[np.float64]
 
-VARIANTS = ("printed", "consistent")
+VARIANTS = ("printed", "consistent", "refined")
 
 CONVERGED, NOT_CONVERGED, OUTSIDE = 0, 1, 2
 """Flags of a point: converged; iteration did not end; amplitude above the table."""
@@ -168,6 +168,8 @@ class Response:
         ``|g'|`` at the answer.
     flag : (n,) int array
         0 converged, 1 not converged, 2 amplitude above the table.
+    error_indicator : (n,) array, optional
+        Estimated relative error of the amplitude, see `trust.py`.
     """
 
     variant: str
@@ -180,6 +182,7 @@ class Response:
     iterations: NDArray[np.int64]
     contraction: Array
     flag: NDArray[np.int64]
+    error_indicator: Array | None = None
 
     @property
     def peak(self) -> int:

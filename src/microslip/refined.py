@@ -55,11 +55,11 @@ def refined_table(
     largest: float,
     count: int = 48,
     *,
-    steps: int = 300,
-    cycles: int = 5,
-    closure: float = 1e-5,
+    steps: int = 200,
+    cycles: int = 4,
+    closure: float = 1e-4,
     band: tuple[float, float] | None = None,
-    knots: int = 10,
+    knots: int = 8,
     threads: int | None = None,
     advance: Callable[[], None] = lambda: None,
 ) -> tuple[EquivalentTable, list[str]]:
@@ -77,6 +77,7 @@ def refined_table(
     steps, cycles : int
         Load steps per cycle, and cycles at most.
     closure : float
+        Change of the reactions between cycles, over the largest prestress reaction, that ends them.
     band : tuple of float, optional
         Circular frequencies in which upper harmonics matter; by default 0.93 to 1.1 times the
         reference frequency.
@@ -102,9 +103,16 @@ def refined_table(
     failures: list[str] = []
 
     def one(a: float) -> PrescribedCycle | str:
+        below = [c for c in solved if abs(c.q) < a] if len(solved) > 4 else []
         try:
             return prescribed_cycle(
-                held, a, steps=steps, cycles=cycles, closure=closure, harmonics=HIGHEST
+                held,
+                a,
+                steps=steps,
+                cycles=cycles,
+                closure=closure,
+                harmonics=HIGHEST,
+                start=below[-1].state if below else None,
             )
         except ContactError as error:
             return f"prescribed cycle at amplitude {a:.4g}: {error}"
@@ -112,12 +120,14 @@ def refined_table(
     solved: list[PrescribedCycle] = []
     wanted = list(np.geomspace(smallest, largest, count - count // 2))
     while wanted:
+        found = []
         for outcome in in_threads(one, wanted, workers_used):
             if isinstance(outcome, str):
                 failures.append(outcome)
             else:
-                solved.append(outcome)
+                found.append(outcome)
             advance()
+        solved += found
         solved.sort(key=lambda c: abs(c.q))
         missing = min(count - len(solved) - len(failures), -(-count // 4))
         wanted = _between(solved, missing) if len(solved) > 4 else []

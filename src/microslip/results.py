@@ -266,6 +266,12 @@ def _response_row(result: LapRun, response: Response) -> dict[str, Any]:
         "points": len(response.frequency),
         "contraction_max": response.contraction.max(),
         "iterations_max": response.iterations.max(),
+        "error_indicator_max": None
+        if response.error_indicator is None or not any_answer
+        else response.error_indicator[response.flag == CONVERGED].max(),
+        "error_indicator_at_peak": None
+        if response.error_indicator is None or not any_answer
+        else response.error_indicator[response.peak],
     }
 
 
@@ -541,6 +547,12 @@ def _response_dataset(result: LapRun) -> xr.Dataset:
             flag_meanings="converged not_converged amplitude_above_table",
         ),
     }
+    if any(r.error_indicator is not None for r in responses):
+        unknown = np.full(len(responses[0].frequency), np.nan)
+        estimates = [unknown if r.error_indicator is None else r.error_indicator for r in responses]
+        data["error_indicator"] = variable(
+            grid, stack(estimates), "1", "estimated relative error of the amplitude"
+        )
     if result.frictionless is not None:
         reference = result.frictionless
         data["frictionless_compliance"] = variable(
