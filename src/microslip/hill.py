@@ -43,6 +43,9 @@ from microslip.harmonic import (
 )
 from microslip.harmonic_solver import HarmonicSolver
 
+SLOW = 0.25
+"""Share of omega below which an exponent counts as slow: the quadratic is good to about |s/omega|²."""
+
 SOLVED = 1e-9
 """Relative residual of the linear systems."""
 
@@ -54,7 +57,7 @@ class HillExponents:
     Attributes
     ----------
     exponents : (k,) complex array
-        s, 1/s, nearest to zero first.
+        s, 1/s, nearest to zero first; only those that are slow.
     period : float
         Of the response, s.
     """
@@ -92,7 +95,7 @@ def hill_exponents(
     w : (n,) array
         A solution of `problem`.
     count : int
-        How many exponents.
+        How many exponents are sought; those that are not slow are left out.
     solver : HarmonicSolver, optional
         With a factorisation to reuse.
 
@@ -134,7 +137,8 @@ def hill_exponents(
                 f"stability at {frequency:.6g} Hz: no exponent converged; ask for fewer"
             ) from error
     exponents = 1 / values[np.argsort(-np.abs(values))]
-    return HillExponents(exponents, 1 / frequency)
+    slow = np.abs(exponents) < SLOW * operator.omega
+    return HillExponents(exponents[slow], 1 / frequency)
 
 
 def _derivatives(operator: LinearOperator) -> tuple[LinearOperator, LinearOperator]:
