@@ -130,13 +130,15 @@ class _Equations:
     def __init__(
         self,
         operator: LinearOperator,
+        frequency: float,
         load: float,
         w: Array,
         solver: HarmonicSolver,
         parameter: str,
     ) -> None:
         self.operator = operator
-        self.load = load
+        self.frequency = float(frequency)
+        self.load = float(load)
         self.solver = solver
         self.parameter = parameter
         self.scale = operator.problem.force_scale
@@ -189,7 +191,7 @@ class FrequencyPath(_Path):
         if not frequency > 0:
             raise ContinuationError(f"frequency {frequency:g} Hz must be positive")
         operator = linear_operator(self.problem, 2 * np.pi * frequency)
-        return _Equations(operator, self.load, w, self.solver, "frequency")
+        return _Equations(operator, frequency, self.load, w, self.solver, "frequency")
 
 
 class LoadPath(_Path):
@@ -211,7 +213,7 @@ class LoadPath(_Path):
 
     def at(self, w: Array, load: float) -> _Equations:
         """Equations under a load."""
-        return _Equations(self.operator, load, w, self.solver, "load")
+        return _Equations(self.operator, self.frequency, load, w, self.solver, "load")
 
 
 def describe(equations: _Equations, iterations: int, seconds: float) -> HarmonicPoint:
@@ -240,7 +242,7 @@ def describe(equations: _Equations, iterations: int, seconds: float) -> Harmonic
     work = np.pi * np.sum(h * (R * V.conj()).imag, axis=0)
     size = np.sum(np.abs(R) ** 2, axis=1)
     return HarmonicPoint(
-        frequency=operator.omega / (2 * np.pi),
+        frequency=equations.frequency,
         load=load,
         harmonics=problem.harmonics,
         w=point.w,
@@ -276,14 +278,16 @@ def _residual_energy(operator: LinearOperator, R: Complex, load: float) -> Array
 
 @dataclass(frozen=True)
 class HarmonicResponse:
-    """Responses along a branch.
+    """Responses along one branch, or two that do not meet in the range.
 
     Attributes
     ----------
     points : tuple of HarmonicPoint
-        In order along the branch; where it folds, the same frequency comes more than once.
-    branch : Branch
-        As it was followed, to restart from; parameter Hz or load.
+        In order along the branches; where they fold, the same frequency comes more than once.
+    branch_of : tuple of int
+        Which branch each point is on.
+    branches : tuple of Branch
+        As they were followed, to restart from; parameter Hz or load.
     folds : tuple of HarmonicPoint
         Where the parameter turns round.
     failures : tuple of str
@@ -291,7 +295,8 @@ class HarmonicResponse:
     """
 
     points: tuple[HarmonicPoint, ...]
-    branch: Branch
+    branch_of: tuple[int, ...]
+    branches: tuple[Branch, ...]
     folds: tuple[HarmonicPoint, ...]
     failures: tuple[str, ...]
 
@@ -384,7 +389,7 @@ def frequency_response(
     control: StepControl = CONTROL,
     observe: Callable[[float], None] | None = None,
 ) -> HarmonicResponse:
-    """Responses at given frequencies, all branches that hang together.
+    """Responses at given frequencies, on all branches that start at either end of them.
 
     Parameters
     ----------
@@ -413,35 +418,64 @@ def frequency_response(
             observe(point.p)
         return False
 
-    path, branch = follow_frequency(
-        problem, load, (wanted[0], wanted[-1]), control=control, observe=tell
-    )
-    failures = [f"branch at load {load:.4g}: {branch.ended}"] if branch.ended != "range" else []
-    points: list[tuple[float, HarmonicPoint]] = []
+    first, last = float(wanted[0]), float(wanted[-1])
+    path, branch = follow_frequency(problem, load, (first, last), control=control, observe=tell)
+    branches, failures = [branch], []
+    if branch.ended != "range":
+        failures.append(f"branch at load {load:.4g} from {first:.6g} Hz: {branch.ended}")
+    if branch.points[-1].p != last:
+        try:
+            _, other = follow_frequency(problem, load, (last, first), control=control, observe=tell)
+        except ContinuationError as error:
+            failures.append(str(error))
+        else:
+            if other.ended != "range":
+                failures.append(f"branch at load {load:.4g} from {last:.6g} Hz: {other.ended}")
+            branches.append(other)
     ladder = _Ladder(path)
-    for frequency in wanted:
-        guesses = crossings(branch.points, float(frequency))
+    points: list[tuple[int, float, HarmonicPoint]] = []
+    for frequency in map(float, wanted):
+        guesses = [
+            (number, place, guess)
+            for number, way in enumerate(branches)
+            for guess, place in crossings(way.points, frequency)
+        ]
         if not guesses:
             failures.append(f"{frequency:.6g} Hz at load {load:.4g}: not on the branch found")
-        for guess, place in guesses:
+        for number, place, guess in guesses:
             try:
-                point = ladder.solve(guess, float(frequency), adaptive, control)
+                point = ladder.solve(guess, frequency, adaptive, control)
             except ContinuationError as error:
                 failures.append(f"{frequency:.6g} Hz at load {load:.4g}: {error}")
-            else:
-                share = abs(frequency - branch.points[place].p)
-                points.append((place + share / (share + 1), point))
-    points.sort(key=lambda item: item[0])
+                continue
+            if any(_same(point, old) for _, _, old in points):
+                continue
+            share = abs(frequency - branches[number].points[place].p)
+            points.append((number, place + share / (share + 1), point))
+    points.sort(key=lambda item: item[:2])
     folds = []
-    for index in branch.folds:
-        try:
-            turn = fold(path, branch, index, control)
-            folds.append(describe(path.at(turn.u, turn.p), turn.iterations, 0.0))
-        except ContinuationError as error:
-            failures.append(f"fold near {branch.points[index].p:.6g} Hz: {error}")
+    for way in branches:
+        for index in way.folds:
+            try:
+                turn = fold(path, way, index, control)
+                folds.append(describe(path.at(turn.u, turn.p), turn.iterations, 0.0))
+            except ContinuationError as error:
+                failures.append(f"fold near {way.points[index].p:.6g} Hz: {error}")
     return HarmonicResponse(
-        tuple(point for _, point in points), branch, tuple(folds), tuple(failures)
+        points=tuple(point for _, _, point in points),
+        branch_of=tuple(number for number, _, _ in points),
+        branches=tuple(branches),
+        folds=tuple(folds),
+        failures=tuple(failures),
     )
+
+
+def _same(one: HarmonicPoint, other: HarmonicPoint) -> bool:
+    """The same response, found twice."""
+    if one.frequency != other.frequency or one.harmonics != other.harmonics:
+        return False
+    size = np.abs(other.output[1]).max()
+    return bool(np.abs(one.output[1] - other.output[1]).max() <= 1e-4 * size)
 
 
 class _Ladder:
@@ -517,10 +551,11 @@ def amplitude_sweep(
             points.append(describe(equations, iterations, clock.perf_counter() - began))
     folds = [fold(path, branch, index, control) for index in branch.folds]
     return HarmonicResponse(
-        tuple(points),
-        branch,
-        tuple(describe(path.at(turn.u, turn.p), turn.iterations, 0.0) for turn in folds),
-        tuple(failures),
+        points=tuple(points),
+        branch_of=(0,) * len(points),
+        branches=(branch,),
+        folds=tuple(describe(path.at(turn.u, turn.p), turn.iterations, 0.0) for turn in folds),
+        failures=tuple(failures),
     )
 
 
