@@ -78,8 +78,7 @@ def stuck_receptance(reference, omega, damped=True):
 def test_small_amplitude_is_the_stuck_mode(small_reference, states):
     """With inertia at the stuck frequency the held mode resonates exactly there.
 
-    ``omega_sl² (1 + k_eq) = omega_st²`` holds only if all other modes have their inertia, up to the
-    share of the mode's mass that the reduction leaves without.
+    ``omega_sl² (1 + k_eq) = omega_st²`` holds only if all other modes have their inertia.
     """
     bonded = small_reference.start.bonded(2)
     stuck = 2 * np.pi * small_reference.model.bonded_frequencies(bonded, 4)
@@ -87,12 +86,13 @@ def test_small_amplitude_is_the_stuck_mode(small_reference, states):
     held = held_joint(small_reference, states, omega=float(stuck))
     cycle = prescribed_cycle(held, 1e-8, steps=40, cycles=2)
     k = (cycle.force / cycle.q).real / states.sliding_omega**2
-    g = small_reference.model.port_modes[:, small_reference.model.port("sliding")]
-    truncated = 1 - g @ g
-    assert 0 < truncated < 1e-4
-    assert np.sqrt(1 + k) * states.sliding_omega == pytest.approx(stuck, rel=truncated)
+    resonance = np.sqrt(1 + k) * states.sliding_omega
     static = prescribed_cycle(held_joint(small_reference, states, omega=0.0), 1e-8, steps=40)
-    assert (static.force / static.q).real > (cycle.force / cycle.q).real
+    k_static = (static.force / static.q).real / states.sliding_omega**2
+    without = np.sqrt(1 + k_static) * states.sliding_omega
+    # Rigid sliding keeps its static stiffness; it is a hundredth of what inertia is worth.
+    assert without - stuck > 5e-5 * stuck
+    assert abs(resonance - stuck) < 0.02 * (without - stuck)
 
 
 def test_small_amplitude_response_is_the_stuck_joint(small_reference, states, refined):
@@ -222,7 +222,7 @@ def test_refined_within_one_per_cent(reference, rho):
     pairs = np.flatnonzero(reference.start.touching)
     states = linear_states(reference.structure, pairs, "moment")
     held = held_joint(reference, states, upper=2)
-    table, _ = refined_table(held, 3e-5, 0.12)
+    table, _ = refined_table(held, 3e-6, 0.12)
     model = two_mode_model(
         states, "moment", reference.model.rayleigh, "refined", moment_offset(held, 1e-6)
     )
@@ -236,6 +236,14 @@ def test_refined_within_one_per_cent(reference, rho):
     error = np.abs(np.abs(response.amplitude[chosen]) / np.abs(truth) - 1)
     assert error.max() < 1e-2
     assert error[chosen == peak] < 3e-3
-    indicator = error_indicator(response, model, table)[chosen]
-    whole = np.abs(response.amplitude[chosen] / truth - 1)
-    assert spearmanr(whole, indicator)[0] > 0.3
+    # Cruder models of the same joint, judged by the refined one: the indicator ranks their errors.
+    crude = [
+        (replace(model, offset=np.zeros(2)), table),
+        (model, replace(table, upper=None)),
+    ]
+    errors, indicators = [], []
+    for cruder in crude:
+        other = forced_response(*cruder, BAND, load, variant="cruder")
+        errors.append(np.abs(other.amplitude[chosen] / truth - 1))
+        indicators.append(error_indicator(other, model, table)[chosen])
+    assert spearmanr(np.concatenate(errors), np.concatenate(indicators))[0] > 0.8

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from microslip.contact.planar import SEPARATED, STICK, _refactor
 from microslip.contact.solver import CERTIFICATE, TOLERANCE, singularity_named
 from microslip.contact.timestep import step_through
-from microslip.errors import ContactError, JointOpensError, MicroslipError
+from microslip.errors import ContactError, MicroslipError
 from microslip.model import JointModel
 from microslip.statics import Prestress
 
@@ -92,9 +92,12 @@ class March:
         At the end.
     friction_work : (m,) array
         J per metre of width.
-    external, modal_damping, residual_damping, normal_work : float
-        Work of the load, of material damping in the modes and in the residual part, and of the
-        normal reactions (an error of discretisation), J per metre of width.
+    external, modal_damping, normal_work : float
+        Work of the load, of material damping in the modes, and of the normal reactions (an error of
+        discretisation), J per metre of width.
+    residual_damping : float
+        Work that the reactions do on the residual part, J per metre of width: its material damping
+        over a full steady cycle; else the change of the energy stored there is in it as well.
     iterations, residual : (n,) arrays
     r, v, status : arrays or empty
         Histories, where asked for.
@@ -246,7 +249,9 @@ def prestressed_state(scheme: TimeScheme, amplitude: float = 0.0, omega: float =
 
 
 @singularity_named()
-def march(scheme: TimeScheme, state: State, load: Array, *, keep: bool = False) -> March:
+def march(
+    scheme: TimeScheme, state: State, load: Array, *, keep: bool = False, start_time: float = 0.0
+) -> March:
     """Integrate over ``len(load) - 1`` steps from `state`.
 
     Parameters
@@ -257,6 +262,8 @@ def march(scheme: TimeScheme, state: State, load: Array, *, keep: bool = False) 
         Amplitude of the driven port at every step, ``load[0]`` at the state itself.
     keep : bool
         Keep reactions, relative displacements and contact states of every step.
+    start_time : float
+        Time at the state, s: of a march that goes on another one, so that errors name its own time.
 
     Raises
     ------
@@ -335,7 +342,7 @@ def march(scheme: TimeScheme, state: State, load: Array, *, keep: bool = False) 
         step = failed if failed >= 0 else int(np.argmax(residual))
         worst = int(np.argmax(np.abs(r[::2])))
         raise ContactError(
-            f"contact not solved at t = {step * scheme.dt:.6g} s (step {step}, load "
+            f"contact not solved at t = {start_time + step * scheme.dt:.6g} s (step {step}, load "
             f"{load[step]:.4g}, pair {worst} at x = {scheme.model.position[worst]:.4g} m carries "
             "most): try more steps per cycle"
         )
@@ -363,16 +370,3 @@ def _output(scheme: TimeScheme, state: State, load: float) -> Array:
     k = scheme.kernel
     constant = k["out_load"][0] + k["out_load"][1] * load
     return constant + k["out_modes"].T @ state.eta - k["out_v"] @ state.r
-
-
-def check_closed(march_result: March) -> None:
-    """Raise `JointOpensError` where no pair touched at some kept step (time and load named)."""
-    if len(march_result.status) == 0:
-        return
-    open_all = (march_result.status == SEPARATED).all(axis=1)
-    if open_all.any():
-        i = int(np.argmax(open_all))
-        raise JointOpensError(
-            f"the joint opens at t = {march_result.time[i]:.6g} s under load "
-            f"{march_result.load[i]:.4g}: no pair touches"
-        )
