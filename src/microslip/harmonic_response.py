@@ -432,7 +432,7 @@ def frequency_response(
             if other.ended != "range":
                 failures.append(f"branch at load {load:.4g} from {last:.6g} Hz: {other.ended}")
             branches.append(other)
-    ladder = _Ladder(path)
+    ladder = _Ladder(path, control)
     points: list[tuple[int, float, HarmonicPoint]] = []
     for frequency in map(float, wanted):
         guesses = [
@@ -444,12 +444,22 @@ def frequency_response(
             failures.append(f"{frequency:.6g} Hz at load {load:.4g}: not on the branch found")
         for number, place, guess in guesses:
             try:
-                point = ladder.solve(guess, frequency, adaptive, control)
+                point = ladder.solve(guess, frequency, adaptive)
             except ContinuationError as error:
                 failures.append(f"{frequency:.6g} Hz at load {load:.4g}: {error}")
                 continue
             if any(_same(point, old) for _, _, old in points):
                 continue
+            if point.pull > PULL:
+                failures.append(
+                    f"{frequency:.6g} Hz at load {load:.4g}: the joint walks, and no steady walk was "
+                    f"found; its supports hold it with {point.pull:.1e} of the friction"
+                )
+            if adaptive is not None and point.tail > adaptive.tolerance:
+                failures.append(
+                    f"{frequency:.6g} Hz at load {load:.4g}: with {point.harmonics} harmonics the "
+                    f"last two still hold {point.tail:.1e} of the vibrating reactions"
+                )
             share = abs(frequency - branches[number].points[place].p)
             points.append((number, place + share / (share + 1), point))
     points.sort(key=lambda item: item[:2])
@@ -481,37 +491,50 @@ def _same(one: HarmonicPoint, other: HarmonicPoint) -> bool:
 class _Ladder:
     """Paths with more and more harmonics, held or walking, each with its factorisation to reuse."""
 
-    def __init__(self, path: FrequencyPath) -> None:
+    def __init__(self, path: FrequencyPath, control: StepControl) -> None:
         self.paths = {(path.problem.harmonics, False): path}
         self.base = path
+        self.control = control
 
-    def solve(
-        self, w: Array, frequency: float, adaptive: Adaptive | None, control: StepControl
-    ) -> HarmonicPoint:
-        """Solve with the harmonics of the branch; let go a joint that walks; add harmonics."""
+    def solve(self, w: Array, frequency: float, adaptive: Adaptive | None) -> HarmonicPoint:
+        """Solve with the harmonics of the branch; let go a joint that walks; add harmonics.
+
+        Where the second or the third does not succeed, the point before it is returned; its `pull`
+        and its `tail` say so.
+        """
         began = clock.perf_counter()
-        path, total = self.base, 0
-        while True:
-            w, equations, iterations = solve_at(path, w, frequency, control)
-            total += iterations
-            assert isinstance(equations, _Equations)
-            problem = path.problem
-            point = describe(equations, total, clock.perf_counter() - began)
-            if point.pull > PULL:
-                released, w = walking(problem, w)
-                path = self._path(released)
-                continue
-            more = problem.harmonics + ADDED
-            if adaptive is None or point.tail <= adaptive.tolerance or more > adaptive.most:
-                return point
-            path = self._path(with_harmonics(problem, more))
-            w = padded(problem, path.problem, w)
+        problem = self.base.problem
+        point = self._point(problem, w, frequency, 0, began)
+        if point.pull > PULL:
+            released, guess = walking(problem, point.w)
+            try:
+                point = self._point(released, guess, frequency, point.iterations, began)
+            except ContinuationError:
+                pass
+            else:
+                problem = released
+        while adaptive is not None and point.tail > adaptive.tolerance:
+            if problem.harmonics + ADDED > adaptive.most:
+                break
+            more = with_harmonics(problem, problem.harmonics + ADDED)
+            guess = padded(problem, more, point.w)
+            try:
+                point = self._point(more, guess, frequency, point.iterations, began)
+            except ContinuationError:
+                break
+            problem = more
+        return point
 
-    def _path(self, problem: HarmonicProblem) -> FrequencyPath:
+    def _point(
+        self, problem: HarmonicProblem, w: Array, frequency: float, before: int, began: float
+    ) -> HarmonicPoint:
         key = (problem.harmonics, problem.walks)
         if key not in self.paths:
             self.paths[key] = FrequencyPath(problem, self.base.load, self.base.parameter_scale)
-        return self.paths[key]
+        path = self.paths[key]
+        _, equations, iterations = solve_at(path, w, frequency, self.control)
+        assert isinstance(equations, _Equations)
+        return describe(equations, before + iterations, clock.perf_counter() - began)
 
 
 def amplitude_sweep(

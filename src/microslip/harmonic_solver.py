@@ -16,6 +16,7 @@ for later iterations, frequencies and loads, and renewed when GMRES needs many i
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
@@ -94,10 +95,13 @@ class Condensed:
         self.groups = [range(coupled + 1)]
         self.groups += [range(h, h + 1) for h in range(coupled + 1, problem.harmonics + 1)]
         # Single precision is enough for a preconditioner, and twice as fast.
-        self.lu = [
-            sl.lu_factor(self._assemble(S, group), overwrite_a=True, check_finite=False)
-            for group in self.groups
-        ]
+        with warnings.catch_warnings():
+            # a singular factor shows as a result that is not finite
+            warnings.simplefilter("ignore", sl.LinAlgWarning)
+            self.lu = [
+                sl.lu_factor(self._assemble(S, group), overwrite_a=True, check_finite=False)
+                for group in self.groups
+            ]
 
     def _assemble(self, S: list[Complex], group: range) -> NDArray[np.float32]:
         """Matrix over changing components by the coefficients of some harmonics, then q.
@@ -232,6 +236,8 @@ def gmres(
         direction = precondition(basis[j - 1].reshape(shape))
         directions.append(direction)
         w = apply(direction).ravel()
+        if not np.isfinite(w).all():
+            return np.zeros(shape), j, np.inf
         for _ in range(2):
             share = basis[:j] @ w
             w = w - share @ basis[:j]
@@ -292,13 +298,14 @@ class HarmonicSolver:
                 fresh = True
             else:
                 fresh = False
-            z, iterations, error = gmres(
-                lambda x: derivative_times(operator, cycle, x),
-                self._factor.solve,
-                right,
-                tolerance,
-                MAX_KRYLOV,
-            )
+            with np.errstate(invalid="ignore", over="ignore"):
+                z, iterations, error = gmres(
+                    lambda x: derivative_times(operator, cycle, x),
+                    self._factor.solve,
+                    right,
+                    tolerance,
+                    MAX_KRYLOV,
+                )
             self.counts.krylov += iterations
             if fresh:
                 self._fresh_iterations = iterations
