@@ -360,7 +360,7 @@ def _response_loads(
     elif strength == 0:
         result.rho_scale = 1.0
     else:
-        name = "consistent" if "consistent" in models else next(iter(models))
+        name = next(v for v in ("refined", "consistent", "printed") if v in models)
         band = np.linspace(0.9 * a.states.sliding_frequency, 1.1 * a.states.stuck_frequency, 1201)
         best = greatest_damping_load(*models[name], band, _search_bounds(a, models[name]))
         result.rho_scale = load.greatest_damping_at * best / strength

@@ -558,6 +558,20 @@ def all_amplitudes(
     return np.array(roots)
 
 
+def answers(
+    model: TwoModeModel, table: EquivalentTable, frequency: float, load: float
+) -> NDArray[np.complex128]:
+    """First harmonic of the sliding coordinate of every solution inside the table, ascending."""
+    curve = table_curve(table)
+    out, y = np.zeros(curve.coefficients.shape[2]), np.zeros(2, complex)
+    system = _system(model, curve, table.clamp, load)
+    found = []
+    for a in all_amplitudes(model, table, frequency, load):
+        _respond(a, 2 * np.pi * frequency, system, out, y)
+        found.append(complex(model.sliding @ y))
+    return np.array(found, complex)
+
+
 def greatest_damping_load(
     model: TwoModeModel, table: EquivalentTable, frequency: Array, bounds: tuple[float, float]
 ) -> float:
