@@ -36,7 +36,7 @@ from microslip.trust import error_indicator
 JOINT = Path(__file__).parents[2] / "examples" / "lap_joint.toml"
 FREQUENCY = np.arange(165.0, 190.5, 1.0)
 RHOS = (0.8, 1.6, 2.4, 3.2, 5.0)
-RHO_SCALE = 2.33e-3
+RHO_SCALE = 2.03e-3
 """C of M = C mu P L / rho, as a run of examples/lap_joint.toml finds it."""
 STEPS = 300
 
@@ -62,7 +62,7 @@ def tables(a: JointAssembly) -> dict[str, EquivalentTable]:
                 a.model, a.flexibility, a.prestress, port, share * opening, mu, max_cycles=5
             )
 
-        cycles = list(in_threads(cycle, np.geomspace(1e-5, 0.93, 48), workers()))
+        cycles = list(in_threads(cycle, np.geomspace(1e-5, 0.95, 48), workers()))
         found[drive] = equivalent_table(cycles, a.model, a.states, a.joint.clamp.force, drive)
     top = float(found["mode"].amplitude[-1])
     for name, omega in (("static", 0.0), ("inertia", middle(a))):
@@ -134,7 +134,9 @@ def truth(
 
 
 def nearest(m: Model, f: float, load: float, Q: complex) -> complex:
-    """The answer of a model nearest to the truth; nan where it has none in its table."""
+    """The answer of a model nearest to the truth; nan where the truth is outside its table."""
+    if abs(Q) > m.table.amplitude[-1]:
+        return complex(np.nan)
     found = answers(m.model, m.table, f, load)
     if len(found) == 0:
         return complex(np.nan)
