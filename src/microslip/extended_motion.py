@@ -219,7 +219,7 @@ def extended_motion(
 def _solved(path: LoadPath, w: Array, before: float, load: float) -> tuple[Array, HarmonicPoint]:
     """Solve at once from a solution nearby, or else follow the load from there."""
     try:
-        w, equations, iterations = solve_at(path, w, load, CONTROL)
+        w, _, iterations = solve_at(path, w, load, CONTROL)
     except ContinuationError:
         low, high = sorted((before, load))
         first = first_point(path, w, before, CONTROL, np.sign(load - before))
@@ -228,8 +228,8 @@ def _solved(path: LoadPath, w: Array, before: float, load: float) -> tuple[Array
             raise ContinuationError(
                 f"harmonic balance got to {branch.points[-1].p / load:.3g} of it ({branch.ended})"
             ) from None
-        w, equations, iterations = solve_at(path, branch.points[-1].u, load, CONTROL)
-    return w, describe(equations, iterations, 0.0)
+        w, _, iterations = solve_at(path, branch.points[-1].u, load, CONTROL)
+    return w, describe(path.at(w, load), iterations, 0.0)
 
 
 def _next(tried: Sequence[tuple[complex, complex]]) -> complex:

@@ -67,6 +67,9 @@ MOST_COLUMNS = 20_000
 Variant = Literal["printed", "consistent", "refined"]
 Drives = Annotated[tuple[Drive, ...], OneOrMore]
 Variants = Annotated[tuple[Variant, ...], OneOrMore]
+BackboneMethod = Literal["quasi_static", "prescribed", "harmonic"]
+BackboneMethods = Annotated[tuple[BackboneMethod, ...], OneOrMore]
+ModeNumbers = Annotated[tuple[Annotated[Count, Field(ge=1, le=2000)], ...], OneOrMore]
 LoadKind = Literal["moment", "moment_over_clamp_force_length", "rho"]
 
 
@@ -276,6 +279,31 @@ class ReducedAnalysis(Section):
         return self
 
 
+class BackboneAnalysis(Section):
+    """Natural frequency and damping ratio of modes of the joint against their amplitude.
+
+    `smallest` and `largest` are fractions of the amplitude at which the inertia of the mode opens
+    the joint.
+    """
+
+    modes: ModeNumbers = (1,)
+    methods: BackboneMethods = ("quasi_static", "prescribed")
+    smallest: Number = Field(default=1e-5, gt=0, lt=1)
+    largest: Number = Field(default=MOST_OF_OPENING, gt=0, lt=1)
+    count: Count = Field(default=30, ge=2, le=1000)
+    steps: Count = Field(default=150, ge=20, le=100_000)
+    max_cycles: Count = Field(default=4, ge=2, le=1000)
+    harmonics: Count = Field(default=5, ge=1, le=50)
+
+    @model_validator(mode="after")
+    def _ascending(self) -> Self:
+        _distinct("methods", self.methods)
+        _distinct("modes", self.modes)
+        if self.largest <= self.smallest:
+            raise Rule("largest", f"must be above analysis.backbone.smallest, {self.smallest:g}")
+        return self
+
+
 class TimeAnalysis(Section):
     """Steady states by time integration with full contact: the truth at a few frequencies."""
 
@@ -327,6 +355,7 @@ class Analysis(Section):
     cycle: CycleAnalysis | None = None
     response: ResponseAnalysis | None = None
     reduced: ReducedAnalysis = Field(default_factory=ReducedAnalysis)
+    backbone: BackboneAnalysis | None = None
     time: TimeAnalysis | None = None
     history: Annotated[tuple[AnyExcitation, ...], BeforeValidator(_entries)] = ()
 
@@ -428,7 +457,7 @@ class LapJoint(Section):
         return self
 
 
-def _distinct(key: str, values: Sequence[str]) -> None:
+def _distinct(key: str, values: Sequence[str | int]) -> None:
     if len(set(values)) < len(values):
         raise Rule(key, "names one thing twice")
 

@@ -16,12 +16,22 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from microslip.backbone import DRIVES, EquivalentTable, equivalent_table
-from microslip.errors import ContactError, MicroslipError
+from microslip.backbones import (
+    Backbone,
+    CycleControl,
+    amplitude_scale,
+    geometric,
+    prescribed_backbone,
+    quasi_static_backbone,
+)
+from microslip.errors import ContactError, InputError, MicroslipError, ModelError
 from microslip.excitation import prepare_histories
+from microslip.extended_motion import harmonic_backbone
 from microslip.flexibility import Flexibility, static_flexibility, with_compliance
 from microslip.histories import contact_compliance, run_histories
 from microslip.history import History
 from microslip.joint import LapJoint
+from microslip.mode_pairs import JointMode, joint_modes, pick_mode
 from microslip.model import JointModel, Reducer
 from microslip.prescribed import hold_mode
 from microslip.progress import NullProgress, Progress
@@ -99,6 +109,8 @@ class LapRun:
     responses : list of Response
     frictionless : Response or None
         The joint without friction under the first load, eq. (18).
+    backbones : list of Backbone
+        By mode, then method, as asked for.
     time_domain : list of TimePoint
     histories : list of History
     moment_offset : float
@@ -119,6 +131,7 @@ class LapRun:
     tables: dict[str, EquivalentTable] = field(default_factory=dict)
     responses: list[Response] = field(default_factory=list)
     frictionless: Response | None = None
+    backbones: list[Backbone] = field(default_factory=list)
     time_domain: list[TimePoint] = field(default_factory=list)
     histories: list[History] = field(default_factory=list)
     moment_offset: float = np.nan
@@ -388,6 +401,62 @@ def _search_bounds(
     return (1e-5 * table.amplitude[0] * scale, table.amplitude[-1] * scale)
 
 
+def backbone_modes(assembly: JointAssembly) -> list[JointMode]:
+    """The modes whose backbones are asked for.
+
+    Raises
+    ------
+    InputError
+        Where the joint has no mode of some number.
+    """
+    settings = assembly.joint.analysis.backbone
+    if settings is None:
+        return []
+    modes = joint_modes(assembly.model, assembly.prestress, assembly.compliance)
+    try:
+        return [pick_mode(modes, number) for number in settings.modes]
+    except ModelError as error:
+        raise InputError(f"analysis.backbone.modes = {list(settings.modes)}: {error}") from None
+
+
+def run_backbones(result: LapRun, modes: list[JointMode], progress: Progress) -> None:
+    """Backbones of the modes by every method, into `result`."""
+    joint, a = result.joint, result.assembly
+    settings = joint.analysis.backbone
+    assert settings is not None
+    control = CycleControl(settings.steps, settings.max_cycles)
+    for mode in modes:
+        scale = amplitude_scale(a.model, a.prestress, mode)
+        if not np.isfinite(scale):
+            result.failures.append(
+                f"backbone of mode {mode.number}: it does not move the interface; at every "
+                f"amplitude {mode.stuck_frequency:.6g} Hz with the damping of the material"
+            )
+            continue
+        sizes = geometric(settings.smallest * scale, settings.largest * scale, settings.count)
+        for method in settings.methods:
+            name = method.replace("_", "-")
+            progress.start(f"backbone of mode {mode.number}, {name}", len(sizes))
+            what = (a.model, a.prestress, mode, joint.contact.friction, sizes)
+            if method == "harmonic":
+                found = harmonic_backbone(
+                    *what,
+                    compliance=a.compliance,
+                    harmonics=settings.harmonics,
+                    advance=progress.advance,
+                )
+            else:
+                by_cycles = (
+                    quasi_static_backbone if method == "quasi_static" else prescribed_backbone
+                )
+                found = by_cycles(
+                    *what, compliance=a.compliance, control=control, advance=progress.advance
+                )
+            result.backbones.append(found[0])
+            result.failures += found[1]
+            progress.finish()
+
+
 def run_time_domain(result: LapRun, progress: Progress) -> None:
     """Steady states by time integration at every load and frequency, into `result`."""
     joint, a = result.joint, result.assembly
@@ -478,7 +547,11 @@ def run_lap_joint(joint: LapJoint, progress: Progress | None = None) -> LapRun:
             progress.finish()
         result = LapRun(joint=joint, assembly=assembly, timings=timings)
         prepared = prepare_histories(joint.analysis.history, assembly.states.sliding_frequency)
+        modes = backbone_modes(assembly)
         try:
+            if modes:
+                with _timed(timings, "backbones"):
+                    run_backbones(result, modes, progress)
             if joint.analysis.cycle is not None:
                 for drive in joint.analysis.cycle.drives:
                     with _timed(timings, f"cycles_{drive}"):
