@@ -32,6 +32,12 @@ STICK, FORWARD, BACKWARD, SEPARATED = 1, 2, 3, 4
 ACCEPTED = 1e-9
 """Natural-map residual below which a solution with no violated pair is accepted."""
 
+PROVISIONAL = 1e-10
+"""Inequalities may be violated by this much before a solution is refined to rounding."""
+
+SAMPLES = 8
+"""Pairs on which an unrefined solution is tried."""
+
 MAX_FULL = 40
 MAX_RANK = 64
 _jit = nb.njit(
@@ -98,15 +104,65 @@ def _refactor(G, W, R, stiffness, scale, mu, status, slots, slot_of):
 
 
 @_jit
+def _times_column(G, x, out, n):
+    """Compute ``out = G @ x`` over the leading n, four rows at a time."""
+    i = 0
+    while i + 4 <= n:
+        a, b, c, d = G[i], G[i + 1], G[i + 2], G[i + 3]
+        sa = 0.0
+        sb = 0.0
+        sc = 0.0
+        sd = 0.0
+        for j in range(n):
+            y = x[j]
+            sa += a[j] * y
+            sb += b[j] * y
+            sc += c[j] * y
+            sd += d[j] * y
+        out[i] = sa
+        out[i + 1] = sb
+        out[i + 2] = sc
+        out[i + 3] = sd
+        i += 4
+    while i < n:
+        g = G[i]
+        s = 0.0
+        for j in range(n):
+            s += g[j] * x[j]
+        out[i] = s
+        i += 1
+
+
+@_jit
+def add_rows(M, weights, out, n):
+    """``out[:n] += weights @ M[:, :n]``, zero weights skipped, four rows of M at a time."""
+    which = np.empty(weights.shape[0], np.int64)
+    count = 0
+    for j in range(weights.shape[0]):
+        if weights[j] != 0.0:
+            which[count] = j
+            count += 1
+    j = 0
+    while j + 4 <= count:
+        a, b, c, d = which[j], which[j + 1], which[j + 2], which[j + 3]
+        xa, xb, xc, xd = weights[a], weights[b], weights[c], weights[d]
+        ma, mb, mc, md = M[a], M[b], M[c], M[d]
+        for i in range(n):
+            out[i] += xa * ma[i] + xb * mb[i] + xc * mc[i] + xd * md[i]
+        j += 4
+    while j < count:
+        x = weights[which[j]]
+        row = M[which[j]]
+        for i in range(n):
+            out[i] += x * row[i]
+        j += 1
+
+
+@_jit
 def _vector_times(G, row, out, n):
     """Compute ``out = row @ G`` over the leading n."""
     out[:n] = 0.0
-    for k in range(n):
-        x = row[k]
-        if x != 0.0:
-            g = G[k]
-            for j in range(n):
-                out[j] += x * g[j]
+    add_rows(G, row[:n], out, n)
 
 
 @_jit
@@ -180,12 +236,7 @@ def _remove_pair(G, pair, nr, nc, slots, slot_of):
 def _border(G, column, row, corner, n, work, work2):
     """Inverse after adding one variable: `column` above, `row` left of, `corner` at the corner."""
     _vector_times(G, row, work, n)
-    for i in range(n):
-        s = 0.0
-        g = G[i]
-        for j in range(n):
-            s += g[j] * column[j]
-        work2[i] = s
+    _times_column(G, column, work2, n)
     schur = corner
     for j in range(n):
         schur -= work[j] * column[j]
@@ -282,16 +333,13 @@ def _relative_displacement(v, v_free, W, R, r, q):
     """Compute ``v = v_free + R q - W r`` row by row of the symmetric W, zero reactions skipped."""
     n = v.shape[0]
     for i in range(n):
-        s = v_free[i]
+        s = -v_free[i]
         for a in range(q.shape[0]):
-            s += R[i, a] * q[a]
+            s -= R[i, a] * q[a]
         v[i] = s
-    for k in range(n):
-        x = r[k]
-        if x != 0.0:
-            w = W[k]
-            for i in range(n):
-                v[i] -= x * w[i]
+    add_rows(W, r, v, n)
+    for i in range(n):
+        v[i] = -v[i]
 
 
 @_jit
@@ -325,6 +373,132 @@ def natural_residual(W, R, stiffness, mu, f_q, vt_old, r, q, v, force):
         if size > 0.0:
             worst = max(worst, abs(e) / (size * total))
     return worst
+
+
+@_jit
+def _reactions(z, nr, nc, slots, status, scale, mu, r, q):
+    """Reactions and coordinates from the unknowns of the active system."""
+    r[:] = 0.0
+    for a in range(nr):
+        q[a] = scale[a] * z[a]
+    for k in range(nc):
+        i = slots[k]
+        r[2 * i] = z[nr + 2 * k]
+        if status[i] == STICK:
+            r[2 * i + 1] = z[nr + 2 * k + 1]
+        else:
+            r[2 * i + 1] = (1.0 if status[i] == FORWARD else -1.0) * mu[i] * r[2 * i]
+
+
+@_jit
+def _free_displacement(v, v_free, W, R, r, q, status, slots, nc):
+    """The components of v that the states leave free: gaps, and slips."""
+    for i in range(status.shape[0]):
+        if status[i] == STICK:
+            continue
+        for j in range(2 * i if status[i] == SEPARATED else 2 * i + 1, 2 * i + 2):
+            s = v_free[j]
+            for a in range(q.shape[0]):
+                s += R[j, a] * q[a]
+            w = W[j]
+            for k in range(r.shape[0]):
+                s -= w[k] * r[k]
+            v[j] = s
+
+
+@_jit
+def _sampled_error(W, R, force, v_free, r, q, slots, nc):
+    """Largest relative gap that a solution leaves at a few of the touching pairs."""
+    worst = 0.0
+    for k in range(0, nc, max(1, nc // SAMPLES)):
+        j = 2 * slots[k]
+        s = v_free[j]
+        for a in range(q.shape[0]):
+            s += R[j, a] * q[a]
+        w = W[j]
+        for i in range(r.shape[0]):
+            s -= w[i] * r[i]
+        e = abs(s) / (w[j] * force[slots[k]])
+        if not e < np.inf:
+            return np.inf
+        worst = max(worst, e)
+    return worst
+
+
+@_jit
+def _unbalance(W, R, stiffness, scale, force, f_q, vt_old, status, slots, nc, r, q, v, out):
+    """Residual of the active system into `out`; returns its largest relative size."""
+    nr = q.shape[0]
+    worst = 0.0
+    total = 0.0
+    for k in range(nc):
+        i = slots[k]
+        out[nr + 2 * k] = v[2 * i]
+        e = abs(v[2 * i]) / (W[2 * i, 2 * i] * force[i])
+        out[nr + 2 * k + 1] = 0.0
+        total += force[i]
+        if status[i] == STICK:
+            slip = v[2 * i + 1] - vt_old[i]
+            out[nr + 2 * k + 1] = slip
+            e = max(e, abs(slip) / (W[2 * i + 1, 2 * i + 1] * force[i]))
+        worst = max(worst, e)
+    for a in range(nr):
+        e = f_q[a] - stiffness[a] * q[a]
+        top = 0.0
+        for i in range(r.shape[0]):
+            e -= R[i, a] * r[i]
+            top = max(top, abs(R[i, a]))
+        out[a] = scale[a] * e
+        if top > 0.0 and total > 0.0:
+            worst = max(worst, abs(e) / (top * total))
+    return worst
+
+
+@_jit
+def _judge(W, mu, force, vt_old, status, r, v, slack, rule, wanted):
+    """New states into `wanted`: how many differ, and the pair that may change alone."""
+    changes = 0
+    worst = 0.0
+    pair = -1
+    for i in range(status.shape[0]):
+        state = status[i]
+        new = state
+        size = 0.0
+        if state == SEPARATED:
+            e = v[2 * i] / (W[2 * i, 2 * i] * force[i])
+            if e > slack:
+                slip = v[2 * i + 1] - vt_old[i]
+                new = STICK
+                if abs(slip) > mu[i] * v[2 * i]:
+                    new = FORWARD if slip > 0.0 else BACKWARD
+                size = e
+        else:
+            e = -r[2 * i] / force[i]
+            if e > slack:
+                new = SEPARATED
+                size = e
+            elif state == STICK:
+                over = (abs(r[2 * i + 1]) - mu[i] * r[2 * i]) / force[i]
+                if over > slack:
+                    new = FORWARD if r[2 * i + 1] > 0.0 else BACKWARD
+                    size = over
+            else:
+                slip = (v[2 * i + 1] - vt_old[i]) / (W[2 * i + 1, 2 * i + 1] * force[i])
+                if state == BACKWARD:
+                    slip = -slip
+                if slip < -slack:
+                    new = STICK
+                    size = -slip
+        wanted[i] = new
+        if new != state:
+            changes += 1
+            if rule == 2:
+                if pair < 0:
+                    pair = i
+            elif size > worst:
+                worst = size
+                pair = i
+    return changes, pair
 
 
 @_jit
@@ -378,111 +552,44 @@ def solve(
             i = slots[k]
             b[nr + 2 * k] = v_free[2 * i]
             b[nr + 2 * k + 1] = v_free[2 * i + 1] - vt_old[i] if status[i] == STICK else 0.0
-        for i in range(n):
-            g = G[i]
-            s = 0.0
-            for j in range(n):
-                s += g[j] * b[j]
-            z[i] = s
-        error = np.inf
-        for attempt in range(5):
-            previous = error
-            r[:] = 0.0
-            for a in range(nr):
-                q[a] = scale[a] * z[a]
-            for k in range(nc):
-                i = slots[k]
-                r[2 * i] = z[nr + 2 * k]
-                if status[i] == STICK:
-                    r[2 * i + 1] = z[nr + 2 * k + 1]
-                else:
-                    r[2 * i + 1] = (1.0 if status[i] == FORWARD else -1.0) * mu[i] * r[2 * i]
-            _relative_displacement(v, v_free, W, R, r, q)
-            error = 0.0
-            total = 0.0
-            for a in range(nr):
-                e = f_q[a] - stiffness[a] * q[a]
-                for i in range(N):
-                    e -= R[i, a] * r[i]
-                w1[a] = scale[a] * e
-            for k in range(nc):
-                i = slots[k]
-                w1[nr + 2 * k] = v[2 * i]
-                e = abs(v[2 * i]) / (W[2 * i, 2 * i] * force[i])
-                w1[nr + 2 * k + 1] = 0.0
-                total += force[i]
-                if status[i] == STICK:
-                    w1[nr + 2 * k + 1] = v[2 * i + 1] - vt_old[i]
-                    e = max(e, abs(w1[nr + 2 * k + 1]) / (W[2 * i + 1, 2 * i + 1] * force[i]))
-                error = max(error, e)
-            for a in range(nr):
-                top = 0.0
-                for i in range(N):
-                    top = max(top, abs(R[i, a]))
-                if top > 0.0 and total > 0.0:
-                    error = max(error, abs(w1[a]) / (scale[a] * top * total))
-            if error <= 5.0 * tolerance or attempt == 4:
-                break
-            stalled = not error < 0.3 * previous
-            if stalled and error <= 0.1 * ACCEPTED:
-                break
-            if stalled and refreshed != iteration:
-                nc = _refactor(G, W, R, stiffness, scale, mu, status, slots, slot_of)
-                refreshed = iteration
-                z[:n] = 0.0
-                for k in range(nc):
-                    i = slots[k]
-                    b[nr + 2 * k] = v_free[2 * i]
-                    b[nr + 2 * k + 1] = v_free[2 * i + 1] - vt_old[i] if status[i] == STICK else 0.0
-                w1[:n] = b[:n]
-            for i in range(n):
-                g = G[i]
-                s = 0.0
-                for j in range(n):
-                    s += g[j] * w1[j]
-                z[i] += s
-        slack = max(tolerance, 3.0 * error)
-        changes = 0
-        worst = 0.0
-        worst_pair = -1
-        for i in range(m):
-            state = status[i]
-            new = state
-            size_i = 0.0
-            if state == SEPARATED:
-                e = v[2 * i] / (W[2 * i, 2 * i] * force[i])
-                if e > slack:
-                    slip = v[2 * i + 1] - vt_old[i]
-                    new = STICK
-                    if abs(slip) > mu[i] * v[2 * i]:
-                        new = FORWARD if slip > 0.0 else BACKWARD
-                    size_i = e
-            else:
-                e = -r[2 * i] / force[i]
-                if e > slack:
-                    new = SEPARATED
-                    size_i = e
-                elif state == STICK:
-                    over = (abs(r[2 * i + 1]) - mu[i] * r[2 * i]) / force[i]
-                    if over > slack:
-                        new = FORWARD if r[2 * i + 1] > 0.0 else BACKWARD
-                        size_i = over
-                else:
-                    slip = (v[2 * i + 1] - vt_old[i]) / (W[2 * i + 1, 2 * i + 1] * force[i])
-                    if state == BACKWARD:
-                        slip = -slip
-                    if slip < -slack:
-                        new = STICK
-                        size_i = -slip
-            wanted[i] = new
-            if new != state:
-                changes += 1
-                if rule == 2:
-                    if worst_pair < 0:
-                        worst_pair = i
-                elif size_i > worst:
-                    worst = size_i
-                    worst_pair = i
+        _times_column(G, b, z, n)
+        _reactions(z, nr, nc, slots, status, scale, mu, r, q)
+        _free_displacement(v, v_free, W, R, r, q, status, slots, nc)
+        changes, worst_pair = _judge(W, mu, force, vt_old, status, r, v, PROVISIONAL, rule, wanted)
+        error = 0.0
+        sound = _sampled_error(W, R, force, v_free, r, q, slots, nc) < PROVISIONAL
+        if changes == 0 or rule > 0 or not sound:
+            error = np.inf
+            for attempt in range(5):
+                previous = error
+                if attempt > 0:
+                    _reactions(z, nr, nc, slots, status, scale, mu, r, q)
+                _relative_displacement(v, v_free, W, R, r, q)
+                error = _unbalance(
+                    W, R, stiffness, scale, force, f_q, vt_old, status, slots, nc, r, q, v, w1
+                )
+                if error <= 5.0 * tolerance or attempt == 4:
+                    break
+                stalled = not error < 0.3 * previous
+                if stalled and error <= 0.1 * ACCEPTED:
+                    break
+                if stalled and refreshed != iteration:
+                    nc = _refactor(G, W, R, stiffness, scale, mu, status, slots, slot_of)
+                    refreshed = iteration
+                    z[:n] = 0.0
+                    for k in range(nc):
+                        i = slots[k]
+                        b[nr + 2 * k] = v_free[2 * i]
+                        b[nr + 2 * k + 1] = (
+                            v_free[2 * i + 1] - vt_old[i] if status[i] == STICK else 0.0
+                        )
+                    w1[:n] = b[:n]
+                _times_column(G, w1, w2, n)
+                for i in range(n):
+                    z[i] += w2[i]
+            changes, worst_pair = _judge(
+                W, mu, force, vt_old, status, r, v, max(tolerance, 3.0 * error), rule, wanted
+            )
         if changes == 0:
             residual = natural_residual(W, R, stiffness, mu, f_q, vt_old, r, q, v, force)
             if residual <= ACCEPTED:
