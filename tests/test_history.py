@@ -297,16 +297,16 @@ def test_dwells_of_a_known_response():
 
 
 def test_stepped_sine_reaches_the_steady_state(small_reference):
-    """Second method: the periodic orbit. 100 cycles leave exp(-2 pi 100 gamma/2) = 2e-3."""
+    """Second method: the periodic orbit. 70 cycles leave exp(-pi 70 gamma), gamma 0.02: 1 %."""
     joint = small_reference
     frequency = joint.omega_sliding / (2 * np.pi) + 5.0
     dt = 1 / (frequency * STEPS)
     scheme = time_scheme(joint.model, joint.start, 0.25, dt)
     load = 3e-4 * joint.moment
-    _, wave = stepped_sine(load, [frequency - 2, frequency], 100, dt)
+    _, wave = stepped_sine(load, [frequency - 2, frequency], 70, dt)
     history = run_history(scheme, prestressed_state(scheme), wave, recording(scheme, len(wave) - 1))
     q = history.output[:, joint.model.port("sliding")]
-    found = dwell_response(history.time, q, [frequency - 2, frequency], 100)[1]
+    found = dwell_response(history.time, q, [frequency - 2, frequency], 70)[1]
     steady = steady_state(scheme, frequency, load).amplitude
     print(f"dwell {found:.6g}, steady {steady:.6g}, {abs(found - steady) / abs(steady):.1e}")
-    assert abs(found - steady) < 5e-3 * abs(steady)
+    assert abs(found - steady) < 0.01 * abs(steady)

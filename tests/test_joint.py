@@ -16,7 +16,14 @@ from pydantic import BaseModel
 
 from microslip import units
 from microslip.errors import InputError
-from microslip.excitation import FreeDecay, MeasuredSignal, Sine, SteppedSine, SweptSine
+from microslip.excitation import (
+    FreeDecay,
+    MeasuredSignal,
+    Sine,
+    SteppedSine,
+    SweptSine,
+    prepare_histories,
+)
 from microslip.joint import (
     CycleAnalysis,
     LapJoint,
@@ -141,6 +148,13 @@ def test_example_is_the_reference_joint():
     assert joint.load.greatest_damping_at == 2.4
     assert joint.analysis.cycle is not None
     assert joint.analysis.response is not None
+
+
+@pytest.mark.parametrize("file", sorted(EXAMPLE.parent.glob("*.toml")), ids=lambda p: p.stem)
+def test_every_example_is_valid_down_to_its_signals(file):
+    joint = load_joint(file)
+    for item in prepare_histories(joint.analysis.history, 174.9):
+        assert len(item.load) > 1000
 
 
 def test_template_is_the_example_with_every_default_written_out(tmp_path):
@@ -503,13 +517,30 @@ def test_a_measured_signal_lies_beside_the_joint_file(document, tmp_path):
         load_joint(tmp_path / "joint.toml")
 
 
+def test_example_signals_agree():
+    """The same blow as CSV in ms and kN m/m, and as a universal file in s and N m/m, half."""
+    joint = load_joint(EXAMPLE.parent / "lap_joint_measured.toml")
+    csv, universal = prepare_histories(joint.analysis.history, 174.9)
+    assert csv.load.max() == pytest.approx(1500, rel=0.01)
+    assert universal.load == pytest.approx(0.5 * csv.load, abs=0.05)
+
+
 def test_steps_are_counted_at_the_highest_frequency(document):
     sweep = {"signal": "swept_sine", "from": 190, "to": 160, "duration": 1, "moment": 5}
     step = {"signal": "stepped_sine", "frequencies": [100, 250, 50], "cycles": 4, "moment": 5}
     decay = {**DECAY, "start": "mode", "modal_amplitude": 1e-3, "steps": 40}
-    document["analysis"]["history"] = [sweep, step, decay]
+    slow = {**SINE, "frequency": 10}
+    document["analysis"]["history"] = [sweep, step, decay, slow]
     found = [h.resolution(174.0) for h in parse_joint(document).analysis.history]
-    assert found == pytest.approx([1 / (150 * 190), 1 / (150 * 250), 1 / (40 * 174)])
+    expected = [1 / (150 * 190), 1 / (150 * 250), 1 / (40 * 174), 1 / (150 * 174)]
+    assert found == pytest.approx(expected)
+    after = {**DECAY, "start": "steady", "frequency": 20, "moment": 5}
+    document["analysis"]["history"] = [after]
+    (history,) = parse_joint(document).analysis.history
+    with pytest.raises(ValueError, match="150 per cycle at 20 Hz are fewer than 20 per cycle of"):
+        history.resolution(174.0)
+    finer = history.model_copy(update={"steps": 200})
+    assert finer.resolution(174.0) == pytest.approx(1 / (200 * 20))
 
 
 def test_a_step_too_long_for_the_joint_is_refused_once_its_frequency_is_known(document):

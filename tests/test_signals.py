@@ -8,7 +8,7 @@ import pyuff
 from scipy.integrate import quad
 
 from microslip.errors import InputError
-from microslip.signals import harmonic, read_signal, stepped_sine, swept_sine
+from microslip.signals import harmonic, read_signal, silence, stepped_sine, swept_sine
 from microslip.units import LINE_FORCE
 
 
@@ -17,6 +17,12 @@ def test_harmonic_samples():
     assert len(time) == 401
     assert time[-1] == pytest.approx(0.04)
     assert load == pytest.approx(3 * np.sin(100 * np.pi * time), abs=1e-12)
+
+
+def test_silence():
+    time, load = silence(0.3, 0.1)
+    assert time == pytest.approx([0, 0.1, 0.2, 0.3])
+    assert not load.any()
 
 
 @pytest.mark.parametrize("steps", [3, 7, 49, 150, 997])
@@ -84,6 +90,8 @@ def test_one_step_of_a_stepped_sine_is_a_harmonic():
         (lambda: stepped_sine(1.0, [1.0, np.inf], 1, 0.1), "finite"),
         (lambda: swept_sine(1.0, 1.0, 2.0, 0.0, 0.1), "duration is 0"),
         (lambda: swept_sine(1.0, 1.0, 2.0, 1.0, 0.1, "cubic"), "'linear' or 'log'"),
+        (lambda: silence(-1.0, 0.1), "duration is -1"),
+        (lambda: silence(1e9, 1e-5), r"1e\+14 steps of 1e-05 s; at most 5,000,000"),
     ],
 )
 def test_senseless_signals_are_refused(call, message):

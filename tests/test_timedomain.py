@@ -33,8 +33,8 @@ def states(small_reference):
 
 def solved(joint, frequency, ratio, **options):
     """Steady state under an end moment over P L."""
-    friction = options.pop("friction", 0.25)
-    request = Request(0.0, frequency, ratio * joint.moment, friction, 0.0, STEPS, **options)
+    friction, guess = options.pop("friction", 0.25), complex(options.pop("guess", 0.0))
+    request = Request(0.0, frequency, ratio * joint.moment, friction, guess, STEPS, **options)
     return solve_request(joint.model, joint.start, None, request)
 
 
@@ -67,7 +67,9 @@ def test_no_contact_force_without_friction(small_reference, states):
 def test_everything_sticks_at_vanishing_load(small_reference, states):
     """Contact force of the linear stuck joint, from a direct solution of the full mesh."""
     frequency = states.stuck_frequency - 1
-    point = solved(small_reference, frequency, 1e-8, tolerance=1e-7)
+    guess = 1e-8 * small_reference.moment * direct(small_reference, 2, frequency)
+    point = solved(small_reference, frequency, 1e-8, guess=guess, tolerance=1e-7)
+    assert point.steady.converged
     Q = direct(small_reference, 2, point.corrected_frequency)
     w, w2 = 2 * np.pi * point.corrected_frequency, states.sliding_omega**2
     linear = w2 - w**2 + 1j * w * small_reference.model.rayleigh[1] * w2

@@ -85,6 +85,8 @@ class EquivalentTable:
         Friction work per cycle and mean stored energy ``q W_s / (2 pi)``, J per metre of width.
     upper : UpperHarmonics, optional
         Of the refined model.
+    uncertainty : (n,) array, optional
+        Error of interpolation of ``k_eq + i gamma_eq``; of the refined model.
     """
 
     drive: str
@@ -98,6 +100,7 @@ class EquivalentTable:
     dissipated: Array
     stored: Array
     upper: UpperHarmonics | None = None
+    uncertainty: Array | None = None
 
 
 def modal_quantities(cycle: Cycle, model: JointModel, states: LinearStates) -> tuple[Array, Array]:

@@ -60,8 +60,8 @@ class Excitation(Section):
     drive : {"moment", "mode"}
         End moments, or inertia load of the sliding mode.
     steps, time_step : int, float, optional
-        Time steps per cycle of the highest frequency (of the sliding mode where the signal has
-        none), or the step itself, s.
+        Time steps per cycle of the highest frequency, of the signal or of the sliding mode, or
+        the step itself, s.
     positions : tuple of float, optional
         Where slip and gap are kept at every step, m; the edge of the clamp where left out.
     field_samples : int
@@ -103,10 +103,20 @@ class Excitation(Section):
         sliding : float
             Sliding frequency of the joint, Hz.
         """
-        frequency = self.highest_frequency or sliding
+        frequency = self.resolved_frequency(sliding)
         dt = self.time_step or 1 / (frequency * (self.steps or STEPS))
         self.check_step(frequency)
         return dt
+
+    def resolved_frequency(self, sliding: float) -> float:
+        """What `steps` are counted per cycle of, Hz: a motion from rest excites the joint's mode.
+
+        Parameters
+        ----------
+        sliding : float
+            Sliding frequency of the joint, Hz.
+        """
+        return max(self.highest_frequency or 0.0, sliding)
 
     def check_step(self, frequency: float) -> None:
         """Raise `Rule` where the given step resolves a cycle too coarsely."""
@@ -277,6 +287,19 @@ class FreeDecay(LoadedExcitation):
         """Of the steady state it starts from, Hz."""
         return self.frequency
 
+    def resolved_frequency(self, sliding: float) -> float:
+        """Of the steady state, whose period the step must divide, else of the sliding mode, Hz."""
+        if self.frequency is None:
+            return sliding
+        steps = self.steps or STEPS
+        if steps * self.frequency < FEWEST_STEPS * sliding:
+            raise Rule(
+                "steps",
+                f"{steps} per cycle at {self.frequency:g} Hz are fewer than {FEWEST_STEPS} per "
+                f"cycle of the sliding mode, {sliding:.4g} Hz: give more",
+            )
+        return self.frequency
+
     def load(self, moment: float, sliding: float) -> Array:
         """Nothing, but what was held before the first step."""
         from microslip.signals import silence
@@ -364,7 +387,7 @@ class Prepared:
     dt : float
         s.
     cycle_steps : int
-        Steps per cycle of its highest frequency, or of the sliding mode.
+        Steps per cycle of the highest frequency, of the signal or of the sliding mode.
     load : (n,) array
         End moment: of unit amplitude where the entry has an amplitude, else the load itself.
     """
@@ -398,7 +421,7 @@ def prepare_histories(entries: Sequence[Excitation], sliding: float) -> list[Pre
     for entry in entries:
         try:
             dt = entry.resolution(sliding)
-            cycle_steps = round(1 / ((entry.highest_frequency or sliding) * dt))
+            cycle_steps = round(1 / (entry.resolved_frequency(sliding) * dt))
             prepared.append(Prepared(entry, dt, cycle_steps, entry.load(1.0, sliding)))
         except Rule as error:
             key = f".{error.key}" if error.key else ""

@@ -84,8 +84,9 @@ class HarmonicProblem:
         Augmentation eps of each component, N/m per metre of width.
     held : (p,) array
         Tangential displacement at which a pair sticks that never slips, m.
-    unit_q : (e,) array
-        Mean amplitude of each nearly rigid mode that counts as one newton in the unknowns.
+    rigid_modes : (e, f) array
+        Mean amplitudes of the e nearly rigid modes per unknown (of one newton): all of them, or the
+        combinations that the half turn leaves as they are.
     """
 
     model: JointModel
@@ -101,7 +102,7 @@ class HarmonicProblem:
     gather: Array
     stiffness: Array
     held: Array
-    unit_q: Array
+    rigid_modes: Array
 
     @property
     def harmonics(self) -> int:
@@ -125,7 +126,7 @@ class HarmonicProblem:
 
     @cached_property
     def spring(self) -> float:
-        """Mean augmentation, N/m: turns imbalance times `unit_q` into a force."""
+        """Mean augmentation, N/m: turns imbalance per unknown into a force."""
         return float(self.stiffness.mean())
 
     @cached_property
@@ -138,27 +139,33 @@ class HarmonicProblem:
 
     @cached_property
     def rigid_spread(self) -> Array:
-        """Relative displacement per unknown of the nearly rigid modes, (2 p, e)."""
-        return self.spread[0][:, : len(self.unit_q)] * self.unit_q
+        """Relative displacement per unknown of the nearly rigid modes, (2 p, f)."""
+        return self.spread[0][:, : len(self.rigid_modes)] @ self.rigid_modes
 
     @cached_property
     def rigid_gather(self) -> Array:
-        """Mean reactions to forces on the nearly rigid modes, (2 p, e)."""
-        return self.gather[0][:, : len(self.unit_q)] * self.unit_q
+        """Mean reactions to forces on the nearly rigid modes, (2 p, f)."""
+        return self.gather[0][:, : len(self.rigid_modes)] @ self.rigid_modes
+
+    @cached_property
+    def rigid_stiffness(self) -> Array:
+        """Stiffness of the supports against the unknowns of the nearly rigid modes, (f, f)."""
+        own = self.model.omega[: len(self.rigid_modes)] ** 2
+        return (self.rigid_modes.T * own) @ self.rigid_modes
 
     @property
     def size(self) -> int:
         """Number of unknowns."""
-        return self.shape[0] * self.shape[1] + len(self.unit_q)
+        return self.shape[0] * self.shape[1] + self.rigid_modes.shape[1]
 
     def split(self, w: Array) -> tuple[Array, Array]:
         """Coefficients of the reactions (2 p, c), a view, and q, from the unknowns."""
         cut = self.shape[0] * self.shape[1]
-        return w[:cut].reshape(self.shape), w[cut:] * self.unit_q
+        return w[:cut].reshape(self.shape), self.rigid_modes @ w[cut:]
 
     def join(self, u: Array, q: Array) -> Array:
         """Inverse of `split`."""
-        return np.concatenate([u.ravel(), q / self.unit_q])
+        return np.concatenate([u.ravel(), np.linalg.lstsq(self.rigid_modes, q)[0]])
 
     def unfold(self, u: Array) -> Array:
         """Coefficients of all pairs, (2 m, c), from those solved for."""
@@ -271,7 +278,12 @@ def harmonic_problem(
         for array in (spread[1], gather[1], blocks[1], blocks[1].T):
             array[:2] = 0.0
         blocks[1][:2, :2] = np.diag(1 / eps[rows[:2]])
-    rigid = np.abs(model.mode_v[:, : model.equilibrium_modes])
+    rigid = gather[0][:, : model.equilibrium_modes]
+    combinations = np.eye(model.equilibrium_modes)
+    if folded:
+        _, size, turned_modes = np.linalg.svd(rigid, full_matrices=False)
+        combinations = turned_modes[size > 1e-6 * size.max(initial=1e-300)].T
+    moved = eps[rows][:, None] * np.abs(rigid @ combinations)
     return HarmonicProblem(
         model=model,
         prestress=prestress,
@@ -286,7 +298,7 @@ def harmonic_problem(
         gather=np.stack(gather),
         stiffness=eps[rows],
         held=prestress.solution.v[1::2][pairs],
-        unit_q=1 / (eps[:, None] * rigid).max(axis=0, initial=1e-300),
+        rigid_modes=combinations / moved.max(axis=0, initial=1e-300),
     )
 
 
@@ -419,7 +431,7 @@ class LinearOperator:
         problem, model = self.problem, self.problem.model
         h = np.arange(problem.harmonics + 1)[:, None]
         slope = 2 * h**2 * self.omega - 1j * h * model.modal_damping()
-        modes = slope * self.modal * self.modes(u, np.zeros(len(problem.unit_q)), load)
+        modes = slope * self.modal * self.modes(u, np.zeros(len(problem.rigid_modes)), load)
         own = -to_complex(_by_parity(problem.residual, u))
         own[1] += model.port_v[problem.rows, model.port(problem.port)] * load
         own *= -1j * h * model.rayleigh[1] * self.lag[:, None] ** 2
@@ -440,7 +452,7 @@ def linear_operator(problem: HarmonicProblem, omega: float) -> LinearOperator:
     if not (np.isfinite(omega) and omega > 0):
         raise MicroslipError(f"frequency {omega / (2 * np.pi):g} Hz must be positive")
     modal, lag = harmonic_compliance(problem.model, omega, problem.harmonics)
-    modal[0, : len(problem.unit_q)] = 0.0
+    modal[0, : len(problem.rigid_modes)] = 0.0
     return LinearOperator(problem, float(omega), modal, lag)
 
 
@@ -469,10 +481,10 @@ def evaluate(operator: LinearOperator, load: float, w: Array) -> Evaluation:
     """Residual of the unknowns `w` under an amplitude of the load."""
     problem = operator.problem
     model = problem.model
-    u, q = problem.split(w)
-    e = len(q)
+    u, _ = problem.split(w)
+    p = w[u.size :]
     v = operator.free(load) - operator.flexibility(u)
-    v[:, 0] += problem.spread[0][:, :e] @ q
+    v[:, 0] += problem.rigid_spread @ p
     x = u + problem.stiffness[:, None] * v
     cycle = contact_cycle(
         problem.table,
@@ -480,9 +492,9 @@ def evaluate(operator: LinearOperator, load: float, w: Array) -> Evaluation:
         problem.friction,
         problem.stiffness[1::2] * problem.held,
     )
-    clamp = model.port_modes[:e, model.port("clamp")] * problem.prestress.clamp
-    imbalance = (model.omega[:e] ** 2 * q - clamp) * problem.unit_q
-    imbalance += problem.rigid_gather.T @ u[:, 0]
+    clamp = model.port_modes[: model.equilibrium_modes, model.port("clamp")]
+    imbalance = problem.rigid_stiffness @ p + problem.rigid_gather.T @ u[:, 0]
+    imbalance -= problem.rigid_modes.T @ clamp * problem.prestress.clamp
     F = np.concatenate([(u - cycle.r.reshape(u.shape)).ravel(), imbalance * problem.spring])
     return Evaluation(w, v, cycle, F)
 
@@ -490,15 +502,15 @@ def evaluate(operator: LinearOperator, load: float, w: Array) -> Evaluation:
 def derivative_times(operator: LinearOperator, cycle: ContactCycle, z: Array) -> Array:
     """Derivative of the residual along `z`: ``J z``."""
     problem = operator.problem
-    u, q = problem.split(z)
-    e = len(q)
+    u, _ = problem.split(z)
+    p = z[u.size :]
     x = -operator.flexibility(u)
-    x[:, 0] += problem.spread[0][:, :e] @ q
+    x[:, 0] += problem.rigid_spread @ p
     x *= problem.stiffness[:, None]
     x += u
     out = np.empty_like(cycle.r)
     times_derivative(cycle.nn, cycle.tn, cycle.tt, x.reshape(out.shape), out)
-    imbalance = problem.model.omega[:e] ** 2 * q * problem.unit_q + problem.rigid_gather.T @ u[:, 0]
+    imbalance = problem.rigid_stiffness @ p + problem.rigid_gather.T @ u[:, 0]
     return np.concatenate([(u - out.reshape(u.shape)).ravel(), imbalance * problem.spring])
 
 
@@ -519,4 +531,4 @@ def _through_contact(problem: HarmonicProblem, cycle: ContactCycle, v: Array) ->
     out = np.empty_like(cycle.r)
     x = (problem.stiffness[:, None] * v).reshape(out.shape)
     times_derivative(cycle.nn, cycle.tn, cycle.tt, x, out)
-    return np.concatenate([-out.ravel(), np.zeros(len(problem.unit_q))])
+    return np.concatenate([-out.ravel(), np.zeros(problem.rigid_modes.shape[1])])

@@ -69,6 +69,8 @@ class HarmonicPoint:
         Contact states over the cycle.
     friction_work : (m,) array
         Energy dissipated per cycle at each pair, J per metre of width.
+    normal_work : float
+        Work of the normal reactions per cycle: an error of truncation, tends to zero with H.
     external_work, material_work : float
         Work per cycle of the load, and of the material damping.
     strain, kinetic : float
@@ -92,6 +94,7 @@ class HarmonicPoint:
     v: Array
     status: NDArray[np.int8]
     friction_work: Array
+    normal_work: float
     external_work: float
     material_work: float
     strain: float
@@ -153,7 +156,7 @@ class _Path:
         self.problem = problem
         self.solver = HarmonicSolver()
         reactions = np.full(problem.shape, 1 / (problem.force_scale**2 * len(problem.pairs)))
-        self.weight = np.concatenate([reactions.ravel(), np.zeros(len(problem.unit_q))])
+        self.weight = np.concatenate([reactions.ravel(), np.zeros(problem.rigid_modes.shape[1])])
         self.parameter_scale = scale
 
 
@@ -238,6 +241,7 @@ def describe(equations: _Equations, iterations: int, seconds: float) -> Harmonic
         v=v,
         status=status,
         friction_work=work[1::2],
+        normal_work=float(work[0::2].sum()),
         external_work=float(np.pi * load * -output[1, model.port(problem.port)].imag),
         material_work=float(np.pi * (modal.sum() + (h[:, 0] * damping * twice_static).sum())),
         strain=float(0.25 * (np.sum(model.omega**2 * np.abs(eta) ** 2) + twice_static.sum())),
@@ -283,7 +287,7 @@ class HarmonicResponse:
 
 @dataclass(frozen=True)
 class Adaptive:
-    """Choice of the number of harmonics: two more until the last two are small.
+    """Choice of the number of harmonics: four more until the last two are small.
 
     Attributes
     ----------
@@ -293,11 +297,16 @@ class Adaptive:
         Harmonics at most.
     """
 
-    tolerance: float = 0.02
-    most: int = 15
+    tolerance: float = 0.03
+    most: int = 21
 
 
-CONTROL = StepControl(first=0.02, smallest=1e-6, largest=0.5, good_iterations=6)
+ADDED = 4
+"""Harmonics added at a time."""
+
+CONTROL = StepControl(
+    first=0.02, smallest=1e-6, largest=0.5, good_iterations=6, tolerance=0.1 * ACCEPTED
+)
 """Steps along a response; a step of length one changes every reaction by the prestress's largest."""
 
 
@@ -438,7 +447,7 @@ class _Ladder:
             total += iterations
             assert isinstance(equations, _Equations)
             point = describe(equations, total, clock.perf_counter() - began)
-            more = path.problem.harmonics + 2
+            more = path.problem.harmonics + ADDED
             if adaptive is None or point.tail <= adaptive.tolerance or more > adaptive.most:
                 return point
             if more not in self.paths:

@@ -22,6 +22,7 @@ from typing import Any
 
 import numpy as np
 import scipy.linalg as sl
+from numpy.typing import NDArray
 
 from microslip.contact.aft import CHANGING, LINEAR, ContactCycle, times_derivative
 from microslip.continuation import ContinuationError
@@ -35,15 +36,22 @@ from microslip.harmonic import (
 )
 
 RENEW_AFTER = 12
-"""GMRES iterations beyond which the factorisation is made anew at the next occasion."""
+"""A factorisation is made anew when GMRES needs so many iterations more than with a fresh one."""
 
-MAX_KRYLOV = 60
+MAX_KRYLOV = 80
+
+COUPLED = 2500
+"""Unknowns of the coupled factorisation at most, unless that leaves out low harmonics."""
+
+LEAST_COUPLED = 3
 
 
 class Condensed:
-    """Exact inverse of the derivative at one evaluation, simple components condensed.
+    """Inverse of the derivative at one evaluation, simple components condensed.
 
-    The mean amplitudes of the nearly rigid modes are kept beside the changing components.
+    Exact but for the single precision of the dense factors, and where it would be too large: then
+    the high harmonics are taken one by one, without their coupling. The mean amplitudes of the
+    nearly rigid modes are kept beside the changing components.
 
     Parameters
     ----------
@@ -77,42 +85,52 @@ class Condensed:
             self.left.append((K * once[L, None] / once[N]).T)
             S.append(W[np.ix_(N, N)] - W[np.ix_(N, L)] @ K)
         self.linear_of_q = sl.lu_solve(self.factors[0], problem.rigid_spread[L], check_finite=False)
-        self.lu = sl.lu_factor(self._assemble(S), overwrite_a=True, check_finite=False)
+        fitting = (COUPLED // max(len(N), 1) - 1) // 2
+        coupled = min(max(fitting, LEAST_COUPLED), problem.harmonics)
+        self.groups = [range(coupled + 1)]
+        self.groups += [range(h, h + 1) for h in range(coupled + 1, problem.harmonics + 1)]
+        # Single precision is enough for a preconditioner, and twice as fast.
+        self.lu = [
+            sl.lu_factor(self._assemble(S, group), overwrite_a=True, check_finite=False)
+            for group in self.groups
+        ]
 
-    def _assemble(self, S: list[Complex]) -> Array:
-        """Matrix over changing components by coefficients, then q.
+    def _assemble(self, S: list[Complex], group: range) -> NDArray[np.float32]:
+        """Matrix over changing components by the coefficients of some harmonics, then q.
 
         ``I - D_NN (I - eps S) + D_NL K`` beside ``-(D_NN eps R_S + D_NL W_LL^-1 R_L)``, with
         ``R_S = R_N - W_NL W_LL^-1 R_L``; below, the equilibrium of the nearly rigid modes.
         """
         N, L, cycle, problem = self.changing, self.linear, self.cycle, self.operator.problem
-        n, c, e = len(N), cycle.r.shape[2], len(problem.unit_q)
+        own = _coefficients(group)
+        mean = group[0] == 0
+        n, c, e = len(N), own.stop - own.start, problem.rigid_modes.shape[1] if mean else 0
         eps = problem.stiffness
-        R_S = problem.rigid_spread[N] - self.left[0] @ problem.rigid_spread[L]
-        R_below = problem.rigid_gather[N] - self.K[0].T @ problem.rigid_gather[L]
         # derivative of the augmented force x by (z_N, q), for changing and for linear components
-        of_changing = _columns([np.eye(n) - eps[N, None] * s for s in S], n, c, e)
-        of_changing[:, 0, n * c :] = eps[N, None] * R_S
-        of_linear = _columns([-K for K in self.K], len(L), c, e)
-        of_linear[:, 0, n * c :] = self.linear_of_q
+        of_changing = _columns([np.eye(n) - eps[N, None] * S[h] for h in group], mean, n, c, e)
+        of_linear = _columns([-self.K[h] for h in group], mean, len(L), c, e)
+        M = np.eye(n * c + e, dtype=np.float32)
+        if mean:
+            R_S = problem.rigid_spread[N] - self.left[0] @ problem.rigid_spread[L]
+            R_below = problem.rigid_gather[N] - self.K[0].T @ problem.rigid_gather[L]
+            of_changing[:, 0, n * c :] = eps[N, None] * R_S
+            of_linear[:, 0, n * c :] = self.linear_of_q
+            M[n * c :, : n * c : c] = problem.spring * R_below.T
+            stiffness = problem.rigid_gather[L].T @ self.linear_of_q + problem.rigid_stiffness
+            M[n * c :, n * c :] = problem.spring * stiffness
         row_of = np.zeros(len(problem.rows), dtype=np.int64)
         row_of[N], row_of[L] = np.arange(n), np.arange(len(L))
         changing = cycle.kind.ravel() == CHANGING
-        M = np.eye(n * c + e)
         rows = M[: n * c].reshape(n, c, n * c + e)
         for k, component in enumerate(N):
             pair, tangential = divmod(int(component), 2)
             if not tangential:
-                rows[k] -= cycle.nn[pair] @ of_changing[k]
+                rows[k] -= cycle.nn[pair, own, own] @ of_changing[k]
                 continue
-            rows[k] -= cycle.tt[pair] @ of_changing[k]
+            rows[k] -= cycle.tt[pair, own, own] @ of_changing[k]
             normal = component - 1
             source = of_changing if changing[normal] else of_linear
-            rows[k] -= cycle.tn[pair] @ source[row_of[normal]]
-        M[n * c :, : n * c : c] = problem.spring * R_below.T
-        stiffness = problem.rigid_gather[L].T @ self.linear_of_q
-        stiffness += np.diag((problem.model.omega[:e] * problem.unit_q) ** 2)
-        M[n * c :, n * c :] = problem.spring * stiffness
+            rows[k] -= cycle.tn[pair, own, own] @ source[row_of[normal]]
         return M
 
     def solve(self, right: Array) -> Array:
@@ -140,13 +158,20 @@ class Condensed:
         out = np.empty_like(cycle.r)
         times_derivative(cycle.nn, cycle.tn, cycle.tt, x.reshape(out.shape), out)
         below = y_q - g_q - problem.spring * (problem.rigid_gather[L].T @ linear[:, 0])
-        solved = sl.lu_solve(
-            self.lu,
-            np.concatenate([(y[N] + out.reshape(y.shape)[N]).ravel(), below]),
-            check_finite=False,
-        )
-        q = solved[z[N].size :]
-        z[N] = solved[: z[N].size].reshape(len(N), y.shape[1])
+        known = y[N] + out.reshape(y.shape)[N]
+        q = y_q
+        for group, lu in zip(self.groups, self.lu, strict=True):
+            own = _coefficients(group)
+            part = known[:, own].ravel()
+            if group[0] == 0:
+                part = np.concatenate([part, below])
+            solved = sl.lu_solve(
+                lu, part.astype(np.float32), overwrite_b=True, check_finite=False
+            ).astype(float)
+            size = len(N) * (own.stop - own.start)
+            z[N, own] = solved[:size].reshape(len(N), own.stop - own.start)
+            if group[0] == 0:
+                q = solved[size:]
         Z = to_complex(z[N])
         for h, K in enumerate(self.K):
             z_L[h] -= K @ Z[h]
@@ -155,14 +180,20 @@ class Condensed:
         return np.concatenate([z.ravel(), q])
 
 
-def _columns(blocks: list[Complex], rows: int, c: int, extra: int) -> Array:
-    """Complex blocks per harmonic as real ones, (rows, c, columns c + extra)."""
+def _coefficients(group: range) -> slice:
+    """Real coefficients of consecutive harmonics."""
+    return slice(max(2 * group[0] - 1, 0), 2 * group[-1] + 1)
+
+
+def _columns(blocks: list[Complex], mean: bool, rows: int, c: int, extra: int) -> Array:
+    """Complex blocks of consecutive harmonics as real ones, (rows, c, columns c + extra)."""
     columns = blocks[0].shape[1]
-    out = np.zeros((rows, c, columns * c + extra))
+    out = np.zeros((rows, c, columns * c + extra), dtype=np.float32)
     inner = out[:, :, : columns * c]
-    inner[:, 0, ::c] = blocks[0].real
-    for h, block in enumerate(blocks[1:], start=1):
-        s = 2 * h - 1
+    if mean:
+        inner[:, 0, ::c] = blocks[0].real
+    for k, block in enumerate(blocks[1:] if mean else blocks):
+        s = 2 * k + int(mean)
         inner[:, s, s::c] = block.real
         inner[:, s + 1, s + 1 :: c] = block.real
         inner[:, s, s + 1 :: c] = -block.imag
@@ -234,6 +265,7 @@ class HarmonicSolver:
     counts: Counts = field(default_factory=Counts)
     _factor: Condensed | None = None
     _stale: bool = False
+    _fresh_iterations: int = 0
 
     def linear_solve(
         self, operator: LinearOperator, cycle: ContactCycle, right: Array, tolerance: float
@@ -261,7 +293,9 @@ class HarmonicSolver:
                 MAX_KRYLOV,
             )
             self.counts.krylov += iterations
-            self._stale = iterations > RENEW_AFTER
+            if fresh:
+                self._fresh_iterations = iterations
+            self._stale = iterations > self._fresh_iterations + RENEW_AFTER
             if error <= tolerance or fresh:
                 break
             self._stale = True

@@ -94,20 +94,23 @@ def run_histories(
     finally:
         stop.set()
         pool.shutdown(wait=True, cancel_futures=True)
-        for future in pending:
-            _collect(future, histories, failures)
+        for item, future in zip(prepared, pending, strict=True):
+            _collect(item.entry.label, future, histories, failures)
     progress.finish()
 
 
-def _collect(future: Future[History | str], histories: list[History], failures: list[str]) -> None:
+def _collect(
+    name: str, future: Future[History | str], histories: list[History], failures: list[str]
+) -> None:
+    label = f"history {name!r}"
     if future.cancelled():
+        failures.append(f"{label}: interrupted before it began")
         return
     outcome = future.result()
     if isinstance(outcome, str):
         failures.append(outcome)
         return
     histories.append(outcome)
-    label = f"history {outcome.name!r}"
     if outcome.failure:
         failures.append(f"{label}: {outcome.failure}")
     elif not outcome.complete:

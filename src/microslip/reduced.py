@@ -29,7 +29,7 @@ from dataclasses import dataclass, field
 import numba as nb
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import PchipInterpolator
+from scipy.interpolate import Akima1DInterpolator, PchipInterpolator
 from scipy.optimize import brentq, minimize_scalar
 
 from microslip.backbone import EquivalentTable
@@ -218,8 +218,10 @@ class Response:
 
 @dataclass(frozen=True)
 class TableCurve:
-    """Monotone cubic interpolation of a table in ``log(amplitude / clamp)``.
+    """Piecewise cubic interpolation of a table in ``log(amplitude / clamp)``.
 
+    Monotone (PCHIP); Akima's for the table of the refined model, whose points are close enough, as
+    a monotone curve is flat about the greatest damping.
     Below the table k_eq and cross keep their first value and gamma_eq falls in proportion to
     amplitude (partial slip: dissipation grows as amplitude cubed), upper harmonics vanish. Above it
     there is no answer.
@@ -256,7 +258,8 @@ def table_curve(table: EquivalentTable) -> TableCurve:
         upper, reference = np.column_stack([u.order, u.omega]), u.reference_omega**2
         for values in zip(u.motion.T, u.compliance.T, u.in_phase.T, u.quadrature.T, strict=True):
             columns += [part for y in values for part in (y.real, y.imag)]
-    c = np.stack([PchipInterpolator(x, y).c for y in columns])
+    interpolate = PchipInterpolator if table.uncertainty is None else Akima1DInterpolator
+    c = np.stack([interpolate(x, y).c for y in columns])
     return TableCurve(x, np.ascontiguousarray(np.moveaxis(c, 0, -1)), upper, reference)
 
 
@@ -420,6 +423,19 @@ def sweep(omegas, system, sliding, tolerance, most, amplitude, iterations, contr
         flag[i] = CONVERGED if good else NOT_CONVERGED
         if good and a > top:
             flag[i] = OUTSIDE
+
+
+def contact_coefficient(
+    model: TwoModeModel, curve: TableCurve, clamp: float, amplitude: float, omega: float
+) -> tuple[complex, complex]:
+    """kappa of the refined model at one amplitude and circular frequency, and the share in it of
+    the upper harmonics."""
+    out = np.zeros(curve.coefficients.shape[2])
+    evaluate_curve(curve.knots, curve.coefficients, np.log(amplitude / clamp), out)
+    alpha, beta = model.rayleigh
+    upper = _upper_force(out, curve.upper, curve.reference, omega, alpha, beta) / model.omega**2
+    elastic = out[0] * (1 + 1j * omega * beta * model.lossy)
+    return complex(elastic + 1j * out[1] + upper), complex(upper)
 
 
 def _system(

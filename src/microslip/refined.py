@@ -24,16 +24,16 @@ Everything scales with the clamp force: amplitude over clamp is the only argumen
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import PchipInterpolator
+from scipy.interpolate import Akima1DInterpolator, PchipInterpolator
 
 from microslip.backbone import EquivalentTable, UpperHarmonics
 from microslip.errors import ContactError, MicroslipError
-from microslip.prescribed import HeldMode, PrescribedCycle, prescribed_cycle
+from microslip.prescribed import ContactState, HeldMode, PrescribedCycle, prescribed_cycle
 from microslip.threads import in_threads, workers
 
 Array = NDArray[np.float64]
@@ -51,7 +51,9 @@ TEST = 0.01
 
 def refined_table(
     held: HeldMode,
-    amplitude: Array,
+    smallest: float,
+    largest: float,
+    count: int = 48,
     *,
     steps: int = 300,
     cycles: int = 5,
@@ -59,6 +61,7 @@ def refined_table(
     band: tuple[float, float] | None = None,
     knots: int = 10,
     threads: int | None = None,
+    advance: Callable[[], None] = lambda: None,
 ) -> tuple[EquivalentTable, list[str]]:
     """Tabulate the modal contact force against the amplitude of the sliding mode.
 
@@ -66,8 +69,11 @@ def refined_table(
     ----------
     held : HeldMode
         Its upper modes are candidates for superharmonic resonance.
-    amplitude : (n,) array
-        Amplitudes of the sliding coordinate, ascending.
+    smallest, largest : float
+        Amplitudes of the sliding coordinate between which to tabulate.
+    count : int
+        Amplitudes in the table. Half of them are in geometric progression, the others go where
+        interpolation from the neighbours misses most.
     steps, cycles : int
         Load steps per cycle, and cycles at most.
     closure : float
@@ -75,8 +81,10 @@ def refined_table(
         Circular frequencies in which upper harmonics matter; by default 0.93 to 1.1 times the
         reference frequency.
     knots : int
-        Amplitudes at which upper modes are tested; in between they are interpolated.
+        Amplitudes at which upper modes are tested, with half the steps; interpolated in between.
     threads : int, optional
+    advance : callable
+        Called after every cycle.
 
     Returns
     -------
@@ -85,10 +93,13 @@ def refined_table(
     failures : list of str
         Amplitudes that could not be solved; they are left out.
     """
-    amplitude = np.asarray(amplitude, float)
-    if not (len(amplitude) >= 2 and amplitude[0] > 0 and (np.diff(amplitude) > 0).all()):
-        raise MicroslipError("amplitudes of a table must be positive and ascending, at least two")
-    count = threads or workers()
+    if not 0 < smallest < largest or count < 4:
+        raise MicroslipError(
+            f"a table from {smallest:g} to {largest:g} with {count} amplitudes: the first must be "
+            "positive and below the second, and at least 4 are needed"
+        )
+    workers_used = threads or workers()
+    failures: list[str] = []
 
     def one(a: float) -> PrescribedCycle | str:
         try:
@@ -98,9 +109,18 @@ def refined_table(
         except ContactError as error:
             return f"prescribed cycle at amplitude {a:.4g}: {error}"
 
-    outcomes = list(in_threads(one, amplitude, count))
-    failures = [o for o in outcomes if isinstance(o, str)]
-    solved = [o for o in outcomes if not isinstance(o, str)]
+    solved: list[PrescribedCycle] = []
+    wanted = list(np.geomspace(smallest, largest, count - count // 2))
+    while wanted:
+        for outcome in in_threads(one, wanted, workers_used):
+            if isinstance(outcome, str):
+                failures.append(outcome)
+            else:
+                solved.append(outcome)
+            advance()
+        solved.sort(key=lambda c: abs(c.q))
+        missing = min(count - len(solved) - len(failures), -(-count // 4))
+        wanted = _between(solved, missing) if len(solved) > 4 else []
     if len(solved) < 2:
         raise ContactError("fewer than two prescribed cycles solved: " + "; ".join(failures))
     Q, F = np.array([c.q for c in solved]), np.array([c.force for c in solved])
@@ -118,9 +138,39 @@ def refined_table(
         cross=np.zeros(len(Q), complex),
         dissipated=np.array([c.dissipated for c in solved]),
         stored=0.5 * size**2 * kappa.real * w2,
-        upper=_upper_harmonics(held, solved, band, knots, steps, count),
+        uncertainty=missed(np.log(size), kappa),
+        upper=_upper_harmonics(
+            held, solved, band, knots, max(steps // 2, 4 * HIGHEST), workers_used
+        ),
     )
     return table, failures
+
+
+def missed(x: Array, y: Complex) -> Array:
+    """By how much interpolation from the other points misses each point, halved spacing allowed for.
+
+    Interpolation over twice the spacing errs about eight times as much.
+    """
+    error = np.zeros(len(x))
+    for i in range(1, len(x) - 1):
+        others = np.arange(len(x)) != i
+        real = Akima1DInterpolator(x[others], y[others].real)(x[i])
+        imag = Akima1DInterpolator(x[others], y[others].imag)(x[i])
+        error[i] = abs(real + 1j * imag - y[i]) / 8
+    error[[0, -1]] = error[[1, -2]]
+    return error
+
+
+def _between(solved: Sequence[PrescribedCycle], count: int) -> list[float]:
+    """Amplitudes half way between those whose neighbours predict them worst."""
+    if count <= 0:
+        return []
+    size = np.array([abs(c.q) for c in solved])
+    x = np.log(size)
+    error = missed(x, np.array([c.force / c.q for c in solved]))
+    score = np.maximum(error[:-1], error[1:]) * (np.diff(x) > 1e-3)
+    chosen = np.argsort(-score)[:count]
+    return [float(np.sqrt(size[i] * size[i + 1])) for i in chosen]
 
 
 def moment_offset(held: HeldMode, amplitude: float) -> float:
@@ -159,7 +209,7 @@ def _upper_harmonics(
     omegas = np.linspace(*(band or (0.93 * w0, 1.1 * w0)), 60)
     gamma = [(c.force / c.q).imag for c in solved]
     middle = int(np.argmax(gamma))
-    trial = dict(zip(pairs, _reactions(held, solved[middle], pairs, steps, threads), strict=True))
+    trial = dict(zip(pairs, _reactions(held, solved[middle], pairs, steps), strict=True))
     kept = [
         pair
         for pair in pairs
@@ -169,7 +219,7 @@ def _upper_harmonics(
         return None
     spaced = np.unique(np.linspace(0, len(solved) - 1, min(knots, len(solved))).astype(int))
     chosen = [int(i) for i in spaced if gamma[i] > 1e-2 * max(gamma)]
-    rows = [_reactions(held, solved[i], kept, steps, threads) for i in chosen]
+    rows = list(in_threads(lambda i: _reactions(held, solved[i], kept, steps), chosen, threads))
     x = np.log([abs(c.q) for c in solved])
     at = x[np.array(chosen)]
 
@@ -200,38 +250,36 @@ def _is_excited(solved: Sequence[PrescribedCycle], mode: int, order: int) -> boo
 
 
 def _reactions(
-    held: HeldMode,
-    base: PrescribedCycle,
-    pairs: Sequence[tuple[int, int]],
-    steps: int,
-    threads: int,
+    held: HeldMode, cycle: PrescribedCycle, pairs: Sequence[tuple[int, int]], steps: int
 ) -> list[_Reaction]:
     """Answers of a cycle to test loads, in phase and in quadrature, on each (mode, harmonic)."""
-    tests = [(pair, unit) for pair in pairs for unit in (1.0, 1j)]
+    q = abs(cycle.q)
 
-    def run(test: tuple[tuple[int, int], complex]) -> tuple[complex, complex]:
-        (mode, order), unit = test
-        stiff = held.upper_omega[mode] ** 2 - held.reference_omega**2
-        load = TEST * abs(base.q) / order**2 * stiff
-        moved = prescribed_cycle(
+    def run(loads: dict[tuple[int, int], complex], start: ContactState) -> PrescribedCycle:
+        return prescribed_cycle(
             held,
-            abs(base.q),
+            q,
             steps=steps,
             cycles=2,
             closure=0.0,
-            upper={(mode, order): load * unit},
+            upper=loads,
             harmonics=HIGHEST,
-            start=base.state,
+            start=start,
         )
-        motion = moved.upper[mode, order - 1] - base.upper[mode, order - 1]
-        force = moved.force / moved.q * base.q - base.force
-        return motion / (load * unit), force / load
 
-    found = list(in_threads(run, tests, threads))
-    return [
-        _Reaction(0.5 * (real[0] + imag[0]), (real[1], imag[1]))
-        for real, imag in zip(found[::2], found[1::2], strict=True)
-    ]
+    base = run({}, cycle.state)
+    found = []
+    for mode, order in pairs:
+        stiff = held.upper_omega[mode] ** 2 - held.reference_omega**2
+        load = TEST * q / order**2 * stiff
+        motion, force = [], []
+        for unit in (1.0, 1j):
+            moved = run({(mode, order): load * unit}, base.state)
+            change = moved.upper[mode, order - 1] - base.upper[mode, order - 1]
+            motion.append(change / (load * unit))
+            force.append((moved.force / moved.q * base.q - base.force) / load)
+        found.append(_Reaction(0.5 * (motion[0] + motion[1]), (force[0], force[1])))
+    return found
 
 
 def _largest_change(

@@ -121,7 +121,7 @@ def _response_table(found: dict[str, Any]) -> Table:
 def _time_table(found: dict[str, Any]) -> Table:
     """Steady states by time integration."""
     table = Table(title="Time domain", title_justify="left", box=None, pad_edge=True)
-    for name in ("rho", "frequency, Hz", "|q|", "phase, rad", "dissipated, J/m", "cycles", "s"):
+    for name in ("rho", "f, Hz", "|q|", "phase, rad", "dissipated, J/m", "cycles", "s"):
         table.add_column(name, justify="right", no_wrap=True)
     for row in found["time_domain"]:
         table.add_row(

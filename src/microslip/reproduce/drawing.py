@@ -10,12 +10,12 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from numpy.typing import NDArray
 
 from microslip.harmonics import harmonic
-from microslip.modal_force import phases
 from microslip.model import JointModel
 from microslip.plots.states import COLOURS
 from microslip.plots.style import GREY, VERMILLION
 from microslip.statics import Cycle
 from microslip.steady import SteadyState
+from microslip.timedomain import phases
 
 Array = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from microslip.backbone import EquivalentTable
-from microslip.modal_force import friction_table
+from microslip.friction_force import friction_table
 from microslip.plots.style import DOUBLE, MM, SERIES, house_style, letters, new_figure
 from microslip.reduced import CONVERGED, TwoModeModel, forced_response, two_mode_model
 from microslip.reproduce.fig11 import time_frequencies

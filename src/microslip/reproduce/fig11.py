@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from microslip.plots.style import BLACK, DOUBLE, MM, SERIES, house_style, letters, new_figure
-from microslip.reduced import CONVERGED, Response, forced_response, two_mode_model
+from microslip.reduced import CONVERGED, forced_response, two_mode_model
 from microslip.reproduce.peaks import time_domain_peak
 from microslip.reproduce.plate import Number, Plate, Trend
 from microslip.reproduce.settings import PAPER_RHO
@@ -112,9 +112,7 @@ def case_errors(study: Study, case: Case, rho: float, points: list[TimePoint]) -
     """Relative error of a case at every point of the time domain, and the worst and median."""
     frequency = np.array([p.corrected_frequency for p in points])
     truth = np.array([abs(p.steady.amplitude) for p in points])
-    response = at_frequencies(study, case, rho, frequency)
-    size = np.where(response.flag == CONVERGED, np.abs(response.amplitude), np.nan)
-    error = size / truth - 1
+    error = size_at(study, case, rho, frequency) / truth - 1
     good = np.isfinite(error)
     return {
         "frequency_hz": frequency.tolist(),
@@ -126,23 +124,15 @@ def case_errors(study: Study, case: Case, rho: float, points: list[TimePoint]) -
     }
 
 
-def at_frequencies(study: Study, case: Case, rho: float, frequency: NDArray) -> Response:
-    """Response of a case at given frequencies, swept through the band so that branches match."""
+def size_at(study: Study, case: Case, rho: float, frequency: NDArray) -> NDArray:
+    """|q| of a case at given frequencies, swept through the band so that branches match.
+
+    nan where it has no answer.
+    """
     band = np.unique(np.r_[study.settings.response_band(), frequency])
-    full = respond(study, case, rho, band)
-    at = np.searchsorted(band, frequency)
-    return Response(
-        variant=full.variant,
-        drive=full.drive,
-        rho=rho,
-        load=full.load,
-        friction=full.friction,
-        frequency=full.frequency[at],
-        amplitude=full.amplitude[at],
-        iterations=full.iterations[at],
-        contraction=full.contraction[at],
-        flag=full.flag[at],
-    )
+    response = respond(study, case, rho, band)
+    size = np.where(response.flag == CONVERGED, np.abs(response.amplitude), np.nan)
+    return np.asarray(size[np.searchsorted(band, frequency)])
 
 
 def _numbers(study: Study, errors: dict[float, dict[str, dict[str, Any]]]) -> list[Number]:
@@ -152,8 +142,7 @@ def _numbers(study: Study, errors: dict[float, dict[str, dict[str, Any]]]) -> li
     printed = respond(study, PRINTED, PAPER_RHO, study.settings.response_band())
     worst = errors[PAPER_RHO][PRINTED.key]
     better, best = (errors[PAPER_RHO][case.key] for case in (CONSISTENT, REFINED))
-    near = at_frequencies(study, PRINTED, PAPER_RHO, np.array([peak.frequency]))
-    answered = near.flag[0] == CONVERGED
+    near = float(size_at(study, PRINTED, PAPER_RHO, np.array([peak.frequency]))[0])
     opening = (
         "At ρ = 0.8 the vibration here comes close to opening the joint and the normal contact "
         "force softens it; the paper's friction force leaves that out, and with friction alone "
@@ -168,26 +157,30 @@ def _numbers(study: Study, errors: dict[float, dict[str, dict[str, Any]]]) -> li
         ),
         Number("resonance_rho_0_8", peak.frequency, opening),
         Number("resonance_shift", peak.frequency - sliding, opening),
-        Number("amplitude_drop", 1 - peak.amplitude / unit, "Follows from the calibration of ρ."),
+        Number(
+            "amplitude_drop",
+            1 - peak.amplitude / unit,
+            "Follows from the calibration of ρ, which fixes the load.",
+        ),
         Number(
             "rom_error_peak",
-            abs(float(np.abs(near.amplitude[0])) / peak.amplitude - 1) if answered else None,
+            abs(near / peak.amplitude - 1),
             "The model as printed with friction alone, at the resonance of the time domain"
-            + ("." if answered else ", where it has no answer.")
+            + ("." if np.isfinite(near) else ", where it has no answer.")
             + f" In the median over the band: consistent and mode-driven {_text(better['median'])}, "
             f"refined {_text(best['median'])}.",
         ),
         Number(
             "rom_error_worst",
             worst["worst"],
-            f"The model as printed with friction alone, {worst['no_answer']} frequencies without "
-            f"an answer left out; consistent and mode-driven {_text(better['worst'])}, refined "
-            f"{_text(best['worst'])}.",
+            f"The model as printed with friction alone; frequencies without an answer "
+            f"({worst['no_answer']}) are left out. Consistent and mode-driven "
+            f"{_text(better['worst'])}, refined {_text(best['worst'])}.",
         ),
         Number(
             "rom_error_worst_hz",
             worst["worst_hz"],
-            "On the flank, where frequency errors weigh most.",
+            "Where the models and the time domain jump at different frequencies.",
         ),
     ]
 

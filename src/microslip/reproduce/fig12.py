@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from microslip.modal_force import dynamic_equivalent
 from microslip.plots.style import BLACK, DOUBLE, MM, house_style, letters, new_figure
 from microslip.reproduce.fig11 import case_style
 from microslip.reproduce.plate import Number, Plate
 from microslip.reproduce.settings import PAPER_RHO
-from microslip.reproduce.study import Study
+from microslip.reproduce.study import Study, dynamic_equivalent
 from microslip.reproduce.variants import CONSISTENT, PRINTED, REFINED, Case, cases, equivalent
 
 CHECKED = 175.0
@@ -19,10 +18,10 @@ CHECKED = 175.0
 @house_style
 def fig12(study: Study) -> Plate:
     """Lines of every case over frequency; points of the time domain."""
-    a, band = study.assembly, study.settings.response_band()
+    band = study.settings.response_band()
     points = study.time_points(PAPER_RHO, study.settings.time_frequencies)
     frequency = np.array([p.corrected_frequency for p in points])
-    dynamic = np.array([dynamic_equivalent(p.steady, a.model, a.states) for p in points])
+    dynamic = np.array([dynamic_equivalent(study, p) for p in points])
     figure = new_figure(DOUBLE, 95 * MM)
     axes = figure.subplots(1, 2)
     for case in cases():
@@ -38,7 +37,7 @@ def fig12(study: Study) -> Plate:
     letters(axes)
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     at = study.time_point(PAPER_RHO, CHECKED)
-    truth = dynamic_equivalent(at.steady, a.model, a.states)
+    truth = dynamic_equivalent(study, at)
     errors = {c.key: _errors(study, c, at.corrected_frequency, truth) for c in cases()}
     why = (
         "The model as printed reads its table at |q_sl|, a share of the motion, and the table is "

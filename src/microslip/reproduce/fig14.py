@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip.plots.style import DOUBLE, MM, house_style, letters, new_figure
+from microslip.reproduce.fig10 import MESH
 from microslip.reproduce.maps import ResponseMap, response_map
 from microslip.reproduce.plate import Number, Plate, Trend
 from microslip.reproduce.study import Study
@@ -108,28 +109,25 @@ def aligned_range(found: ResponseMap) -> tuple[float, float]:
     return float(found.rho[near][0]), float(found.rho[near][-1])
 
 
-def _at_resonance(found: ResponseMap) -> NDArray[np.complex128]:
-    columns = [int(np.argmin(np.abs(found.frequency - f))) for f in found.resonance]
-    return found.equivalent[np.arange(len(columns)), columns]
-
-
 def _saturates(found: ResponseMap) -> Trend:
-    k = _at_resonance(found).real
+    k = np.nanmin(found.equivalent.real, axis=1)
     enclosed = np.array([peak.inside for peak in found.peaks])
     growth = np.diff(k) / np.diff(found.rho)
     good = np.isfinite(growth) & enclosed[1:] & enclosed[:-1]
+    fall = float(-np.diff(k)[good].min(initial=0.0) / np.ptp(k))
     return Trend(
         "k_saturates",
-        "k_eq at resonance rises monotonically with ρ and levels off",
-        bool((growth[good] > 0).all() and growth[good][-1] < 0.5 * growth[good].max()),
+        "the least k_eq over frequency rises monotonically with ρ and levels off",
+        fall < MESH and bool(growth[good][-1] < 0.5 * growth[good].max()),
         {
             "rho": found.rho[:: max(len(k) // 10, 1)].tolist(),
             "k_eq": k[:: max(len(k) // 10, 1)].tolist(),
+            "largest_fall_over_range": fall,
             "growth_at_last_rho": float(growth[good][-1]),
             "greatest_growth": float(growth[good].max()),
         },
-        "Its limit is the stuck joint; at ρ = 5 it is still below it. Where the resonance borders "
-        "on points without an answer it is left out.",
+        "Its limit is the stuck joint; at ρ = 5 it is still below it. Loads whose resonance borders "
+        "on points without an answer are left out.",
     )
 
 

@@ -31,6 +31,9 @@ from microslip.reproduce.variants import CONSISTENT, PRINTED, Case, fixed_point_
 ITERATES = 200
 """Plain iterations at most."""
 
+DRAWN = 30
+"""So many of the first and of the last iterates are drawn."""
+
 CLOSE = 1e-6
 """Relative change of the last iterate that counts as converged."""
 
@@ -64,7 +67,7 @@ def fig16(study: Study) -> Plate:
     return Plate(
         figure,
         f"(a)–(c) The fixed-point map g(q) of appendix B at ρ = {PAPER_RHO:g} and three frequencies, "
-        "over the amplitude q* of greatest damping, with the iterates of plain iteration from "
+        "over the amplitude q* of greatest damping, with the first and last iterates of plain iteration from "
         "rest. (d), (e) Number of solutions over ρ and frequency; inside the line |g'| ≥ 1 at the "
         "answer and plain iteration diverges. (f) Largest |g'| over the band at each ρ.",
         numbers=[
@@ -130,8 +133,9 @@ def _draw_map(ax: Axes, study: Study, frequency: float, data: dict[str, Any]) ->
         top = max(top, 1.35 * float(max(roots.max(initial=0.0), max(path[:6]))) / best)
         grid = np.geomspace(table.amplitude[0] / 10, table.amplitude[-1], 500)
         ax.plot(grid / best, [g(q) / best for q in grid], **style)
-        steps = np.array(path[:40]) / best
-        ax.plot(np.repeat(steps, 2)[1:-1], np.repeat(steps, 2)[2:], color=style["color"], lw=0.5)
+        for part in (path[:DRAWN], path[-DRAWN:]):
+            steps = np.repeat(np.array(part) / best, 2)
+            ax.plot(steps[1:-1], steps[2:], color=style["color"], lw=0.5)
         ax.plot(roots / best, roots / best, "o", color=style["color"], mfc="white")
         data[f"{case.key}, {frequency:g} Hz"] = {
             "solutions_over_greatest_damping": (roots / best).tolist(),
@@ -169,6 +173,8 @@ def _draw_regions(ax: Axes, study: Study, case: Case) -> dict[str, Any]:
     if (slope >= 1).any():
         ax.contour(found.frequency, found.rho, slope, levels=[1.0], colors="k", linewidths=0.9)
     ax.grid(False)
+    ax.set_xlim(frequency[0], frequency[-1])
+    ax.set_ylim(rho[0], rho[-1])
     ax.set_xlabel("frequency (Hz)")
     return {
         "share_diverging": float((slope >= 1).mean()),

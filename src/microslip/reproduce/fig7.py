@@ -35,7 +35,7 @@ def fig7(study: Study) -> Plate:
     best = _greatest_damping(study)
     why = (
         "The paper's q has no unit; over q at 174 Hz and ρ = 0.8 it can be compared. Here that "
-        "vibration is further into gross slip: the overlap of the reference joint is longer."
+        "vibration is further into gross slip, beyond the greatest damping."
     )
     return Plate(
         figure,
@@ -55,7 +55,8 @@ def fig7(study: Study) -> Plate:
                 "contact states of both analyses align closely at equal amplitude",
                 same["moment_driven"] > 0.9,
                 {f"equal_share_{name}": share for name, share in same.items()},
-                "Share of pairs and steps in the same state.",
+                f"{same['moment_driven']:.0%} of pairs and steps are in the same state; "
+                f"{same['mode_driven']:.0%} where the cycle is driven by the mode.",
             )
         ],
         data={"modal_amplitude": amplitude, "moment_over_pl": cycle.amplitude / study.unit},

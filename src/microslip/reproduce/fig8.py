@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip.modal_force import friction_modal_force
+from microslip.friction_force import friction_modal_force
 from microslip.plots.style import (
     BLACK,
     BLUE,

@@ -68,17 +68,20 @@ def _numbers(report: dict[str, Any]) -> str:
     rows = []
     for row in report["numbers"].values():
         unit = f" {row['unit']}" if row["unit"] else ""
-        percent = row["difference_percent"]
-        difference = f"{value(row['difference'], 3)}{unit}"
-        if percent is not None and not unit.endswith("Hz"):
-            difference += f" ({percent:+.3g} %)"
+        difference, percent = row["difference"], row["difference_percent"]
+        if percent is None:
+            shown = "–"
+        elif abs(percent) < 1e-6:
+            shown = "none"
+        else:
+            shown = f"{difference:+.3g}{unit}" + ("" if "Hz" in unit else f" ({percent:+.3g} %)")
         rows.append(
             (
                 row["quantity"],
                 row["where"],
                 f"{value(row['paper'])}{unit}",
                 f"{value(row['here'], 5)}{unit if row['here'] is not None else ''}",
-                difference if row["here"] is not None else "–",
+                shown,
                 row["why"],
             )
         )
@@ -100,12 +103,12 @@ def _trends(report: dict[str, Any]) -> str:
 
 
 def _errata(report: dict[str, Any]) -> str:
-    entry = report["figures"].get("errata")
-    if entry is None:
+    effects = report["figures"].get("errata", {}).get("data", {})
+    if not effects:
         return ""
-    rhos = [key for key in entry["data"]["corrected"] if key.startswith("rho_")]
+    rhos = [key for key in effects["corrected"] if key.startswith("rho_")]
     rows = []
-    for name, found in entry["data"].items():
+    for name, found in effects.items():
         cells = [name, found.get("printed", "")]
         for rho in rhos:
             bound = "≥ " if found[rho].get("bound") else ""

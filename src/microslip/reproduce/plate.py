@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -19,7 +20,7 @@ class Number:
     key : str
         In `published.PAPER`.
     here : float or None
-        None where it could not be computed.
+        None (or nan) where it could not be computed.
     why : str
         One sentence on the difference.
     """
@@ -41,7 +42,9 @@ class Number:
             "difference_percent": None,
             "why": self.why,
         }
-        if self.here is not None:
+        if self.here is None or not math.isfinite(self.here):
+            row["here"] = None
+        else:
             row["difference"] = self.here - printed.value
             row["difference_percent"] = 100 * (self.here / printed.value - 1)
         return row

@@ -130,11 +130,12 @@ def _write(result: Reproduction, study: Study, folder: Path, seconds: float) -> 
             "mode-driven table has its greatest damping at the paper's rho = 2.4",
         }
     folder.mkdir(parents=True, exist_ok=True)
-    text = json.dumps(_plain(report), indent=1, ensure_ascii=False, allow_nan=False)
+    plain = _plain(report)
+    text = json.dumps(plain, indent=1, ensure_ascii=False, allow_nan=False)
     for name, content in (
         ("reproduction.json", text + "\n"),
-        ("gallery.md", gallery(report)),
-        ("numbers.md", tables(report)),
+        ("gallery.md", gallery(plain)),
+        ("numbers.md", tables(plain)),
     ):
         path = folder / name
         with replacing(path) as temporary:

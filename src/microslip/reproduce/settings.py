@@ -33,6 +33,8 @@ class Settings:
     summit : tuple of float, float, int
         M/(PL) between which more cycles are added, and how many. Interpolation puts the greatest
         damping at a cycle, and the calibration of rho hangs on it.
+    prescribed : int
+        Cycles with the mode prescribed, of the refined model's table.
     upper_modes : int
         Modes whose superharmonic resonance the refined model looks at.
     cycle_steps : int
@@ -69,6 +71,7 @@ class Settings:
     largest: float = 0.95
     amplitudes: int = 25
     summit: tuple[float, float, int] = (7e-3, 16e-3, 18)
+    prescribed: int = 48
     upper_modes: int = 12
     cycle_steps: int = 300
     time_steps: int = 150
@@ -116,6 +119,7 @@ QUICK = Settings(
     meshes=(41, 81, 101, 151, 201),
     amplitudes=18,
     summit=(7e-3, 16e-3, 10),
+    prescribed=28,
     upper_modes=0,
     cycle_steps=200,
     step_counts=(20, 30, 60, 90, 120, 150, 300),

@@ -17,8 +17,8 @@ from scipy.interpolate import PchipInterpolator
 from microslip.backbone import DRIVES, EquivalentTable, equivalent_table
 from microslip.errors import MicroslipError
 from microslip.flexibility import static_flexibility
+from microslip.friction_force import friction_table
 from microslip.joint import LapJoint, load_joint
-from microslip.modal_force import friction_table
 from microslip.pipeline import JointAssembly, LapRun, assemble_joint, run_cycles
 from microslip.prescribed import hold_mode
 from microslip.progress import NullProgress, Progress
@@ -27,7 +27,7 @@ from microslip.refined import moment_offset, refined_table
 from microslip.reproduce.settings import FULL, PAPER_BEST_RHO, Settings
 from microslip.statics import Cycle, quasi_static_cycle
 from microslip.threads import workers
-from microslip.timedomain import Request, TimePoint, steady_states
+from microslip.timedomain import Request, TimePoint, equivalent, steady_states
 
 Array = NDArray[np.float64]
 T = TypeVar("T")
@@ -166,7 +166,8 @@ class Study:
         a, drive = self.assembly, self.run.tables["mode"]
         omega = 0.5 * (a.states.sliding_omega + a.states.stuck_omega)
         with self.timed("cycles_prescribed"):
-            self.progress.start("cycles, mode prescribed", 1)
+            count = self.settings.prescribed
+            self.progress.start("cycles, mode prescribed", count)
             held = hold_mode(
                 a.model,
                 a.prestress,
@@ -176,7 +177,14 @@ class Study:
                 upper=self.settings.upper_modes,
                 compliance=self.compliance,
             )
-            table, failures = refined_table(held, drive.amplitude, steps=self.settings.cycle_steps)
+            table, failures = refined_table(
+                held,
+                float(drive.amplitude[0]),
+                float(drive.amplitude[-1]),
+                count,
+                steps=self.settings.cycle_steps,
+                advance=self.progress.advance,
+            )
             self.failures += failures
             offset = moment_offset(held, 0.01 * float(drive.amplitude[0]))
             self.progress.finish()
@@ -344,3 +352,9 @@ class Study:
         )
         model = a.reducer.with_ports(plain, {**a.states.ports(a.structure), "edge": unit})
         return replace(a, model=model)
+
+
+def dynamic_equivalent(study: Study, point: TimePoint) -> complex:
+    """``k_eq + i gamma_eq`` of a steady vibration, over omega_sl²."""
+    found = equivalent(point, study.assembly.model, study.assembly.states)
+    return complex(found.k_eq, found.gamma_eq)

@@ -1,0 +1,327 @@
+"""Harmonic balance against finite elements, the time domain, symmetries and its own derivative."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+import scipy.sparse.linalg as spla
+
+from microslip.continuation import (
+    ContinuationError,
+    StepControl,
+    first_point,
+    fold,
+    solve_at,
+    trace,
+    turned,
+)
+from microslip.errors import ContactError, MicroslipError
+from microslip.flexibility import with_compliance
+from microslip.harmonic import (
+    derivative_times,
+    evaluate,
+    frequency_derivative,
+    harmonic_problem,
+    linear_operator,
+    load_derivative,
+    padded,
+    with_harmonics,
+)
+from microslip.harmonic_response import (
+    CONTROL,
+    Adaptive,
+    FrequencyPath,
+    LoadPath,
+    amplitude_sweep,
+    describe,
+    follow_frequency,
+    frequency_response,
+    raise_load,
+    resonance_locus,
+    resonance_peak,
+)
+from microslip.harmonic_solver import Condensed, gmres
+from microslip.statics import prestress
+from microslip.steady import steady_state
+from microslip.transient import period_error, time_scheme
+
+LOAD = 2.4e-4
+"""Moment over P L: widely slipping at resonance."""
+
+
+@pytest.fixture(scope="module")
+def problem(small_reference):
+    return harmonic_problem(small_reference.model, small_reference.start, 0.25, harmonics=3)
+
+
+def solved(problem, frequency, load):
+    w, _ = raise_load(problem, frequency, load)
+    return describe(LoadPath(problem, frequency, load).at(w, load), 0, 0.0)
+
+
+@pytest.fixture(scope="module")
+def mixed(problem, small_reference):
+    """Below resonance: pairs that stick, slip and separate."""
+    return solved(problem, 174.0, LOAD * small_reference.moment)
+
+
+def elastic(reference, **options):
+    stiffness = 1e14 * reference.model.area
+    compliance = np.repeat(1 / stiffness, 2)
+    flexibility = with_compliance(reference.flexibility, compliance)
+    start = prestress(reference.model, flexibility, reference.start.clamp)
+    return harmonic_problem(
+        reference.model, start, 0.25, compliance=compliance, stiffness=1 / compliance, **options
+    )
+
+
+@pytest.mark.parametrize("law", ["exact", "elastic"])
+@pytest.mark.parametrize("half_turn", [True, False])
+def test_derivatives_against_differences(small_reference, law, half_turn):
+    """Of the residual by the unknowns, the frequency and the load; and the condensed inverse."""
+    options = {"harmonics": 3, "half_turn": half_turn}
+    if law == "elastic":
+        problem = elastic(small_reference, **options)
+    else:
+        problem = harmonic_problem(small_reference.model, small_reference.start, 0.25, **options)
+    load = LOAD * small_reference.moment
+    omega = 2 * np.pi * 176.0
+    operator = linear_operator(problem, omega)
+    w, _ = raise_load(problem, 176.0, 0.3 * load)
+    rng = np.random.default_rng(3)
+    w = w + 1e-4 * problem.force_scale * rng.standard_normal(len(w))
+    point = evaluate(operator, load, w)
+    assert (point.cycle.kind == 2).any()
+    direction = rng.standard_normal(len(w)) * problem.force_scale
+    step = 1e-9
+    slope = evaluate(operator, load, w + step * direction).F
+    slope = (slope - evaluate(operator, load, w - step * direction).F) / (2 * step)
+    analytic = derivative_times(operator, point.cycle, direction)
+    assert analytic == pytest.approx(slope, abs=1e-6 * np.abs(slope).max())
+    h = 1e-5
+    slope = evaluate(linear_operator(problem, omega + h), load, w).F
+    slope = (slope - evaluate(linear_operator(problem, omega - h), load, w).F) / (2 * h)
+    analytic = frequency_derivative(operator, point, load)
+    assert analytic == pytest.approx(slope, abs=1e-5 * np.abs(slope).max())
+    h = 1e-6 * load
+    slope = (evaluate(operator, load + h, w).F - evaluate(operator, load - h, w).F) / (2 * h)
+    assert load_derivative(operator, point) == pytest.approx(slope, abs=1e-6 * np.abs(slope).max())
+    right = rng.standard_normal(len(w))
+    z, iterations, error = gmres(
+        lambda x: derivative_times(operator, point.cycle, x),
+        Condensed(operator, point.cycle).solve,
+        right,
+        1e-9,
+        20,
+    )
+    assert error <= 1e-9
+    assert iterations <= 12
+    back = derivative_times(operator, point.cycle, z)
+    assert back == pytest.approx(right, abs=1e-7)
+
+
+@pytest.mark.parametrize(("friction", "directions"), [(0.0, 1), (50.0, 2)])
+def test_small_loads_give_the_linear_response(small_reference, friction, directions):
+    """Frictionless and stuck: the harmonic response of the finite elements, pairs bonded."""
+    joint, frequency = small_reference, 170.0
+    load = 1e-7 * joint.moment
+    problem = harmonic_problem(joint.model, joint.start, friction, harmonics=2)
+    w, _ = raise_load(problem, frequency, load)
+    path, tight = LoadPath(problem, frequency, load), StepControl(tolerance=1e-11)
+    w, equations, iterations = solve_at(path, w, load, tight)
+    found = describe(equations, iterations, 0.0)
+    structure, omega = joint.structure, 2 * np.pi * frequency
+    scale = np.abs(structure.stiffness).max()
+    bonded = scale * structure.interface.relative[joint.start.bonded(directions)]
+    beta = joint.model.rayleigh[1]
+    dynamic = (1 + 1j * omega * beta) * structure.stiffness - omega**2 * structure.mass
+    system = sp.bmat([[dynamic, bonded.T], [bonded, None]], format="csc")
+    right = np.concatenate([load * structure.loads["moment"], np.zeros(bonded.shape[0])])
+    x = spla.spsolve(system, right.astype(complex))[: structure.dofs]
+    direct = joint.shape_sliding @ (structure.mass @ x)
+    print(f"{found.amplitude / direct - 1:.1e}")
+    assert abs(found.amplitude / direct - 1) < 1e-5
+    assert np.abs(found.output[2]).max() < 1e-6 * np.abs(found.output[1]).max()
+
+
+def test_residual_and_energy_balance(mixed):
+    """External work is friction plus material damping; every point is solved to 1e-8."""
+    assert mixed.residual <= 1e-8
+    assert (mixed.status == 1).any()
+    assert (mixed.status == 4).any()
+    assert (mixed.status == 2).any()
+    assert mixed.dissipated > 0
+    balance = mixed.external_work - mixed.dissipated - mixed.material_work
+    assert abs(balance - mixed.normal_work) < 1e-5 * mixed.external_work
+    assert abs(mixed.normal_work) < 2e-3 * mixed.external_work
+
+
+def test_half_turn_halves_the_work_and_nothing_else(small_reference, mixed):
+    problem = harmonic_problem(
+        small_reference.model, small_reference.start, 0.25, harmonics=3, half_turn=False
+    )
+    whole = solved(problem, 174.0, mixed.load)
+    assert whole.amplitude == pytest.approx(mixed.amplitude, rel=1e-5)
+    top = whole.friction_work.max()
+    assert whole.friction_work == pytest.approx(mixed.friction_work, abs=1e-4 * top)
+    assert whole.friction_work == pytest.approx(whole.friction_work[::-1], abs=1e-4 * top)
+    assert np.mean(whole.status == mixed.status) > 0.999
+    balance = whole.external_work - whole.dissipated - whole.material_work - whole.normal_work
+    assert abs(balance) < 1e-8 * whole.external_work
+
+
+def test_scaling_with_the_clamp(small_reference, mixed):
+    """Twice the clamp force and twice the moment: twice the motion, four times the energy."""
+    joint = small_reference
+    start = prestress(joint.model, joint.flexibility, 2 * joint.start.clamp)
+    other = solved(harmonic_problem(joint.model, start, 0.25, harmonics=3), 174.0, 2 * mixed.load)
+    assert other.amplitude == pytest.approx(2 * mixed.amplitude, rel=1e-7)
+    assert other.dissipated == pytest.approx(4 * mixed.dissipated, rel=1e-6)
+
+
+def test_stuck_pairs_stay_where_the_clamp_put_them(small_reference, problem):
+    point = solved(problem, 174.0, 0.02 * LOAD * small_reference.moment)
+    stuck = (point.status == 1).all(axis=1)
+    assert 0.5 < stuck.mean() < 1
+    rest = small_reference.start.solution.v[1::2]
+    slip = np.abs(point.v[1::2] - rest[:, None] * (np.arange(7) == 0))
+    size = np.abs(small_reference.start.solution.v).max()
+    assert slip[stuck].max() < 1e-10 * size
+
+
+def time_domain(joint, frequency, load, guess, steps=600):
+    corrected = frequency / (1 + period_error(2 * np.pi / steps))
+    scheme = time_scheme(joint.model, joint.start, 0.25, 1 / (corrected * steps))
+    found = steady_state(scheme, corrected, load, guess=guess, tolerance=1e-5)
+    assert found.converged
+    return found
+
+
+def test_amplitude_of_the_time_domain(small_reference):
+    """Within 0.3 % off the steep flank, with the harmonics that the adaptive choice took."""
+    joint, load = small_reference, LOAD * small_reference.moment
+    problem = harmonic_problem(joint.model, joint.start, 0.25, harmonics=5)
+    response = frequency_response(problem, load, [172.0, 170.0, 165.0], adaptive=Adaptive())
+    assert not response.failures
+    for point in response.points:
+        truth = time_domain(joint, point.frequency, load, point.amplitude)
+        error = abs(point.amplitude) / abs(truth.amplitude) - 1
+        print(f"{point.frequency} Hz, H = {point.harmonics}: {error:+.2e}, tail {point.tail:.3f}")
+        assert abs(error) < 3e-3
+        assert point.tail <= Adaptive().tolerance
+
+
+def test_answer_forgets_the_augmentation_as_harmonics_grow(small_reference):
+    load = LOAD * small_reference.moment
+    spread = []
+    for harmonics in (3, 7):
+        found = []
+        for factor in (1.0, 0.3):
+            stiffness = factor / np.diag(small_reference.model.residual)
+            problem = harmonic_problem(
+                small_reference.model,
+                small_reference.start,
+                0.25,
+                harmonics=harmonics,
+                stiffness=stiffness,
+            )
+            found.append(abs(solved(problem, 165.0, 0.3 * load).amplitude))
+        spread.append(abs(found[0] / found[1] - 1))
+    print(spread)
+    assert spread[1] < 0.5 * spread[0]
+
+
+def test_more_harmonics_start_from_fewer(problem, mixed):
+    """Unknowns padded with zeros are the same motion."""
+    more = with_harmonics(problem, 5)
+    w = padded(problem, more, mixed.w)
+    u, q = more.split(w)
+    old, q_old = problem.split(mixed.w)
+    assert (u[:, :7] == old).all()
+    assert not u[:, 7:].any()
+    assert q == pytest.approx(q_old)
+
+
+def test_fold_and_back(small_reference, problem):
+    """A light joint folds; the branch is the same from both ends, through the fold."""
+    load = 3 * LOAD * small_reference.moment
+    path, branch = follow_frequency(
+        problem, load, (170.0, 180.0), observe=lambda point: point.p < 171.5 and point.tangent_p < 0
+    )
+    assert branch.ended == "stopped"
+    assert len(branch.folds) == 1
+    turn = fold(path, branch, branch.folds[0])
+    assert turn.p > 172.0
+    back = trace(path, turned(branch.points[-1]), (170.0, 180.0), CONTROL)
+    again = fold(path, back, back.folds[0])
+    print(f"fold at {turn.p:.5f} and {again.p:.5f} Hz, {len(branch.points)} points")
+    assert again.p == pytest.approx(turn.p, rel=1e-5)
+    assert back.points[-1].p == 170.0
+    first = describe(path.at(branch.points[0].u, 170.0), 0, 0.0).amplitude
+    last = describe(path.at(back.points[-1].u, 170.0), 0, 0.0).amplitude
+    assert last == pytest.approx(first, rel=1e-6)
+
+
+def test_peak_and_locus(small_reference, problem):
+    """The peak is where amplitudes on either side are smaller; more load softens the joint."""
+    loads = np.array([0.1, 0.3]) * LOAD * small_reference.moment
+    peaks, failures = resonance_locus(problem, loads, (190.0, 177.0))
+    assert not failures
+    assert peaks[0].frequency > peaks[1].frequency
+    assert abs(peaks[0].amplitude) < abs(peaks[1].amplitude)
+    path = FrequencyPath(problem, float(loads[0]))
+    top = peaks[0]
+    for shift in (-0.05, 0.05):
+        guess = first_point(path, top.w, top.frequency + shift, CONTROL)
+        beside = describe(path.at(guess.u, guess.p), 0, 0.0)
+        assert abs(beside.amplitude) < abs(top.amplitude)
+    _, branch = follow_frequency(problem, float(loads[0]), (165.0, 166.0))
+    with pytest.raises(ContinuationError, match="no resonance peak"):
+        resonance_peak(path, branch)
+
+
+def test_sweeps_agree(small_reference, problem, mixed):
+    """Over load at one frequency, over frequency at one load: the same point."""
+    sweep = amplitude_sweep(problem, 174.0, [0.5 * mixed.load, mixed.load])
+    assert not sweep.failures
+    response = frequency_response(problem, mixed.load, [170.0, 174.0])
+    assert sweep.points[1].amplitude == pytest.approx(mixed.amplitude, rel=1e-6)
+    assert response.points[1].amplitude == pytest.approx(mixed.amplitude, rel=1e-6)
+    assert abs(sweep.points[0].amplitude) < abs(sweep.points[1].amplitude)
+
+
+def test_failures_are_named_and_the_rest_kept(small_reference, problem):
+    short = StepControl(first=0.02, largest=0.1, max_points=25)
+    load = 0.01 * LOAD * small_reference.moment
+    response = frequency_response(problem, load, [165.0, 165.5, 189.0], control=short)
+    assert [point.frequency for point in response.points] == pytest.approx([165.0, 165.5])
+    assert any(
+        "189 Hz" in failure and "not on the branch" in failure for failure in response.failures
+    )
+
+
+def test_bad_requests(small_reference):
+    model, start = small_reference.model, small_reference.start
+    with pytest.raises(ContactError, match="do not resolve"):
+        harmonic_problem(model, start, 0.25, harmonics=40, samples=128)
+    free = replace(model, omega=np.concatenate([[0.0], model.omega[1:]]))
+    with pytest.raises(MicroslipError, match="no stiffness"):
+        harmonic_problem(free, start, 0.25)
+    with pytest.raises(MicroslipError, match="no residual flexibility"):
+        harmonic_problem(replace(model, residual=0 * model.residual), start, 0.25)
+    with pytest.raises(MicroslipError, match="half turn"):
+        harmonic_problem(model, start, np.linspace(0.2, 0.3, model.pairs), half_turn=True)
+    with pytest.raises(MicroslipError, match="coefficient of friction"):
+        harmonic_problem(model, start, -0.1)
+    with pytest.raises(MicroslipError, match="no port"):
+        harmonic_problem(model, start, 0.25, port="torque")
+    problem = harmonic_problem(model, start, 0.25)
+    with pytest.raises(MicroslipError, match="must be positive"):
+        linear_operator(problem, -1.0)
+    with pytest.raises(MicroslipError, match="at least two"):
+        frequency_response(problem, 1.0, [170.0])
+    with pytest.raises(MicroslipError, match="above zero"):
+        amplitude_sweep(problem, 170.0, [0.0])
