@@ -15,7 +15,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip.contact.planar import SEPARATED, STICK, _refactor
+from microslip.contact import tableau
+from microslip.contact.planar import SEPARATED, STICK
 from microslip.contact.solver import CERTIFICATE, TOLERANCE, singularity_named
 from microslip.contact.timestep import step_through
 from microslip.errors import ContactError, JointOpensError, MicroslipError
@@ -274,12 +275,12 @@ def march(scheme: TimeScheme, state: State, load: Array, *, keep: bool = False) 
     modal_force, s = state.modal_force.copy(), state.residual_v.copy()
     r, v, status = state.r.copy(), state.v.copy(), state.status.copy()
     vt_old = v[1::2].copy()
-    G, slots, slot_of = np.zeros((N, N)), np.zeros(m, np.int64), np.zeros(m, np.int64)
-    nothing = np.zeros(0)
     force = np.full(m, np.abs(scheme.prestress.solution.r).max())
-    touching = _refactor(
-        G, scheme.W, np.zeros((N, 0)), nothing, nothing, scheme.friction, status, slots, slot_of
+    problem = tableau.problem(
+        scheme.W, np.zeros((N, 0)), np.zeros(0), scheme.friction, force, TOLERANCE
     )
+    memory = tableau.memory(m, 0)
+    tableau.restart(problem, memory, status)
     outputs = np.zeros((n, len(scheme.model.ports)))
     rest = _output(scheme, prestressed_state(scheme), 0.0)
     outputs[0] = _output(scheme, state, load[0])
@@ -289,11 +290,9 @@ def march(scheme: TimeScheme, state: State, load: Array, *, keep: bool = False) 
     if keep:
         r_out[0], v_out[0], status_out[0] = r, v, status
     iterations, residual = np.zeros(n, np.int64), np.zeros(n)
-    _, failed = step_through(
-        scheme.W,
-        scheme.friction,
-        force,
-        TOLERANCE,
+    failed = step_through(
+        problem,
+        memory,
         k["psi_t"],
         scheme.model.omega,
         k["damping"],
@@ -316,10 +315,6 @@ def march(scheme: TimeScheme, state: State, load: Array, *, keep: bool = False) 
         s,
         vt_old,
         status,
-        G,
-        slots,
-        slot_of,
-        touching,
         r,
         v,
         outputs,
