@@ -182,6 +182,34 @@ def _start(problem, memory, v_free, f_q, vt_old, r, q, v, c, weights):
 
 
 @_jit
+def _remainder(problem, memory, f_q, vt_old, status, r, q, v, c, weights):
+    """What the equations of the states still lack, as unknowns of the tableau's states into c."""
+    _, R, stiffness, scale, _, _, _, _ = problem
+    Dt, held, _, _, _ = memory
+    N, nr = R.shape
+    c[:] = 0.0
+    weights[:] = 0.0
+    for i in range(status.shape[0]):
+        n, t = 2 * i, 2 * i + 1
+        if status[i] != SEPARATED:
+            if held[n]:
+                weights[n] = v[n]
+            else:
+                c[n] = v[n]
+        if status[i] == STICK:
+            if held[t]:
+                weights[t] = v[t] - vt_old[i]
+            else:
+                c[t] = v[t] - vt_old[i]
+    for a in range(nr):
+        e = f_q[a] - stiffness[a] * q[a]
+        for j in range(N):
+            e -= R[j, a] * r[j]
+        weights[N + a] = scale[a] * e
+    add_rows(Dt, weights, c)
+
+
+@_jit
 def _try_states(problem, memory, status, J, c, x):
     """Unknowns of given states into x. False where their system is singular."""
     Dt = memory[0]
@@ -302,6 +330,8 @@ def solve(problem, memory, v_free, f_q, vt_old, status, r, q, v):
     size = R.shape[0] + R.shape[1]
     c = np.empty(size)
     x = np.empty(size)
+    dc = np.empty(size)
+    dx = np.empty(size)
     weights = np.empty(size)
     J = np.empty(size, np.int64)
     wanted = np.empty_like(status)
@@ -311,7 +341,8 @@ def solve(problem, memory, v_free, f_q, vt_old, status, r, q, v):
     rule = FULL
     refreshed = -1
     residual = np.inf
-    if known[0]:
+    small = known[0]
+    if small:
         for i in range(v.shape[0]):
             v[i] += v_free[i] - v_free_old[i]
     else:
@@ -333,9 +364,11 @@ def solve(problem, memory, v_free, f_q, vt_old, status, r, q, v):
                 previous = error
                 _relative_displacement(v, v_free, W, R, r, q)
                 error = _unbalance(problem, f_q, vt_old, status, r, q, v)
-                if good and (error <= 5.0 * tolerance or attempt == 4):
+                # from nothing, soft rigid motions are exact to rounding only once corrected
+                exact = error <= 5.0 * tolerance and (small or attempt > 0)
+                if good and (exact or attempt == 4):
                     break
-                stalled = not (good and error < 0.3 * previous)
+                stalled = not (good and (error <= 5.0 * tolerance or error < 0.3 * previous))
                 if stalled and good and error <= 0.1 * ACCEPTED:
                     break
                 if stalled and refreshed != iteration:
@@ -345,8 +378,13 @@ def solve(problem, memory, v_free, f_q, vt_old, status, r, q, v):
                         r[:] = 0.0
                         q[:] = 0.0
                         _relative_displacement(v, v_free, W, R, r, q)
-                _start(problem, memory, v_free, f_q, vt_old, r, q, v, c, weights)
-                good = _try_states(problem, memory, status, J, c, x)
+                    _start(problem, memory, v_free, f_q, vt_old, r, q, v, c, weights)
+                    good = _try_states(problem, memory, status, J, c, x)
+                else:
+                    _remainder(problem, memory, f_q, vt_old, status, r, q, v, dc, weights)
+                    good = _try_states(problem, memory, status, J, dc, dx)
+                    c += dc
+                    x += dx
                 _scatter(problem, sign, status, vt_old, x, r, q, v)
             changes, worst_pair = _judge(
                 W, mu, force, vt_old, status, r, v, max(tolerance, 3.0 * error), rule, wanted
