@@ -325,7 +325,7 @@ def solve(problem, memory, v_free, f_q, vt_old, status, r, q, v):
     Returns ``(iterations, residual, rule)``; `rule` tells how states were changed.
     """
     W, R, stiffness, _, mu, force, _, tolerance = problem
-    _, held, sign, v_free_old, known = memory
+    _, held, sign, v_free_old, flags = memory
     m = status.shape[0]
     size = R.shape[0] + R.shape[1]
     c = np.empty(size)
@@ -341,13 +341,13 @@ def solve(problem, memory, v_free, f_q, vt_old, status, r, q, v):
     rule = FULL
     refreshed = -1
     residual = np.inf
-    small = known[0]
+    small = flags[0]
     if small:
         for i in range(v.shape[0]):
             v[i] += v_free[i] - v_free_old[i]
     else:
         _relative_displacement(v, v_free, W, R, r, q)
-    known[0] = False
+    flags[0] = False
     _start(problem, memory, v_free, f_q, vt_old, r, q, v, c, weights)
     for iteration in range(limit):
         good = _try_states(problem, memory, status, J, c, x)
@@ -398,7 +398,7 @@ def solve(problem, memory, v_free, f_q, vt_old, status, r, q, v):
                 if k > MAX_KEPT:
                     exchange(memory, J[:k], c)
                 v_free_old[:] = v_free
-                known[0] = True
+                flags[0] = True
                 return iteration + 1, residual, rule
             if refreshed == iteration:
                 return iteration + 1, residual, NOT_SOLVED

@@ -61,7 +61,9 @@ def problem(
     mean = float(np.mean(np.diag(W)))
     top = np.abs(R).max(axis=0, initial=0.0)
     scale = np.where(top > 0, mean / np.where(top > 0, top, 1), 1.0)
-    arrays = (np.ascontiguousarray(a, dtype=float) for a in (W, R, stiffness, scale, friction, force))
+    arrays = (
+        np.ascontiguousarray(a, dtype=float) for a in (W, R, stiffness, scale, friction, force)
+    )
     return *arrays, mean, tolerance
 
 
@@ -69,7 +71,7 @@ def memory(pairs: int, coordinates: int) -> Memory:
     """Arrays of a solver, not yet valid: `restart` fills them.
 
     The transpose of D, which components are held in it, the sign of each pair, the ``v_free`` of
-    the last solution, and whether there is one.
+    the last solution, and two flags: there is a last solution, the tableau is made.
     """
     n = 2 * pairs + coordinates
     return (
@@ -77,7 +79,7 @@ def memory(pairs: int, coordinates: int) -> Memory:
         np.zeros(n, np.bool_),
         np.ones(pairs),
         np.zeros(2 * pairs),
-        np.zeros(1, np.bool_),
+        np.zeros(2, np.bool_),
     )
 
 
@@ -146,34 +148,35 @@ def solve_small(C, X):
 
 
 @_jit
-def _subtract_product(Dt, Yt, cols):
-    """``Dt -= Yt @ cols`` in place, two rows of Dt and four of `cols` at a time."""
-    n, k = Yt.shape
-    width = Dt.shape[1]
-    full = k - k % 4
-    for i in range(0, n - 1, 2):
-        d0, d1 = Dt[i], Dt[i + 1]
-        for b in range(0, full, 4):
-            y00, y01, y02, y03 = Yt[i, b], Yt[i, b + 1], Yt[i, b + 2], Yt[i, b + 3]
-            y10, y11 = Yt[i + 1, b], Yt[i + 1, b + 1]
-            y12, y13 = Yt[i + 1, b + 2], Yt[i + 1, b + 3]
-            c0, c1, c2, c3 = cols[b], cols[b + 1], cols[b + 2], cols[b + 3]
-            for j in range(width):
-                d0[j] -= y00 * c0[j] + y01 * c1[j] + y02 * c2[j] + y03 * c3[j]
-                d1[j] -= y10 * c0[j] + y11 * c1[j] + y12 * c2[j] + y13 * c3[j]
-        for b in range(full, k):
-            y0, y1 = Yt[i, b], Yt[i + 1, b]
-            c0 = cols[b]
-            for j in range(width):
-                d0[j] -= y0 * c0[j]
-                d1[j] -= y1 * c0[j]
-    if n % 2:
-        d0 = Dt[n - 1]
-        for b in range(k):
-            y0 = Yt[n - 1, b]
-            c0 = cols[b]
-            for j in range(width):
-                d0[j] -= y0 * c0[j]
+def _subtract_product(M, X, Y):
+    """``M -= X @ Y`` in place, for few rows of Y, by blocks of four by four that stay in registers."""
+    n, k = X.shape
+    rows, columns = n - n % 4, k - k % 4
+    for i in range(0, rows, 4):
+        m0, m1, m2, m3 = M[i], M[i + 1], M[i + 2], M[i + 3]
+        for b in range(0, columns, 4):
+            y0, y1, y2, y3 = Y[b], Y[b + 1], Y[b + 2], Y[b + 3]
+            a00, a01, a02, a03 = X[i, b], X[i, b + 1], X[i, b + 2], X[i, b + 3]
+            a10, a11, a12, a13 = X[i + 1, b], X[i + 1, b + 1], X[i + 1, b + 2], X[i + 1, b + 3]
+            a20, a21, a22, a23 = X[i + 2, b], X[i + 2, b + 1], X[i + 2, b + 2], X[i + 2, b + 3]
+            a30, a31, a32, a33 = X[i + 3, b], X[i + 3, b + 1], X[i + 3, b + 2], X[i + 3, b + 3]
+            for j in range(M.shape[1]):
+                x0, x1, x2, x3 = y0[j], y1[j], y2[j], y3[j]
+                m0[j] -= a00 * x0 + a01 * x1 + a02 * x2 + a03 * x3
+                m1[j] -= a10 * x0 + a11 * x1 + a12 * x2 + a13 * x3
+                m2[j] -= a20 * x0 + a21 * x1 + a22 * x2 + a23 * x3
+                m3[j] -= a30 * x0 + a31 * x1 + a32 * x2 + a33 * x3
+        for b in range(columns, k):
+            y0 = Y[b]
+            a00, a10, a20, a30 = X[i, b], X[i + 1, b], X[i + 2, b], X[i + 3, b]
+            for j in range(M.shape[1]):
+                x0 = y0[j]
+                m0[j] -= a00 * x0
+                m1[j] -= a10 * x0
+                m2[j] -= a20 * x0
+                m3[j] -= a30 * x0
+    for i in range(rows, n):
+        add_rows(Y, -X[i], M[i])
 
 
 @_jit
@@ -240,7 +243,7 @@ def exchange(memory, J, c):
 def restart(problem, memory, status):
     """Make the tableau afresh for given states."""
     W, R, stiffness, scale, mu, _, mean, _ = problem
-    Dt, held, sign, _, known = memory
+    Dt, held, sign, _, flags = memory
     N, nr = R.shape
     for i in range(status.shape[0]):
         if status[i] == FORWARD:
@@ -260,7 +263,7 @@ def restart(problem, memory, status):
             Dt[N + a, N + i] = 0.0
         Dt[N + a, N + a] = scale[a] * stiffness[a] * scale[a] / mean
     held[:] = False
-    known[0] = False
+    flags[:] = False
     J = np.empty(N + nr, np.int64)
     k = pending(held, status, J)
     for a in range(nr):
@@ -268,6 +271,7 @@ def restart(problem, memory, status):
         k += 1
     if not exchange(memory, J[:k], np.zeros(N + nr)):
         raise np.linalg.LinAlgError("Matrix is singular to machine precision.")
+    flags[1] = True
 
 
 @_jit
@@ -284,3 +288,24 @@ def turn(mu, memory, pair, sign_new, c):
     else:
         for i in range(Dt.shape[0]):
             Dt[n, i] += change * Dt[t, i]
+
+
+@_jit
+def follow(problem, memory, status):
+    """Make the tableau fit for other states than those it was left with, afresh where it has to."""
+    mu = problem[4]
+    _, held, sign, _, flags = memory
+    flags[0] = False
+    J = np.empty(held.shape[0], np.int64)
+    nothing = np.zeros(held.shape[0])
+    if not flags[1] or pending(held, status, J) > status.shape[0] // 2:
+        restart(problem, memory, status)
+        return
+    for i in range(status.shape[0]):
+        if status[i] == FORWARD or status[i] == BACKWARD:
+            new = 1.0 if status[i] == FORWARD else -1.0
+            if new != sign[i]:
+                if held[2 * i] and not held[2 * i + 1]:
+                    restart(problem, memory, status)
+                    return
+                turn(mu, memory, i, new, nothing)

@@ -100,9 +100,7 @@ def step_through(
         for i in range(N):
             v_free[i] = (constant_v[i] + drive_v[i] * load[step] + decay * s[i]) / (1.0 + decay)
         add_rows(psi_t, predicted, v_free)
-        its, residual, rule = solve(
-            problem, memory, v_free, nothing, vt_old, status, r, nothing, v
-        )
+        its, residual, rule = solve(problem, memory, v_free, nothing, vt_old, status, r, nothing, v)
         iterations[step] = its
         residuals[step] = residual
         if rule == NOT_SOLVED:
