@@ -53,6 +53,8 @@ PROVISIONAL = 1e-11
 """Inequalities may be violated by this much before a solution is checked."""
 
 MAX_FULL = 40
+"""Iterations in which all violated pairs change."""
+
 MAX_PENDING = 32
 """Components that states may differ in from the tableau while they are tried."""
 
@@ -386,6 +388,8 @@ def solve(problem, memory, v_free, f_q, vt_old, status, r, q, v):
                     c += dc
                     x += dx
                 _scatter(problem, sign, status, vt_old, x, r, q, v)
+            if not good:
+                return iteration + 1, np.inf, NOT_SOLVED
             changes, worst_pair = _judge(
                 W, mu, force, vt_old, status, r, v, max(tolerance, 3.0 * error), rule, wanted
             )

@@ -61,10 +61,10 @@ def problem(
     mean = float(np.mean(np.diag(W)))
     top = np.abs(R).max(axis=0, initial=0.0)
     scale = np.where(top > 0, mean / np.where(top > 0, top, 1), 1.0)
-    arrays = (
-        np.ascontiguousarray(a, dtype=float) for a in (W, R, stiffness, scale, friction, force)
+    W, R, stiffness, friction, force = (
+        np.ascontiguousarray(a, dtype=float) for a in (W, R, stiffness, friction, force)
     )
-    return *arrays, mean, tolerance
+    return W, R, stiffness, scale, friction, force, mean, tolerance
 
 
 def memory(pairs: int, coordinates: int) -> Memory:
