@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 SERIAL := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 
-.PHONY: demo test validate lint docs bench clean
+.PHONY: demo test validate lint docs bench bench-calculix clean
 
 demo: $(VENV)/installed
 	$(BIN)/microslip run examples/lap_joint.toml --out demo-output --force
@@ -25,6 +25,10 @@ docs: $(VENV)/installed-docs
 
 bench: $(VENV)/installed
 	$(SERIAL) $(BIN)/python benchmarks/run.py
+
+# Needs the program ccx (Debian: calculix-ccx); says so and stops where it is absent.
+bench-calculix: $(VENV)/installed
+	$(SERIAL) $(BIN)/python benchmarks/calculix/ccx_compare.py
 
 clean:
 	rm -rf demo-output docs/_build docs/api/generated build dist .pytest_cache .hypothesis .mypy_cache .ruff_cache

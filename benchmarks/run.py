@@ -25,8 +25,11 @@ from microslip.backbone import equivalent_table
 from microslip.contact import planar
 from microslip.modes import factorise, spectral_shift
 from microslip.pipeline import cycle_loads
+from microslip.prescribed import hold_mode
 from microslip.reduced import forced_response, two_mode_model
+from microslip.refined import moment_offset, refined_table
 from microslip.statics import quasi_static_cycle
+from microslip.threads import workers
 
 ROOT = Path(__file__).resolve().parent.parent
 EXAMPLE = ROOT / "examples" / "lap_joint.toml"
@@ -222,9 +225,29 @@ def main():
 
             tables[drive] = table()
             found[f"table_20x300_{drive}_s"] = median_seconds(table, 3)
+        found["refined_table_s"] = {}
+        held = hold_mode(
+            assembly.model,
+            assembly.prestress,
+            assembly.states,
+            joint.contact.friction,
+            0.5 * (assembly.states.sliding_omega + assembly.states.stuck_omega),
+            upper=2,
+        )
+        top = float(tables["mode"].amplitude[-1])
+        for threads in (1, workers()):
+            start = time.perf_counter()
+            tables["prescribed"], _ = refined_table(held, 1e-5, top, threads=threads)
+            found["refined_table_s"][str(threads)] = time.perf_counter() - start
+        offset = moment_offset(held, 1e-6)
         frequency = np.linspace(165, 190, 20001)
-        for variant, drive in (("printed", "moment"), ("consistent", "mode")):
-            model = two_mode_model(assembly.states, "moment", (0.0, joint.damping.beta), variant)
+        for variant, drive in (
+            ("printed", "moment"),
+            ("consistent", "mode"),
+            ("refined", "prescribed"),
+        ):
+            rayleigh = (0.0, joint.damping.beta)
+            model = two_mode_model(assembly.states, "moment", rayleigh, variant, offset)
             amplitude = tables[drive].amplitude
             middle = amplitude[len(amplitude) // 2]
             load = 0.02 * middle * model.omega**2 / abs(model.force[0])

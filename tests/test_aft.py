@@ -186,6 +186,27 @@ def test_more_samples_converge(mean, least):
     assert (order > least).all()
 
 
+def test_drift_of_a_walking_pair():
+    """Against many cycles written out, in which v_t advances a little; and its derivative."""
+    table, x, friction, held = random_cycle(11, mean=2.0)
+    drift = 0.3 * np.random.default_rng(1).standard_normal(len(x))
+    cycle = contact_cycle(table, x, friction, held, drift)
+    for i in range(len(x)):
+        xn, xt = x[i] @ table.basis
+        limit = friction[i] * np.maximum(0.0, xn)
+        value, before, rt = 0.0, xt[0], np.empty(table.samples)
+        for _ in range(40):
+            for k in range(table.samples):
+                value = np.clip(value + xt[k] - before + drift[i] / 128, -limit[k], limit[k])
+                rt[k], before = value, xt[k]
+        assert cycle.r[i, 1] == pytest.approx(table.projection @ rt, abs=1e-12)
+    step = 1e-6
+    slope = contact_cycle(table, x, friction, held, drift + step).r
+    slope = (slope - contact_cycle(table, x, friction, held, drift - step).r) / (2 * step)
+    assert slope[:, 1] == pytest.approx(cycle.td, abs=1e-7)
+    assert not slope[:, 0].any()
+
+
 def test_shift_in_time_shifts_the_answer():
     """Starting the cycle elsewhere (by whole samples) turns every harmonic and nothing else."""
     table, x, friction, held = random_cycle(9)

@@ -214,6 +214,26 @@ def test_amplitude_of_the_time_domain(small_reference):
         assert point.tail <= Adaptive().tolerance
 
 
+def test_walking_joint(small_reference):
+    """At wide slip the bodies creep past each other, as in the time domain, and nothing holds them."""
+    joint, load = small_reference, 4e-4 * small_reference.moment
+    frequency = joint.omega_sliding / (2 * np.pi) + 1.0
+    problem = harmonic_problem(joint.model, joint.start, 0.25, harmonics=9)
+    response = frequency_response(problem, load, [190.0, frequency])
+    assert not response.failures
+    held, walks = response.points
+    assert held.walk == 0
+    assert walks.pull == 0
+    truth = time_domain(joint, frequency, load, walks.amplitude)
+    walked = (truth.cycle.v[-1, 1::2] - truth.cycle.v[0, 1::2]).mean()
+    error = walks.amplitude / truth.amplitude - 1
+    print(f"walk {walks.walk:.3e} against {walked:.3e} m per cycle; amplitude {error:.1e}")
+    assert abs(error) < 3e-3
+    assert walks.walk == pytest.approx(walked, rel=0.03)
+    shear = walks.r[1::2, 0].sum()
+    assert abs(shear) < 1e-5 * 0.25 * walks.r[0::2, 0].sum()
+
+
 def test_answer_forgets_the_augmentation_as_harmonics_grow(small_reference):
     load = LOAD * small_reference.moment
     spread = []
@@ -296,10 +316,11 @@ def test_sweeps_agree(small_reference, problem, mixed):
 def test_failures_are_named_and_the_rest_kept(small_reference, problem):
     short = StepControl(first=0.02, largest=0.1, max_points=25)
     load = 0.01 * LOAD * small_reference.moment
-    response = frequency_response(problem, load, [165.0, 165.5, 189.0], control=short)
-    assert [point.frequency for point in response.points] == pytest.approx([165.0, 165.5])
+    response = frequency_response(problem, load, [165.0, 165.5, 177.0, 189.0], control=short)
+    assert [point.frequency for point in response.points] == [165.0, 165.5, 189.0]
+    assert response.branch_of == (0, 0, 1)
     assert any(
-        "189 Hz" in failure and "not on the branch" in failure for failure in response.failures
+        "177 Hz" in failure and "not on the branch" in failure for failure in response.failures
     )
 
 

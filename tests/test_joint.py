@@ -407,7 +407,9 @@ def test_rho_needs_friction(document):
         ("response", {"to": 100}, "analysis.response.to = 100: must be above"),
         ("response", {"from": "-1 Hz"}, 'analysis.response.from = "-1 Hz"'),
         ("response", {"from": "60 rpm"}, "angular frequency"),
-        ("response", {"variants": ["other"]}, "'printed' or 'consistent'"),
+        ("response", {"variants": ["other"]}, "'printed', 'consistent' or 'refined'"),
+        ("reduced", {"variant": ["refined", "refined"]}, "names one thing twice"),
+        ("reduced", {"amplitudes": 3}, "analysis.reduced.amplitudes = 3"),
     ],
 )
 def test_contradictory_analyses(document, table, change, part):
@@ -630,3 +632,22 @@ def test_any_document_is_refused_with_one_message(document):
     with pytest.raises(InputError) as caught:
         parse_joint(document)
     assert len(str(caught.value).splitlines()) <= 7
+
+
+def test_variants_stand_in_one_place():
+    document = tomllib.loads(EXAMPLE.read_text(encoding="utf-8"))
+    document["analysis"]["reduced"] = {"variant": "refined"}
+    assert parse_joint(document).variants == ("refined",)
+    document["analysis"]["response"] = {"variants": ["printed"]}
+    with pytest.raises(InputError, match="remove one of the two"):
+        parse_joint(document)
+    del document["analysis"]["response"]
+    with pytest.raises(InputError, match=r"add a section \[analysis.response\]"):
+        parse_joint(document)
+    assert joint_without_response().variants == ()
+
+
+def joint_without_response():
+    document = tomllib.loads(EXAMPLE.read_text(encoding="utf-8"))
+    del document["analysis"]["response"]
+    return parse_joint(document)

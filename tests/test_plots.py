@@ -232,10 +232,8 @@ def test_time_points_lie_over_their_curves_with_their_marks(timed: LapRun) -> No
     """Open circles where steady, open squares where not, amplitude above and phase below."""
     figure = response_figure(timed)
     assert figure is not None
-    assert len(figure.axes) == 4
-    for ax, of in zip(
-        figure.axes[:2] + figure.axes[2:], [np.abs] * 2 + [np.angle] * 2, strict=True
-    ):
+    assert len(figure.axes) == 6
+    for ax, of in zip(figure.axes, [np.abs] * 3 + [np.angle] * 3, strict=True):
         for marker, steady in (("o", True), ("s", False)):
             drawn = [
                 line

@@ -83,7 +83,15 @@ def test_summary_has_what_is_asked_first(found: dict, run: LapRun) -> None:
         assert row["unsolved_steps"] == 0
         left, right = row["contact_at_peak_over_clamp_half_length"]
         assert -1.5 - 1e-9 <= left < 0 < right <= 1.5 + 1e-9
-    assert [row["variant"] for row in found["response"]] == ["printed", "consistent"] * 2
+    assert [row["variant"] for row in found["response"]] == ["printed", "consistent", "refined"] * 2
+    indicator = {
+        (row["variant"], row["rho"]): row["error_indicator_at_peak"] for row in found["response"]
+    }
+    for (variant, rho), estimate in indicator.items():
+        if rho:
+            assert 0 < indicator["refined", rho] < 0.05
+            outside = estimate is None
+            assert variant == "refined" or outside or estimate > indicator["refined", rho]
 
 
 def test_missing_numbers_become_none(run: LapRun) -> None:
@@ -270,7 +278,7 @@ def test_file_opens_group_by_group(run: LapRun, tree: xr.DataTree, tmp_path: Pat
             "tables",
             "response",
         }
-        assert list(whole["response"]["variant"].values) == ["printed", "consistent"] * 2
+        assert list(whole["response"]["variant"].values) == ["printed", "consistent", "refined"] * 2
         assert parse_joint(json.loads(whole.attrs["joint"])) == run.joint
 
 

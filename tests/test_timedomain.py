@@ -140,6 +140,16 @@ def test_harmonics_rebuild_the_wave():
     assert found == pytest.approx(np.array([3, 2, 0, -0.5j, 0]), abs=1e-12)
 
 
+def test_stability_is_refined_where_asked_for(small_reference, states):
+    frequency = states.sliding_frequency + 2
+    asked = solved(small_reference, frequency, 1e-4, stability=True)
+    assert asked.stability.verdict == "stable"
+    assert abs(asked.steady.multipliers[0]) == pytest.approx(asked.stability.largest, abs=0.04)
+    early = solved(small_reference, frequency, 1e-4, stability=True, max_cycles=3)
+    assert early.stability is None
+    assert solved(small_reference, frequency, 1e-4).stability is None
+
+
 # -- opening -----------------------------------------------------------------------------------
 
 

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 import scipy.sparse.linalg as spla
 
+from microslip import transient
 from microslip.contact.planar import SEPARATED
-from microslip.errors import MicroslipError
+from microslip.errors import ContactError, MicroslipError
 from microslip.flexibility import static_flexibility
 from microslip.harmonics import harmonic
 from microslip.model import JointModel
@@ -266,9 +267,12 @@ def test_energy_of_a_steady_cycle_balances(small_reference, load):
     assert c.external == pytest.approx(-np.pi * load * joint.moment * y.imag, rel=2e-3)
 
 
-def test_refuses_what_it_cannot_march(small_reference):
+def test_refuses_what_it_cannot_march(small_reference, monkeypatch):
     scheme = quiet(small_reference)
     with pytest.raises(MicroslipError, match="not finite at step 1"):
         march(scheme, prestressed_state(scheme), np.array([0.0, np.nan, 0.0]))
+    monkeypatch.setattr(transient, "CERTIFICATE", -1.0)
+    with pytest.raises(ContactError, match=r"at t = 7\.\d+ s \(step"):
+        march(scheme, prestressed_state(scheme), np.zeros(3), start_time=7.0)
     with pytest.raises(MicroslipError, match="must be positive"):
         time_scheme(small_reference.model, small_reference.start, 0.25, 0.0)

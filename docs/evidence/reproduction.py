@@ -1,7 +1,6 @@
 """Turn the output of ``microslip reproduce all`` into pages of the docs.
 
-    microslip reproduce all --out reproduction
-    python docs/evidence/reproduction.py reproduction
+Usage: ``python docs/evidence/reproduction.py FOLDER``, the folder that ``reproduce`` wrote.
 """
 
 import json

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from microslip.excitation import Prepared
-    from microslip.joint import LapJoint
+    from microslip.joint import BackboneAnalysis, LapJoint
     from microslip.progress import Progress
 
 USER_ERROR, FAILED, INTERRUPTED = 2, 1, 130
@@ -164,6 +164,11 @@ def _work(joint: LapJoint) -> Iterator[tuple[str, str]]:
     if joint.analysis.response is not None:
         r = joint.analysis.response
         yield "response", f"{r.count} frequencies, {r.from_:g} to {r.to:g} Hz"
+    if joint.analysis.backbone is not None:
+        b = joint.analysis.backbone
+        numbers = ", ".join(map(str, b.modes))
+        methods = ", ".join(m.replace("_", "-") for m in b.methods)
+        yield "backbones", f"mode {numbers}: {b.count} amplitudes, {methods}"
     if joint.analysis.time is not None:
         t = joint.analysis.time
         band = t.band()
@@ -217,7 +222,8 @@ def seconds(joint: LapJoint, dofs: int, history_steps: int = 0) -> float:
     5 s to start, compile and write, 6e-7 s per degree of freedom and contact pair to reduce the
     model, 8e-9 s per squared pair and load step for a quasi-static cycle, of which an amplitude
     takes five on average, the same per time step, of which a steady state takes 25 cycles, and
-    5e-5 s per frequency of a response.
+    5e-5 s per frequency of a response. A backbone takes three cycles per amplitude, with the motion
+    prescribed four times as many, and 6e-6 s per squared pair and harmonic by harmonic balance.
     """
     pairs, analysis = joint.contact.pairs_used, joint.analysis
     total = 5.0 + 6e-7 * dofs * pairs
@@ -226,12 +232,28 @@ def seconds(joint: LapJoint, dofs: int, history_steps: int = 0) -> float:
         cycles = len(cycle.drives) * len(joint.cycle_amplitudes()) * min(5, cycle.max_cycles)
         total += 8e-9 * pairs**2 * cycle.steps * cycles
     if analysis.response is not None and joint.load is not None:
-        curves = len(joint.load.values) * len(analysis.response.variants)
+        curves = len(joint.load.values) * len(joint.variants)
         total += 5e-5 * curves * analysis.response.count
+    if "refined" in joint.variants and joint.contact.friction > 0:
+        reduced = analysis.reduced
+        cycles = reduced.amplitudes * min(5, reduced.max_cycles) + 100
+        total += 8e-9 * pairs**2 * reduced.steps * cycles
+    if analysis.backbone is not None:
+        total += _backbone_seconds(analysis.backbone, pairs)
     if analysis.time is not None and joint.load is not None:
         points = len(joint.load.values) * len(analysis.time.band())
         history_steps += points * analysis.time.steps * min(25, analysis.time.max_cycles)
     return total + 8e-9 * pairs**2 * history_steps
+
+
+def _backbone_seconds(asked: BackboneAnalysis, pairs: int) -> float:
+    cycle = 8e-9 * pairs**2 * asked.steps
+    each = {
+        "quasi_static": 3 * cycle,
+        "prescribed": 12 * cycle,
+        "harmonic": 6e-6 * pairs**2 * asked.harmonics,
+    }
+    return len(asked.modes) * asked.count * sum(each[method] for method in asked.methods)
 
 
 @app.command()

@@ -153,12 +153,6 @@ def inner(problem: Problem, u1: Array, p1: float, u2: Array, p2: float) -> float
     return float(u1 @ (problem.weight * u2)) + p1 * p2 / problem.parameter_scale**2
 
 
-def distance(problem: Problem, a: BranchPoint, b: BranchPoint) -> float:
-    """Length of the chord between two points."""
-    u, p = b.u - a.u, b.p - a.p
-    return float(np.sqrt(inner(problem, u, p, u, p)))
-
-
 def solve_at(
     problem: Problem, u: Array, p: float, control: StepControl
 ) -> tuple[Array, Linearised, int]:

@@ -90,5 +90,6 @@ def harmonic_compliance(
         The truncated modes follow quasi-statically behind their stiffness damping.
     """
     h = np.arange(harmonics + 1)[:, None] * omega
-    modal = 1 / (model.omega**2 - h**2 + 1j * h * model.modal_damping())
-    return modal, 1 / (1 + 1j * h[:, 0] * model.rayleigh[1])
+    modal = np.asarray(1 / (model.omega**2 - h**2 + 1j * h * model.modal_damping()), dtype=complex)
+    lag = np.asarray(1 / (1 + 1j * h[:, 0] * model.rayleigh[1]), dtype=complex)
+    return modal, lag

@@ -11,6 +11,11 @@ swamp W with their flexibility; their mean amplitudes q are unknowns of equilibr
 
     v_0 = v_free,0 + R q - W_0 r_0,      K_q q + R^T r_0 = f_q
 
+A joint that slips everywhere may *walk*: both halves of a cycle push the bodies past each other the same
+way, against weak supports alone, which would stop the walk only after an offset without meaning. Then the
+change of v_t per cycle is the unknown in place of the mean amplitude of that sliding motion, which stays
+at its prestress value (`walking`).
+
 Unknowns are the coefficients of all reactions and q, and the equations of the reactions are
 
     F(r) = r - C(r + eps v(r)) = 0
@@ -50,6 +55,9 @@ Complex = NDArray[np.complex128]
 SAMPLES_PER_HARMONIC = 24
 LEAST_SAMPLES = 128
 
+WALK = 1e-3
+"""First guess of a walk: augmented force per cycle, N per metre of width."""
+
 
 @dataclass(frozen=True)
 class HarmonicProblem:
@@ -87,6 +95,10 @@ class HarmonicProblem:
     rigid_modes : (e, f) array
         Mean amplitudes of the e nearly rigid modes per unknown (of one newton): all of them, or the
         combinations that the half turn leaves as they are.
+    slides : bool
+        Whether the last of them slides the bodies past each other.
+    walks : bool
+        Whether the last unknown is the change of that motion per cycle, and not its mean.
     """
 
     model: JointModel
@@ -103,6 +115,8 @@ class HarmonicProblem:
     stiffness: Array
     held: Array
     rigid_modes: Array
+    slides: bool
+    walks: bool = False
 
     @property
     def harmonics(self) -> int:
@@ -161,11 +175,24 @@ class HarmonicProblem:
     def split(self, w: Array) -> tuple[Array, Array]:
         """Coefficients of the reactions (2 p, c), a view, and q, from the unknowns."""
         cut = self.shape[0] * self.shape[1]
-        return w[:cut].reshape(self.shape), self.rigid_modes @ w[cut:]
+        return w[:cut].reshape(self.shape), self.rigid_modes @ self.place(w[cut:])
 
-    def join(self, u: Array, q: Array) -> Array:
-        """Inverse of `split`."""
-        return np.concatenate([u.ravel(), np.linalg.lstsq(self.rigid_modes, q)[0]])
+    @cached_property
+    def rest_place(self) -> Array:
+        """Mean amplitudes of the nearly rigid modes at prestress, in unknowns."""
+        return np.asarray(np.linalg.lstsq(self.rigid_modes, self.prestress.solution.q)[0])
+
+    def place(self, p: Array) -> Array:
+        """Mean amplitudes of the nearly rigid modes from the last unknowns."""
+        if not self.walks:
+            return p
+        return np.append(p[:-1], self.rest_place[-1])
+
+    def drift(self, p: Array) -> Array:
+        """Change of every v_t per cycle, m, from the last unknowns; zero unless the joint walks."""
+        if not self.walks:
+            return np.zeros(len(self.pairs))
+        return self.rigid_spread[1::2, -1] * p[-1]
 
     def unfold(self, u: Array) -> Array:
         """Coefficients of all pairs, (2 m, c), from those solved for."""
@@ -180,7 +207,10 @@ class HarmonicProblem:
         """Unknowns at prestress."""
         u = np.zeros(self.shape)
         u[:, 0] = self.prestress.solution.r[self.rows]
-        return self.join(u, self.prestress.solution.q)
+        p = self.rest_place.copy()
+        if self.walks:
+            p[-1] = 0.0
+        return np.concatenate([u.ravel(), p])
 
 
 def parity(coefficients: int) -> Array:
@@ -278,12 +308,8 @@ def harmonic_problem(
         for array in (spread[1], gather[1], blocks[1], blocks[1].T):
             array[:2] = 0.0
         blocks[1][:2, :2] = np.diag(1 / eps[rows[:2]])
-    rigid = gather[0][:, : model.equilibrium_modes]
-    combinations = np.eye(model.equilibrium_modes)
-    if folded:
-        _, size, turned_modes = np.linalg.svd(rigid, full_matrices=False)
-        combinations = turned_modes[size > 1e-6 * size.max(initial=1e-300)].T
-    moved = eps[rows][:, None] * np.abs(rigid @ combinations)
+    combinations, slides = _rigid_combinations(gather[0][:, : model.equilibrium_modes], folded)
+    moved = np.abs(eps[rows][:, None] * (gather[0][:, : len(combinations)] @ combinations))
     return HarmonicProblem(
         model=model,
         prestress=prestress,
@@ -299,7 +325,50 @@ def harmonic_problem(
         stiffness=eps[rows],
         held=prestress.solution.v[1::2][pairs],
         rigid_modes=combinations / moved.max(axis=0, initial=1e-300),
+        slides=slides,
     )
+
+
+def _rigid_combinations(rigid: Array, folded: bool) -> tuple[Array, bool]:
+    """Combinations of the nearly rigid modes, the one that only slides last; whether there is one.
+
+    Where the half turn is used, those it reverses do not move and are left out.
+    """
+    count = rigid.shape[1]
+    if count == 0:
+        return np.zeros((0, 0)), False
+    basis = np.eye(count)
+    if folded:
+        _, size, directions = np.linalg.svd(rigid, full_matrices=False)
+        basis = directions[size > 1e-6 * size.max(initial=1e-300)].T
+    # sideways motion of the pairs in the space of combinations that do not open or close them
+    _, size, directions = np.linalg.svd(rigid[0::2] @ basis)
+    closing = int(np.sum(size > 1e-3 * np.abs(rigid[1::2] @ basis).max() * np.sqrt(len(rigid))))
+    still = directions[closing:].T
+    if still.shape[1] == 0:
+        return basis, False
+    _, size, sideways = np.linalg.svd(rigid[1::2] @ basis @ still)
+    order = np.hstack([directions[:closing].T, still @ sideways[::-1].T])
+    return basis @ order, bool(size[0] > 0)
+
+
+def walking(problem: HarmonicProblem, w: Array) -> tuple[HarmonicProblem, Array]:
+    """The same equations free to walk, and a guess: the walk that the supports have stopped."""
+    p = w[-problem.rigid_modes.shape[1] :]
+    guess = w.copy()
+    guess[-1] = np.sign(p[-1] - problem.rest_place[-1]) * WALK
+    return replace(problem, walks=True), guess
+
+
+def pull(problem: HarmonicProblem, w: Array) -> float:
+    """Mean force of the supports against sliding over the largest friction: zero at prestress."""
+    if not problem.slides or problem.walks:
+        return 0.0
+    u, _ = problem.split(w)
+    p = w[u.size :] - problem.rest_place
+    shear = problem.rigid_stiffness[-1] @ p / np.abs(problem.rigid_gather[1::2, -1]).max()
+    friction = problem.friction @ (problem.once[0::2] * u[0::2, 0])
+    return float(abs(shear) / max(friction, 1e-300))
 
 
 def has_half_turn(
@@ -336,11 +405,11 @@ def with_harmonics(problem: HarmonicProblem, harmonics: int) -> HarmonicProblem:
 
 def padded(old: HarmonicProblem, new: HarmonicProblem, w: Array) -> Array:
     """Unknowns of `old` as unknowns of `new`: harmonics appended (zero) or cut off."""
-    u, q = old.split(w)
+    u, _ = old.split(w)
     out = np.zeros(new.shape)
     keep = min(u.shape[1], out.shape[1])
     out[:, :keep] = u[:, :keep]
-    return new.join(out, q)
+    return np.concatenate([out.ravel(), w[u.size :]])
 
 
 def to_complex(u: Array) -> Complex:
@@ -403,10 +472,11 @@ class LinearOperator:
         """Relative displacement under a port's amplitude at harmonic h."""
         problem, model = self.problem, self.problem.model
         p = model.port(port)
-        Y = np.zeros((problem.harmonics + 1, len(problem.rows)), dtype=complex)
+        Y: Complex = np.zeros((problem.harmonics + 1, len(problem.rows)), dtype=complex)
         Y[h] = model.port_v[problem.rows, p] * self.lag[h]
         Y[h] += problem.spread[h % 2] @ (self.modal[h] * model.port_modes[:, p])
-        return to_real(Y * amplitude)
+        Y *= amplitude
+        return to_real(Y)
 
     def modes(self, u: Array, q: Array, load: float) -> Complex:
         """Modal amplitudes (H + 1, k) under clamp, load and reactions, total."""
@@ -430,11 +500,13 @@ class LinearOperator:
         """Derivative of the relative displacement by omega at constant reactions."""
         problem, model = self.problem, self.problem.model
         h = np.arange(problem.harmonics + 1)[:, None]
-        slope = 2 * h**2 * self.omega - 1j * h * model.modal_damping()
-        modes = slope * self.modal * self.modes(u, np.zeros(len(problem.rigid_modes)), load)
+        slope: Complex = 2 * h**2 * self.omega - 1j * h * model.modal_damping()
+        modes: Complex = (
+            slope * self.modal * self.modes(u, np.zeros(len(problem.rigid_modes)), load)
+        )
         own = -to_complex(_by_parity(problem.residual, u))
         own[1] += model.port_v[problem.rows, model.port(problem.port)] * load
-        own *= -1j * h * model.rayleigh[1] * self.lag[:, None] ** 2
+        own = own * (-1j * h * model.rayleigh[1] * self.lag[:, None] ** 2)
         return to_real(own) + _by_parity(problem.spread, to_real(modes))
 
 
@@ -483,17 +555,19 @@ def evaluate(operator: LinearOperator, load: float, w: Array) -> Evaluation:
     model = problem.model
     u, _ = problem.split(w)
     p = w[u.size :]
+    place = problem.place(p)
     v = operator.free(load) - operator.flexibility(u)
-    v[:, 0] += problem.rigid_spread @ p
+    v[:, 0] += problem.rigid_spread @ place
     x = u + problem.stiffness[:, None] * v
     cycle = contact_cycle(
         problem.table,
         x.reshape(-1, 2, problem.table.coefficients),
         problem.friction,
         problem.stiffness[1::2] * problem.held,
+        problem.stiffness[1::2] * problem.drift(p),
     )
     clamp = model.port_modes[: model.equilibrium_modes, model.port("clamp")]
-    imbalance = problem.rigid_stiffness @ p + problem.rigid_gather.T @ u[:, 0]
+    imbalance = problem.rigid_stiffness @ place + problem.rigid_gather.T @ u[:, 0]
     imbalance -= problem.rigid_modes.T @ clamp * problem.prestress.clamp
     F = np.concatenate([(u - cycle.r.reshape(u.shape)).ravel(), imbalance * problem.spring])
     return Evaluation(w, v, cycle, F)
@@ -504,13 +578,16 @@ def derivative_times(operator: LinearOperator, cycle: ContactCycle, z: Array) ->
     problem = operator.problem
     u, _ = problem.split(z)
     p = z[u.size :]
+    place = np.append(p[:-1], 0.0) if problem.walks else p
     x = -operator.flexibility(u)
-    x[:, 0] += problem.rigid_spread @ p
+    x[:, 0] += problem.rigid_spread @ place
     x *= problem.stiffness[:, None]
     x += u
     out = np.empty_like(cycle.r)
     times_derivative(cycle.nn, cycle.tn, cycle.tt, x.reshape(out.shape), out)
-    imbalance = problem.rigid_stiffness @ p + problem.rigid_gather.T @ u[:, 0]
+    if problem.walks:
+        out[:, 1] += cycle.td * (problem.stiffness[1::2] * problem.drift(p))[:, None]
+    imbalance = problem.rigid_stiffness @ place + problem.rigid_gather.T @ u[:, 0]
     return np.concatenate([(u - out.reshape(u.shape)).ravel(), imbalance * problem.spring])
 
 

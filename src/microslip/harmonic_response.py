@@ -39,7 +39,9 @@ from microslip.harmonic import (
     linear_operator,
     load_derivative,
     padded,
+    pull,
     to_complex,
+    walking,
     with_harmonics,
 )
 from microslip.harmonic_solver import HarmonicSolver
@@ -75,6 +77,11 @@ class HarmonicPoint:
         Work per cycle of the load, and of the material damping.
     strain, kinetic : float
         Mean energies of the vibration over a cycle (the static mean left out).
+    walk : float
+        Drift of the bodies past each other, m per cycle (mean over the pairs).
+    pull : float
+        Mean force of the supports against sliding over the friction available; where it is large the
+        supports have stopped a walk.
     residual : float
         Largest entry of the equations over the largest prestress reaction.
     tail : float
@@ -99,6 +106,8 @@ class HarmonicPoint:
     material_work: float
     strain: float
     kinetic: float
+    walk: float
+    pull: float
     residual: float
     tail: float
     iterations: int
@@ -121,13 +130,15 @@ class _Equations:
     def __init__(
         self,
         operator: LinearOperator,
+        frequency: float,
         load: float,
         w: Array,
         solver: HarmonicSolver,
         parameter: str,
     ) -> None:
         self.operator = operator
-        self.load = load
+        self.frequency = float(frequency)
+        self.load = float(load)
         self.solver = solver
         self.parameter = parameter
         self.scale = operator.problem.force_scale
@@ -180,7 +191,7 @@ class FrequencyPath(_Path):
         if not frequency > 0:
             raise ContinuationError(f"frequency {frequency:g} Hz must be positive")
         operator = linear_operator(self.problem, 2 * np.pi * frequency)
-        return _Equations(operator, self.load, w, self.solver, "frequency")
+        return _Equations(operator, frequency, self.load, w, self.solver, "frequency")
 
 
 class LoadPath(_Path):
@@ -202,7 +213,7 @@ class LoadPath(_Path):
 
     def at(self, w: Array, load: float) -> _Equations:
         """Equations under a load."""
-        return _Equations(self.operator, load, w, self.solver, "load")
+        return _Equations(self.operator, self.frequency, load, w, self.solver, "load")
 
 
 def describe(equations: _Equations, iterations: int, seconds: float) -> HarmonicPoint:
@@ -231,7 +242,7 @@ def describe(equations: _Equations, iterations: int, seconds: float) -> Harmonic
     work = np.pi * np.sum(h * (R * V.conj()).imag, axis=0)
     size = np.sum(np.abs(R) ** 2, axis=1)
     return HarmonicPoint(
-        frequency=operator.omega / (2 * np.pi),
+        frequency=equations.frequency,
         load=load,
         harmonics=problem.harmonics,
         w=point.w,
@@ -246,6 +257,8 @@ def describe(equations: _Equations, iterations: int, seconds: float) -> Harmonic
         material_work=float(np.pi * (modal.sum() + (h[:, 0] * damping * twice_static).sum())),
         strain=float(0.25 * (np.sum(model.omega**2 * np.abs(eta) ** 2) + twice_static.sum())),
         kinetic=float(0.25 * np.sum((h * operator.omega * np.abs(eta)) ** 2)),
+        walk=float(problem.drift(point.w[u.size :]).mean()),
+        pull=pull(problem, point.w),
         residual=float(np.abs(equations.F).max()),
         tail=float(np.sqrt(size[-2:].sum() / max(size.sum(), 1e-300))),
         iterations=iterations,
@@ -265,14 +278,16 @@ def _residual_energy(operator: LinearOperator, R: Complex, load: float) -> Array
 
 @dataclass(frozen=True)
 class HarmonicResponse:
-    """Responses along a branch.
+    """Responses along one branch, or two that do not meet in the range.
 
     Attributes
     ----------
     points : tuple of HarmonicPoint
-        In order along the branch; where it folds, the same frequency comes more than once.
-    branch : Branch
-        As it was followed, to restart from; parameter Hz or load.
+        In order along the branches; where they fold, the same frequency comes more than once.
+    branch_of : tuple of int
+        Which branch each point is on.
+    branches : tuple of Branch
+        As they were followed, to restart from; parameter Hz or load.
     folds : tuple of HarmonicPoint
         Where the parameter turns round.
     failures : tuple of str
@@ -280,7 +295,8 @@ class HarmonicResponse:
     """
 
     points: tuple[HarmonicPoint, ...]
-    branch: Branch
+    branch_of: tuple[int, ...]
+    branches: tuple[Branch, ...]
     folds: tuple[HarmonicPoint, ...]
     failures: tuple[str, ...]
 
@@ -303,6 +319,9 @@ class Adaptive:
 
 ADDED = 4
 """Harmonics added at a time."""
+
+PULL = 1e-4
+"""`HarmonicPoint.pull` beyond which a joint is let go to walk."""
 
 CONTROL = StepControl(
     first=0.02, smallest=1e-6, largest=0.5, good_iterations=6, tolerance=0.1 * ACCEPTED
@@ -370,7 +389,7 @@ def frequency_response(
     control: StepControl = CONTROL,
     observe: Callable[[float], None] | None = None,
 ) -> HarmonicResponse:
-    """Responses at given frequencies, all branches that hang together.
+    """Responses at given frequencies, on all branches that start at either end of them.
 
     Parameters
     ----------
@@ -399,62 +418,123 @@ def frequency_response(
             observe(point.p)
         return False
 
-    path, branch = follow_frequency(
-        problem, load, (wanted[0], wanted[-1]), control=control, observe=tell
-    )
-    failures = [f"branch at load {load:.4g}: {branch.ended}"] if branch.ended != "range" else []
-    points: list[tuple[float, HarmonicPoint]] = []
-    ladder = _Ladder(path)
-    for frequency in wanted:
-        guesses = crossings(branch.points, float(frequency))
+    first, last = float(wanted[0]), float(wanted[-1])
+    path, branch = follow_frequency(problem, load, (first, last), control=control, observe=tell)
+    branches, failures = [branch], []
+    if branch.ended != "range":
+        failures.append(f"branch at load {load:.4g} from {first:.6g} Hz: {branch.ended}")
+    if branch.points[-1].p != last:
+        try:
+            _, other = follow_frequency(problem, load, (last, first), control=control, observe=tell)
+        except ContinuationError as error:
+            failures.append(str(error))
+        else:
+            if other.ended != "range":
+                failures.append(f"branch at load {load:.4g} from {last:.6g} Hz: {other.ended}")
+            branches.append(other)
+    ladder = _Ladder(path, control)
+    points: list[tuple[int, float, HarmonicPoint]] = []
+    for frequency in map(float, wanted):
+        guesses = [
+            (number, place, guess)
+            for number, way in enumerate(branches)
+            for guess, place in crossings(way.points, frequency)
+        ]
         if not guesses:
             failures.append(f"{frequency:.6g} Hz at load {load:.4g}: not on the branch found")
-        for guess, place in guesses:
+        for number, place, guess in guesses:
             try:
-                point = ladder.solve(guess, float(frequency), adaptive, control)
+                point = ladder.solve(guess, frequency, adaptive)
             except ContinuationError as error:
                 failures.append(f"{frequency:.6g} Hz at load {load:.4g}: {error}")
-            else:
-                share = abs(frequency - branch.points[place].p)
-                points.append((place + share / (share + 1), point))
-    points.sort(key=lambda item: item[0])
+                continue
+            if any(_same(point, old) for _, _, old in points):
+                continue
+            if point.pull > PULL:
+                failures.append(
+                    f"{frequency:.6g} Hz at load {load:.4g}: the joint walks, and no steady walk was "
+                    f"found; its supports hold it with {point.pull:.1e} of the friction"
+                )
+            if adaptive is not None and point.tail > adaptive.tolerance:
+                failures.append(
+                    f"{frequency:.6g} Hz at load {load:.4g}: with {point.harmonics} harmonics the "
+                    f"last two still hold {point.tail:.1e} of the vibrating reactions"
+                )
+            share = abs(frequency - branches[number].points[place].p)
+            points.append((number, place + share / (share + 1), point))
+    points.sort(key=lambda item: item[:2])
     folds = []
-    for index in branch.folds:
-        try:
-            turn = fold(path, branch, index, control)
-            folds.append(describe(path.at(turn.u, turn.p), turn.iterations, 0.0))
-        except ContinuationError as error:
-            failures.append(f"fold near {branch.points[index].p:.6g} Hz: {error}")
+    for way in branches:
+        for index in way.folds:
+            try:
+                turn = fold(path, way, index, control)
+                folds.append(describe(path.at(turn.u, turn.p), turn.iterations, 0.0))
+            except ContinuationError as error:
+                failures.append(f"fold near {way.points[index].p:.6g} Hz: {error}")
     return HarmonicResponse(
-        tuple(point for _, point in points), branch, tuple(folds), tuple(failures)
+        points=tuple(point for _, _, point in points),
+        branch_of=tuple(number for number, _, _ in points),
+        branches=tuple(branches),
+        folds=tuple(folds),
+        failures=tuple(failures),
     )
+
+
+def _same(one: HarmonicPoint, other: HarmonicPoint) -> bool:
+    """The same response, found twice."""
+    if one.frequency != other.frequency or one.harmonics != other.harmonics:
+        return False
+    size = np.abs(other.output[1]).max()
+    return bool(np.abs(one.output[1] - other.output[1]).max() <= 1e-4 * size)
 
 
 class _Ladder:
-    """Paths with more and more harmonics, each with its own factorisation to reuse."""
+    """Paths with more and more harmonics, held or walking, each with its factorisation to reuse."""
 
-    def __init__(self, path: FrequencyPath) -> None:
-        self.paths = {path.problem.harmonics: path}
+    def __init__(self, path: FrequencyPath, control: StepControl) -> None:
+        self.paths = {(path.problem.harmonics, False): path}
         self.base = path
+        self.control = control
 
-    def solve(
-        self, w: Array, frequency: float, adaptive: Adaptive | None, control: StepControl
-    ) -> HarmonicPoint:
+    def solve(self, w: Array, frequency: float, adaptive: Adaptive | None) -> HarmonicPoint:
+        """Solve with the harmonics of the branch; let go a joint that walks; add harmonics.
+
+        Where the second or the third does not succeed, the point before it is returned; its `pull`
+        and its `tail` say so.
+        """
         began = clock.perf_counter()
-        path, total = self.base, 0
-        while True:
-            w, equations, iterations = solve_at(path, w, frequency, control)
-            total += iterations
-            assert isinstance(equations, _Equations)
-            point = describe(equations, total, clock.perf_counter() - began)
-            more = path.problem.harmonics + ADDED
-            if adaptive is None or point.tail <= adaptive.tolerance or more > adaptive.most:
-                return point
-            if more not in self.paths:
-                problem = with_harmonics(path.problem, more)
-                self.paths[more] = FrequencyPath(problem, path.load, path.parameter_scale)
-            w = padded(path.problem, self.paths[more].problem, w)
-            path = self.paths[more]
+        problem = self.base.problem
+        point = self._point(problem, w, frequency, 0, began)
+        if point.pull > PULL:
+            released, guess = walking(problem, point.w)
+            try:
+                point = self._point(released, guess, frequency, point.iterations, began)
+            except ContinuationError:
+                pass
+            else:
+                problem = released
+        while adaptive is not None and point.tail > adaptive.tolerance:
+            if problem.harmonics + ADDED > adaptive.most:
+                break
+            more = with_harmonics(problem, problem.harmonics + ADDED)
+            guess = padded(problem, more, point.w)
+            try:
+                point = self._point(more, guess, frequency, point.iterations, began)
+            except ContinuationError:
+                break
+            problem = more
+        return point
+
+    def _point(
+        self, problem: HarmonicProblem, w: Array, frequency: float, before: int, began: float
+    ) -> HarmonicPoint:
+        key = (problem.harmonics, problem.walks)
+        if key not in self.paths:
+            self.paths[key] = FrequencyPath(problem, self.base.load, self.base.parameter_scale)
+        path = self.paths[key]
+        _, equations, iterations = solve_at(path, w, frequency, self.control)
+        assert isinstance(equations, _Equations)
+        return describe(equations, before + iterations, clock.perf_counter() - began)
 
 
 def amplitude_sweep(
@@ -494,10 +574,11 @@ def amplitude_sweep(
             points.append(describe(equations, iterations, clock.perf_counter() - began))
     folds = [fold(path, branch, index, control) for index in branch.folds]
     return HarmonicResponse(
-        tuple(points),
-        branch,
-        tuple(describe(path.at(turn.u, turn.p), turn.iterations, 0.0) for turn in folds),
-        tuple(failures),
+        points=tuple(points),
+        branch_of=(0,) * len(points),
+        branches=(branch,),
+        folds=tuple(describe(path.at(turn.u, turn.p), turn.iterations, 0.0) for turn in folds),
+        failures=tuple(failures),
     )
 
 

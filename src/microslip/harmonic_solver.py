@@ -16,6 +16,7 @@ for later iterations, frequencies and loads, and renewed when GMRES needs many i
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
@@ -84,16 +85,23 @@ class Condensed:
             # W_NL W_LL^-1: the transpose of K, but the middle pair counts once and others twice
             self.left.append((K * once[L, None] / once[N]).T)
             S.append(W[np.ix_(N, N)] - W[np.ix_(N, L)] @ K)
-        self.linear_of_q = sl.lu_solve(self.factors[0], problem.rigid_spread[L], check_finite=False)
+        self.spread = problem.rigid_spread.copy()
+        self.stiffness = problem.rigid_stiffness.copy()
+        if problem.walks:
+            self.spread[:, -1] = self.stiffness[:, -1] = 0.0
+        self.linear_of_q = sl.lu_solve(self.factors[0], self.spread[L], check_finite=False)
         fitting = (COUPLED // max(len(N), 1) - 1) // 2
         coupled = min(max(fitting, LEAST_COUPLED), problem.harmonics)
         self.groups = [range(coupled + 1)]
         self.groups += [range(h, h + 1) for h in range(coupled + 1, problem.harmonics + 1)]
         # Single precision is enough for a preconditioner, and twice as fast.
-        self.lu = [
-            sl.lu_factor(self._assemble(S, group), overwrite_a=True, check_finite=False)
-            for group in self.groups
-        ]
+        with warnings.catch_warnings():
+            # a singular factor shows as a result that is not finite
+            warnings.simplefilter("ignore", sl.LinAlgWarning)
+            self.lu = [
+                sl.lu_factor(self._assemble(S, group), overwrite_a=True, check_finite=False)
+                for group in self.groups
+            ]
 
     def _assemble(self, S: list[Complex], group: range) -> NDArray[np.float32]:
         """Matrix over changing components by the coefficients of some harmonics, then q.
@@ -111,12 +119,12 @@ class Condensed:
         of_linear = _columns([-self.K[h] for h in group], mean, len(L), c, e)
         M = np.eye(n * c + e, dtype=np.float32)
         if mean:
-            R_S = problem.rigid_spread[N] - self.left[0] @ problem.rigid_spread[L]
+            R_S = self.spread[N] - self.left[0] @ self.spread[L]
             R_below = problem.rigid_gather[N] - self.K[0].T @ problem.rigid_gather[L]
             of_changing[:, 0, n * c :] = eps[N, None] * R_S
             of_linear[:, 0, n * c :] = self.linear_of_q
             M[n * c :, : n * c : c] = problem.spring * R_below.T
-            stiffness = problem.rigid_gather[L].T @ self.linear_of_q + problem.rigid_stiffness
+            stiffness = problem.rigid_gather[L].T @ self.linear_of_q + self.stiffness
             M[n * c :, n * c :] = problem.spring * stiffness
         row_of = np.zeros(len(problem.rows), dtype=np.int64)
         row_of[N], row_of[L] = np.arange(n), np.arange(len(L))
@@ -131,6 +139,9 @@ class Condensed:
             normal = component - 1
             source = of_changing if changing[normal] else of_linear
             rows[k] -= cycle.tn[pair, own, own] @ source[row_of[normal]]
+            if mean and problem.walks:
+                drift = eps[component] * problem.rigid_spread[component, -1]
+                rows[k, :, -1] -= cycle.td[pair, own] * drift
         return M
 
     def solve(self, right: Array) -> Array:
@@ -225,6 +236,8 @@ def gmres(
         direction = precondition(basis[j - 1].reshape(shape))
         directions.append(direction)
         w = apply(direction).ravel()
+        if not np.isfinite(w).all():
+            return np.zeros(shape), j, np.inf
         for _ in range(2):
             share = basis[:j] @ w
             w = w - share @ basis[:j]
@@ -285,13 +298,14 @@ class HarmonicSolver:
                 fresh = True
             else:
                 fresh = False
-            z, iterations, error = gmres(
-                lambda x: derivative_times(operator, cycle, x),
-                self._factor.solve,
-                right,
-                tolerance,
-                MAX_KRYLOV,
-            )
+            with np.errstate(invalid="ignore", over="ignore"):
+                z, iterations, error = gmres(
+                    lambda x: derivative_times(operator, cycle, x),
+                    self._factor.solve,
+                    right,
+                    tolerance,
+                    MAX_KRYLOV,
+                )
             self.counts.krylov += iterations
             if fresh:
                 self._fresh_iterations = iterations
@@ -307,4 +321,4 @@ class HarmonicSolver:
         assert self._factor is not None
         old = self._factor.operator.problem
         new = operator.problem
-        return old.table is new.table and old.model is new.model and old.residual is new.residual
+        return old.table is new.table and old.residual is new.residual and old.walks == new.walks

@@ -64,9 +64,12 @@ MOST_COLUMNS = 20_000
 """Elements along one beam outside the overlap: more is a slip of the pen."""
 
 
-Variant = Literal["printed", "consistent"]
+Variant = Literal["printed", "consistent", "refined"]
 Drives = Annotated[tuple[Drive, ...], OneOrMore]
 Variants = Annotated[tuple[Variant, ...], OneOrMore]
+BackboneMethod = Literal["quasi_static", "prescribed", "harmonic"]
+BackboneMethods = Annotated[tuple[BackboneMethod, ...], OneOrMore]
+ModeNumbers = Annotated[tuple[Annotated[Count, Field(ge=1, le=2000)], ...], OneOrMore]
 LoadKind = Literal["moment", "moment_over_clamp_force_length", "rho"]
 
 
@@ -239,7 +242,7 @@ class ResponseAnalysis(Section):
     from_: Frequency = Field(default=165.0, gt=0, alias="from")
     to: Frequency = Field(default=190.0, gt=0)
     count: Count = Field(default=501, ge=2, le=1_000_000)
-    variants: Variants = ("printed", "consistent")
+    variants: Variants = ("printed", "consistent", "refined")
     tolerance: Number = Field(default=1e-10, gt=0, lt=0.1)
     max_iterations: Count = Field(default=500, ge=1, le=1_000_000)
 
@@ -258,6 +261,46 @@ class ResponseAnalysis(Section):
         _distinct("variants", self.variants)
         if self.to <= self.from_:
             raise Rule("to", f"must be above analysis.response.from, {self.from_:g} Hz")
+        return self
+
+
+class ReducedAnalysis(Section):
+    """Which reduced models, and how finely the refined one is tabulated."""
+
+    variant: Variants | None = None
+    amplitudes: Count = Field(default=48, ge=4, le=1000)
+    steps: Count = Field(default=200, ge=60, le=100_000)
+    max_cycles: Count = Field(default=4, ge=2, le=1000)
+    upper_modes: Count = Field(default=2, ge=0, le=20)
+
+    @model_validator(mode="after")
+    def _no_repetition(self) -> Self:
+        _distinct("variant", self.variant or ())
+        return self
+
+
+class BackboneAnalysis(Section):
+    """Natural frequency and damping ratio of modes of the joint against their amplitude.
+
+    `smallest` and `largest` are fractions of the amplitude at which the inertia of the mode opens
+    the joint.
+    """
+
+    modes: ModeNumbers = (1,)
+    methods: BackboneMethods = ("quasi_static", "prescribed")
+    smallest: Number = Field(default=1e-5, gt=0, lt=1)
+    largest: Number = Field(default=MOST_OF_OPENING, gt=0, lt=1)
+    count: Count = Field(default=30, ge=2, le=1000)
+    steps: Count = Field(default=150, ge=20, le=100_000)
+    max_cycles: Count = Field(default=4, ge=2, le=1000)
+    harmonics: Count = Field(default=5, ge=1, le=50)
+
+    @model_validator(mode="after")
+    def _ascending(self) -> Self:
+        _distinct("methods", self.methods)
+        _distinct("modes", self.modes)
+        if self.largest <= self.smallest:
+            raise Rule("largest", f"must be above analysis.backbone.smallest, {self.smallest:g}")
         return self
 
 
@@ -311,6 +354,8 @@ class Analysis(Section):
 
     cycle: CycleAnalysis | None = None
     response: ResponseAnalysis | None = None
+    reduced: ReducedAnalysis = Field(default_factory=ReducedAnalysis)
+    backbone: BackboneAnalysis | None = None
     time: TimeAnalysis | None = None
     history: Annotated[tuple[AnyExcitation, ...], BeforeValidator(_entries)] = ()
 
@@ -355,6 +400,14 @@ class LapJoint(Section):
         """
         return self.beams.overlap_half_length / self.beams.length
 
+    @property
+    def variants(self) -> tuple[str, ...]:
+        """Reduced models asked for; none where no response is."""
+        response, reduced = self.analysis.response, self.analysis.reduced
+        if response is None:
+            return ()
+        return response.variants if reduced.variant is None else reduced.variant
+
     def cycle_amplitudes(self) -> tuple[float, ...]:
         """M/(PL) of every quasi-static cycle, ascending; none where cycles are not asked for."""
         cycle = self.analysis.cycle
@@ -396,6 +449,7 @@ class LapJoint(Section):
         _clamp_fits(self)
         _mesh_is_reasonable(self)
         _response_has_its_inputs(self)
+        _variants_are_said_once(self)
         _time_has_its_inputs(self)
         _histories_have_their_inputs(self)
         _positions_are_on_the_overlap(self)
@@ -403,7 +457,7 @@ class LapJoint(Section):
         return self
 
 
-def _distinct(key: str, values: Sequence[str]) -> None:
+def _distinct(key: str, values: Sequence[str | int]) -> None:
     if len(set(values)) < len(values):
         raise Rule(key, "names one thing twice")
 
@@ -443,6 +497,22 @@ def _response_has_its_inputs(joint: LapJoint) -> None:
     if joint.load is not None and joint.contact.friction == 0 and any(joint.load.rho or ()):
         raise Rule(
             "load.rho", "without contact.friction rho is 0: give the moment, or some friction"
+        )
+
+
+def _variants_are_said_once(joint: LapJoint) -> None:
+    response, reduced = joint.analysis.response, joint.analysis.reduced
+    if reduced.variant is None:
+        return
+    if response is None:
+        raise Rule(
+            "analysis.reduced.variant",
+            "is for the forced response: add a section [analysis.response]; it may be empty",
+        )
+    if "variants" in response.model_fields_set:
+        raise Rule(
+            "analysis.reduced.variant",
+            "the variants are in analysis.response.variants already: remove one of the two",
         )
 
 

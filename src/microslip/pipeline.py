@@ -9,20 +9,31 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from microslip.backbone import DRIVES, EquivalentTable, equivalent_table
-from microslip.errors import ContactError, MicroslipError
+from microslip.backbones import (
+    Backbone,
+    CycleControl,
+    amplitude_scale,
+    geometric,
+    prescribed_backbone,
+    quasi_static_backbone,
+)
+from microslip.errors import ContactError, InputError, MicroslipError, ModelError
 from microslip.excitation import prepare_histories
+from microslip.extended_motion import harmonic_backbone
 from microslip.flexibility import Flexibility, static_flexibility, with_compliance
 from microslip.histories import contact_compliance, run_histories
 from microslip.history import History
 from microslip.joint import LapJoint
+from microslip.mode_pairs import JointMode, joint_modes, pick_mode
 from microslip.model import JointModel, Reducer
+from microslip.prescribed import hold_mode
 from microslip.progress import NullProgress, Progress
 from microslip.reduced import (
     Response,
@@ -31,11 +42,13 @@ from microslip.reduced import (
     greatest_damping_load,
     two_mode_model,
 )
+from microslip.refined import moment_offset, refined_table
 from microslip.states import LinearStates, linear_states
 from microslip.statics import Cycle, Prestress, opening_load, prestress, quasi_static_cycle
 from microslip.structure import Structure, lap_joint_structure
 from microslip.threads import in_threads, workers
 from microslip.timedomain import Request, TimePoint, steady_states
+from microslip.trust import error_indicator
 
 Array = NDArray[np.float64]
 
@@ -69,6 +82,12 @@ class JointAssembly:
     opening_moment: float
 
     @property
+    def compliance(self) -> Array:
+        """Contact compliance of every component of v, m/N; zeros where the contact is rigid."""
+        compliance: Array = np.diag(self.flexibility.W - static_flexibility(self.model).W)
+        return compliance
+
+    @property
     def moment_unit(self) -> float:
         """P L: moments are reported over it."""
         return self.joint.clamp.force * self.joint.beams.length
@@ -90,8 +109,12 @@ class LapRun:
     responses : list of Response
     frictionless : Response or None
         The joint without friction under the first load, eq. (18).
+    backbones : list of Backbone
+        By mode, then method, as asked for.
     time_domain : list of TimePoint
     histories : list of History
+    moment_offset : float
+        c of the refined model, `refined.moment_offset`.
     rho_scale : float
         C in ``rho = C mu P L / M``; nan where loads were given as moments.
     failures : list of str
@@ -108,8 +131,10 @@ class LapRun:
     tables: dict[str, EquivalentTable] = field(default_factory=dict)
     responses: list[Response] = field(default_factory=list)
     frictionless: Response | None = None
+    backbones: list[Backbone] = field(default_factory=list)
     time_domain: list[TimePoint] = field(default_factory=list)
     histories: list[History] = field(default_factory=list)
+    moment_offset: float = np.nan
     rho_scale: float = np.nan
     failures: list[str] = field(default_factory=list)
     timings: dict[str, float] = field(default_factory=dict)
@@ -237,8 +262,44 @@ def run_cycles(result: LapRun, drive: str, progress: Progress) -> None:
         result.tables[drive] = equivalent_table(done, a.model, a.states, joint.clamp.force, drive)
 
 
-TABLE_OF = {"printed": "moment", "consistent": "mode"}
-"""Drive of the table that each variant uses by default: the paper's, and the dynamic one."""
+TABLE_OF = {"printed": "moment", "consistent": "mode", "refined": "prescribed"}
+"""Drive of the table that each variant uses by default: the paper's, and the dynamic ones."""
+
+BELOW = 0.1
+"""Smallest amplitude of the refined table over that of the other: there the joint sticks."""
+
+
+def run_refined(result: LapRun, progress: Progress) -> None:
+    """Table of the refined model over the amplitudes of the other tables, into `result`."""
+    joint, a = result.joint, result.assembly
+    settings = joint.analysis.reduced
+    if not result.tables or joint.contact.friction == 0:
+        return
+    sizes = result.tables.get("mode", next(iter(result.tables.values()))).amplitude
+    held = hold_mode(
+        a.model,
+        a.prestress,
+        a.states,
+        joint.contact.friction,
+        0.5 * (a.states.sliding_omega + a.states.stuck_omega),
+        upper=settings.upper_modes,
+        compliance=a.compliance,
+    )
+    smallest = BELOW * float(sizes[0])
+    progress.start("cycles, mode prescribed", settings.amplitudes)
+    table, failures = refined_table(
+        held,
+        smallest,
+        float(sizes[-1]),
+        settings.amplitudes,
+        steps=settings.steps,
+        cycles=settings.max_cycles,
+        advance=progress.advance,
+    )
+    result.tables["prescribed"] = table
+    result.failures += failures
+    result.moment_offset = moment_offset(held, smallest)
+    progress.finish()
 
 
 def run_responses(result: LapRun, progress: Progress) -> None:
@@ -249,15 +310,14 @@ def run_responses(result: LapRun, progress: Progress) -> None:
     frequency = np.linspace(settings.from_, settings.to, settings.count)
     rayleigh = (joint.damping.alpha, joint.damping.beta)
     models: dict[str, tuple[TwoModeModel, EquivalentTable]] = {}
-    for variant in settings.variants:
-        drive = (
-            TABLE_OF[variant]
-            if TABLE_OF[variant] in result.tables
-            else next(iter(result.tables), "")
-        )
-        if drive:
+    for variant in joint.variants:
+        drive = TABLE_OF[variant]
+        if drive not in result.tables and variant != "refined":
+            drive = next((name for name in result.tables if name != "prescribed"), "")
+        if drive in result.tables:
+            offset = result.moment_offset if variant == "refined" else 0.0
             models[variant] = (
-                two_mode_model(a.states, "moment", rayleigh, variant),
+                two_mode_model(a.states, "moment", rayleigh, variant, offset),
                 result.tables[drive],
             )
     if not models:
@@ -283,6 +343,9 @@ def run_responses(result: LapRun, progress: Progress) -> None:
                 tolerance=settings.tolerance,
                 max_iterations=settings.max_iterations,
             )
+            if not frictionless and "refined" in models:
+                indicator = error_indicator(response, *models["refined"])
+                response = replace(response, error_indicator=indicator)
             result.responses.append(response)
             if len(response.unconverged):
                 bad = response.unconverged
@@ -310,7 +373,7 @@ def _response_loads(
     elif strength == 0:
         result.rho_scale = 1.0
     else:
-        name = "consistent" if "consistent" in models else next(iter(models))
+        name = next(v for v in ("refined", "consistent", "printed") if v in models)
         band = np.linspace(0.9 * a.states.sliding_frequency, 1.1 * a.states.stuck_frequency, 1201)
         best = greatest_damping_load(*models[name], band, _search_bounds(a, models[name]))
         result.rho_scale = load.greatest_damping_at * best / strength
@@ -338,12 +401,69 @@ def _search_bounds(
     return (1e-5 * table.amplitude[0] * scale, table.amplitude[-1] * scale)
 
 
+def backbone_modes(assembly: JointAssembly) -> list[JointMode]:
+    """The modes whose backbones are asked for.
+
+    Raises
+    ------
+    InputError
+        Where the joint has no mode of some number.
+    """
+    settings = assembly.joint.analysis.backbone
+    if settings is None:
+        return []
+    modes = joint_modes(assembly.model, assembly.prestress, assembly.compliance)
+    try:
+        return [pick_mode(modes, number) for number in settings.modes]
+    except ModelError as error:
+        raise InputError(f"analysis.backbone.modes = {list(settings.modes)}: {error}") from None
+
+
+def run_backbones(result: LapRun, modes: list[JointMode], progress: Progress) -> None:
+    """Backbones of the modes by every method, into `result`."""
+    joint, a = result.joint, result.assembly
+    settings = joint.analysis.backbone
+    assert settings is not None
+    control = CycleControl(settings.steps, settings.max_cycles)
+    for mode in modes:
+        scale = amplitude_scale(a.model, a.prestress, mode)
+        if not np.isfinite(scale):
+            result.failures.append(
+                f"backbone of mode {mode.number}: it does not move the interface; at every "
+                f"amplitude {mode.stuck_frequency:.6g} Hz with the damping of the material"
+            )
+            continue
+        sizes = geometric(settings.smallest * scale, settings.largest * scale, settings.count)
+        for method in settings.methods:
+            name = method.replace("_", "-")
+            progress.start(f"backbone of mode {mode.number}, {name}", len(sizes))
+            what = (a.model, a.prestress, mode, joint.contact.friction, sizes)
+            if method == "harmonic":
+                found = harmonic_backbone(
+                    *what,
+                    compliance=a.compliance,
+                    harmonics=settings.harmonics,
+                    advance=progress.advance,
+                )
+            else:
+                by_cycles = (
+                    quasi_static_backbone if method == "quasi_static" else prescribed_backbone
+                )
+                found = by_cycles(
+                    *what, compliance=a.compliance, control=control, advance=progress.advance
+                )
+            result.backbones.append(found[0])
+            result.failures += found[1]
+            progress.finish()
+
+
 def run_time_domain(result: LapRun, progress: Progress) -> None:
     """Steady states by time integration at every load and frequency, into `result`."""
     joint, a = result.joint, result.assembly
     settings = joint.analysis.time
     assert settings is not None
-    responses = {r.load: r for r in result.responses if r.variant == "consistent"}
+    responses = {r.load: r for r in result.responses if r.variant == "refined"}
+    responses = responses or {r.load: r for r in result.responses if r.variant == "consistent"}
     responses = responses or {r.load: r for r in result.responses}
     requests = []
     for response in responses.values():
@@ -427,12 +547,19 @@ def run_lap_joint(joint: LapJoint, progress: Progress | None = None) -> LapRun:
             progress.finish()
         result = LapRun(joint=joint, assembly=assembly, timings=timings)
         prepared = prepare_histories(joint.analysis.history, assembly.states.sliding_frequency)
+        modes = backbone_modes(assembly)
         try:
+            if modes:
+                with _timed(timings, "backbones"):
+                    run_backbones(result, modes, progress)
             if joint.analysis.cycle is not None:
                 for drive in joint.analysis.cycle.drives:
                     with _timed(timings, f"cycles_{drive}"):
                         run_cycles(result, drive, progress)
             if joint.analysis.response is not None:
+                if "refined" in joint.variants:
+                    with _timed(timings, "cycles_prescribed"):
+                        run_refined(result, progress)
                 with _timed(timings, "response"):
                     try:
                         run_responses(result, progress)

@@ -8,8 +8,8 @@ with that stiffness, as statics does with K, and so keep its cost:
     (K - omega_0² M + kappa M Phi Phi^T M) x + B^T r = (omega_sl² - omega_0² + kappa) A sin(theta) M Phi
                                                       + M(t) p + sum of loads on upper modes
 
-with ``Phi`` the sliding mode. A ``kappa`` of a hundred times omega_sl² holds q to its course. The
-modal contact force follows from the equation of the mode itself,
+with ``Phi`` a mode of the sliding state. A ``kappa`` of a hundred times omega_sl² holds q to its
+course. The modal contact force follows from the equation of the mode itself,
 ``F = load - (omega_sl² - omega_0² + kappa) q``.
 
 The inertia is exact for the first harmonic only. Upper modes whose frequency lies near a multiple
@@ -33,6 +33,7 @@ from microslip.contact.solver import CERTIFICATE, ContactSolver, singularity_nam
 from microslip.errors import ContactError
 from microslip.flexibility import Flexibility
 from microslip.harmonics import harmonic
+from microslip.mode_pairs import bonded_modes
 from microslip.model import JointModel
 from microslip.states import LinearStates
 from microslip.statics import Prestress
@@ -49,7 +50,7 @@ RAMP = 10
 
 @dataclass(frozen=True)
 class HeldMode:
-    """A joint whose sliding mode is held, ready for `prescribed_cycle`.
+    """A joint one of whose modes is held, ready for `prescribed_cycle`.
 
     Attributes
     ----------
@@ -65,6 +66,8 @@ class HeldMode:
         ``Phi^T p`` of a unit moment.
     upper_omega : (u,) array
         Upper modes of the sliding state, rad/s.
+    port : str
+        Port of the mode: its inertia load and its coordinate.
     """
 
     model: JointModel
@@ -76,6 +79,7 @@ class HeldMode:
     hold: float
     load_on_sliding: float
     upper_omega: Array
+    port: str = "sliding"
 
 
 @dataclass(frozen=True)
@@ -131,11 +135,7 @@ def sliding_modes(model: JointModel, start: Prestress) -> tuple[Array, Array]:
     Returns circular frequencies and mode shapes in the free-interface modes, mass-normalised;
     rigid sliding comes first, then the sliding mode itself.
     """
-    normal = start.bonded(1)
-    psi = model.mode_v[normal]
-    bond = psi.T @ np.linalg.solve(model.residual[np.ix_(normal, normal)], psi)
-    values, shapes = np.linalg.eigh(np.diag(model.omega**2) + bond)
-    return np.sqrt(np.maximum(values, 0.0)), shapes
+    return bonded_modes(model, start.bonded(1))
 
 
 def walking_modes(model: JointModel) -> NDArray[np.bool_]:
@@ -173,13 +173,61 @@ def hold_mode(
     compliance : (d m,) array, optional
         Contact compliance of an elastic contact, m/N.
     """
-    w0, w = reference_omega, states.sliding_omega
+    return hold_port(
+        model,
+        start,
+        "sliding",
+        states.sliding_omega,
+        friction,
+        reference_omega,
+        upper=upper,
+        compliance=compliance,
+        load_on_mode=states.load_on_sliding["moment"],
+    )
+
+
+def hold_port(
+    model: JointModel,
+    start: Prestress,
+    port: str,
+    omega: float,
+    friction: float | Array,
+    reference_omega: float,
+    *,
+    static: NDArray[np.bool_] | None = None,
+    upper: int = 0,
+    compliance: Array | None = None,
+    load_on_mode: float = 0.0,
+) -> HeldMode:
+    """Prepare cycles with any mode of the sliding state prescribed.
+
+    Parameters
+    ----------
+    model : JointModel
+        With ports ``clamp``, ``moment`` and `port`.
+    start : Prestress
+    port : str
+        Inertia load ``M Phi`` of the mode.
+    omega : float
+        Its circular frequency, rad/s.
+    friction : float or (m,) array
+    reference_omega : float
+        As in `hold_mode`.
+    static : (k,) bool array, optional
+        Free-interface modes without inertia; by default those that slide the bodies past each
+        other.
+    upper, compliance
+        As in `hold_mode`.
+    load_on_mode : float
+        ``Phi^T p`` of a unit moment.
+    """
+    w0, w = reference_omega, omega
+    g = model.port_modes[:, model.port(port)]
     omegas, shapes = sliding_modes(model, start)
-    own = int(np.argmax(np.abs(shapes.T @ model.port_modes[:, model.port("sliding")])))
+    own = int(np.argmax(np.abs(shapes.T @ g)))
     chosen = slice(own + 1, own + 1 + upper)
     wide = _with_modal_ports(model, shapes[:, chosen])
-    g = model.port_modes[:, model.port("sliding")]
-    inertia = np.where(walking_modes(model), 0.0, w0**2)
+    inertia = np.where(walking_modes(model) if static is None else static, 0.0, w0**2)
     stiffness = np.diag(model.omega**2 - inertia) + HOLD * w**2 * np.outer(g, g)
     values, vectors = np.linalg.eigh(stiffness)
     soft = int(np.sum(values < 1e-4 * np.median(model.omega) ** 2))
@@ -196,7 +244,7 @@ def hold_mode(
         loads_q=np.ascontiguousarray(ports[:soft]),
         loads_loads=wide.port_port + (p.T * give) @ p,
     )
-    rest = vectors.T @ _modal_rest(model, start)
+    rest = vectors.T @ modal_rest(model, start)
     return HeldMode(
         model=wide,
         flexibility=_clamped_at_rest(flexibility, start, rest[:soft], wide.port("clamp")),
@@ -205,8 +253,9 @@ def hold_mode(
         sliding_omega=w,
         reference_omega=w0,
         hold=w**2 - w0**2 + HOLD * w**2,
-        load_on_sliding=states.load_on_sliding["moment"],
+        load_on_sliding=load_on_mode,
         upper_omega=omegas[chosen],
+        port=port,
     )
 
 
@@ -221,7 +270,7 @@ def _with_modal_ports(model: JointModel, shapes: Array) -> JointModel:
     )
 
 
-def _modal_rest(model: JointModel, start: Prestress) -> Array:
+def modal_rest(model: JointModel, start: Prestress) -> Array:
     """Modal coordinates under the clamp."""
     e, s = model.equilibrium_modes, start.solution
     force = model.port_modes[e:, model.port("clamp")] * start.clamp - model.mode_v[:, e:].T @ s.r
@@ -265,7 +314,7 @@ def prescribed_cycle(
     ----------
     held : HeldMode
     amplitude : float
-        Of the sliding coordinate, m sqrt(kg) per sqrt(m) of width.
+        Of the mode, m sqrt(kg) per sqrt(m) of width.
     steps, cycles : int
         Load steps per cycle, and cycles at most.
     closure : float
@@ -289,7 +338,7 @@ def prescribed_cycle(
     theta = 2 * np.pi * np.arange(steps + 1) / steps
     path = np.zeros((steps + 1, len(model.ports)))
     path[:, model.port("clamp")] = held.prestress.clamp
-    path[:, model.port("sliding")] = held.hold * amplitude * np.sin(theta)
+    path[:, model.port(held.port)] = held.hold * amplitude * np.sin(theta)
     path[:, model.port("moment")] = (moment * np.exp(1j * theta)).imag
     for (mode, order), load in (upper or {}).items():
         path[:, model.port(f"upper {mode}")] += (load * np.exp(1j * order * theta)).imag
@@ -315,8 +364,8 @@ def prescribed_cycle(
     output = path @ f.loads_loads.T + q @ f.loads_q - r @ f.loads_v
     s, clamp = held.prestress.solution, model.port("clamp")
     output -= f.loads_loads[clamp] * held.prestress.clamp + s.q @ f.loads_q - s.r @ f.loads_v
-    y = output[:, model.port("sliding")]
-    force = path[:, model.port("sliding")] - held.hold * y
+    y = output[:, model.port(held.port)]
+    force = path[:, model.port(held.port)] - held.hold * y
     force = force + held.load_on_sliding * path[:, model.port("moment")]
     first = len(model.ports) - len(held.upper_omega)
     tops = [harmonic(output[:, first:], theta, h) for h in range(1, harmonics + 1)]

@@ -38,7 +38,7 @@ from microslip.states import LinearStates
 
 Array = NDArray[np.float64]
 
-VARIANTS = ("printed", "consistent")
+VARIANTS = ("printed", "consistent", "refined")
 
 CONVERGED, NOT_CONVERGED, OUTSIDE = 0, 1, 2
 """Flags of a point: converged; iteration did not end; amplitude above the table."""
@@ -168,6 +168,8 @@ class Response:
         ``|g'|`` at the answer.
     flag : (n,) int array
         0 converged, 1 not converged, 2 amplitude above the table.
+    error_indicator : (n,) array, optional
+        Estimated relative error of the amplitude, see `trust.py`.
     """
 
     variant: str
@@ -180,6 +182,7 @@ class Response:
     iterations: NDArray[np.int64]
     contraction: Array
     flag: NDArray[np.int64]
+    error_indicator: Array | None = None
 
     @property
     def peak(self) -> int:
@@ -553,6 +556,20 @@ def all_amplitudes(
     for i in np.flatnonzero(values[:-1] * values[1:] <= 0):
         roots.append(brentq(gap, grid[i], grid[i + 1], xtol=1e-14 * grid[i]))
     return np.array(roots)
+
+
+def answers(
+    model: TwoModeModel, table: EquivalentTable, frequency: float, load: float
+) -> NDArray[np.complex128]:
+    """First harmonic of the sliding coordinate of every solution inside the table, ascending."""
+    curve = table_curve(table)
+    out, y = np.zeros(curve.coefficients.shape[2]), np.zeros(2, complex)
+    system = _system(model, curve, table.clamp, load)
+    found = []
+    for a in all_amplitudes(model, table, frequency, load):
+        _respond(a, 2 * np.pi * frequency, system, out, y)
+        found.append(complex(model.sliding @ y))
+    return np.array(found, complex)
 
 
 def greatest_damping_load(

@@ -42,8 +42,12 @@ Complex = NDArray[np.complex128]
 HIGHEST = 13
 """Highest harmonic of the first mode that may excite an upper one."""
 
-KEPT = 5e-4
-"""An upper harmonic is kept where it changes F by more than this anywhere in the band."""
+NOTICED = 0.13
+"""An upper harmonic is kept where the load of its inertia exceeds this share of F in the band; it
+changes F by a hundredth of that."""
+
+DAMPED = 0.5
+"""Upper modes are tested where gamma_eq is above this share of its greatest; constant outside."""
 
 TEST = 0.01
 """Test loads on upper modes deflect them statically by this fraction of q over the harmonic."""
@@ -55,11 +59,11 @@ def refined_table(
     largest: float,
     count: int = 48,
     *,
-    steps: int = 300,
-    cycles: int = 5,
-    closure: float = 1e-5,
+    steps: int = 200,
+    cycles: int = 4,
+    closure: float = 1e-4,
     band: tuple[float, float] | None = None,
-    knots: int = 10,
+    knots: int = 6,
     threads: int | None = None,
     advance: Callable[[], None] = lambda: None,
 ) -> tuple[EquivalentTable, list[str]]:
@@ -77,6 +81,7 @@ def refined_table(
     steps, cycles : int
         Load steps per cycle, and cycles at most.
     closure : float
+        Change of the reactions between cycles, over the largest prestress reaction, that ends them.
     band : tuple of float, optional
         Circular frequencies in which upper harmonics matter; by default 0.93 to 1.1 times the
         reference frequency.
@@ -102,9 +107,16 @@ def refined_table(
     failures: list[str] = []
 
     def one(a: float) -> PrescribedCycle | str:
+        below = [c for c in solved if abs(c.q) < a] if len(solved) > 4 else []
         try:
             return prescribed_cycle(
-                held, a, steps=steps, cycles=cycles, closure=closure, harmonics=HIGHEST
+                held,
+                a,
+                steps=steps,
+                cycles=cycles,
+                closure=closure,
+                harmonics=HIGHEST,
+                start=below[-1].state if below else None,
             )
         except ContactError as error:
             return f"prescribed cycle at amplitude {a:.4g}: {error}"
@@ -112,12 +124,14 @@ def refined_table(
     solved: list[PrescribedCycle] = []
     wanted = list(np.geomspace(smallest, largest, count - count // 2))
     while wanted:
+        found = []
         for outcome in in_threads(one, wanted, workers_used):
             if isinstance(outcome, str):
                 failures.append(outcome)
             else:
-                solved.append(outcome)
+                found.append(outcome)
             advance()
+        solved += found
         solved.sort(key=lambda c: abs(c.q))
         missing = min(count - len(solved) - len(failures), -(-count // 4))
         wanted = _between(solved, missing) if len(solved) > 4 else []
@@ -201,27 +215,17 @@ def _upper_harmonics(
     steps: int,
     threads: int,
 ) -> UpperHarmonics | None:
-    pairs = [(n, h) for n in range(len(held.upper_omega)) for h in range(2, HIGHEST + 1)]
-    pairs = [(n, h) for n, h in pairs if _is_excited(solved, n, h)]
-    if not pairs:
-        return None
+    gamma = np.array([(c.force / c.q).imag for c in solved])
     w0 = held.reference_omega
     omegas = np.linspace(*(band or (0.93 * w0, 1.1 * w0)), 60)
-    gamma = [(c.force / c.q).imag for c in solved]
-    middle = int(np.argmax(gamma))
-    trial = dict(zip(pairs, _reactions(held, solved[middle], pairs, steps), strict=True))
-    kept = [
-        pair
-        for pair in pairs
-        if _largest_change(held, solved[middle], pair, trial[pair], omegas) > KEPT
-    ]
+    kept = _resonant(held, solved[int(np.argmax(gamma))], omegas)
     if not kept:
         return None
-    spaced = np.unique(np.linspace(0, len(solved) - 1, min(knots, len(solved))).astype(int))
-    chosen = [int(i) for i in spaced if gamma[i] > 1e-2 * max(gamma)]
+    damped = np.flatnonzero(gamma > DAMPED * gamma.max())
+    chosen = damped[np.unique(np.linspace(0, len(damped) - 1, min(knots, len(damped))).astype(int))]
     rows = list(in_threads(lambda i: _reactions(held, solved[i], kept, steps), chosen, threads))
     x = np.log([abs(c.q) for c in solved])
-    at = x[np.array(chosen)]
+    at = x[chosen]
 
     def spread(values: list[list[complex]]) -> Complex:
         """From the tested amplitudes to all; constant outside."""
@@ -242,11 +246,22 @@ def _upper_harmonics(
     )
 
 
-def _is_excited(solved: Sequence[PrescribedCycle], mode: int, order: int) -> bool:
-    """A half-turn symmetric joint excites each upper mode by odd or by even harmonics only."""
-    size = [np.abs(c.upper[mode, 1:]).max() / abs(c.q) for c in solved]
-    own = [abs(c.upper[mode, order - 1]) / abs(c.q) for c in solved]
-    return max(own) > 1e-3 * max(size)
+def _resonant(held: HeldMode, cycle: PrescribedCycle, omegas: Array) -> list[tuple[int, int]]:
+    """The (mode, harmonic) whose inertia loads the mode noticeably somewhere in a band.
+
+    ``P = D eta_0/(1 - D S)`` with the compliance S of the sliding state.
+    """
+    w0 = held.reference_omega
+    alpha, beta = held.model.rayleigh
+    found = []
+    for mode, own in enumerate(held.upper_omega):
+        for order in range(2, HIGHEST + 1):
+            loss = 1j * order * omegas * (alpha + beta * own**2)
+            D = order**2 * omegas**2 - w0**2 - loss
+            load = D * cycle.upper[mode, order - 1] / (1 - D / (own**2 - w0**2))
+            if np.abs(load).max() > NOTICED * abs(cycle.force):
+                found.append((mode, order))
+    return found
 
 
 def _reactions(
@@ -280,22 +295,3 @@ def _reactions(
             force.append((moved.force / moved.q * base.q - base.force) / load)
         found.append(_Reaction(0.5 * (motion[0] + motion[1]), (force[0], force[1])))
     return found
-
-
-def _largest_change(
-    held: HeldMode,
-    base: PrescribedCycle,
-    pair: tuple[int, int],
-    reaction: _Reaction,
-    omegas: Array,
-) -> float:
-    """Largest change of F over F that an upper harmonic makes in a band."""
-    mode, order = pair
-    w0 = held.reference_omega
-    beta = held.model.rayleigh[1]
-    alpha = held.model.rayleigh[0]
-    loss = 1j * order * omegas * (alpha + beta * held.upper_omega[mode] ** 2)
-    D = order**2 * omegas**2 - w0**2 - loss
-    P = D * base.upper[mode, order - 1] / (1 - D * reaction.S)
-    change = reaction.T[0] * P.real + reaction.T[1] * P.imag
-    return float(np.abs(change).max() / abs(base.force))

@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 
 import microslip
 from microslip.backbone import EquivalentTable, equivalent_table, modal_quantities
+from microslip.backbone_results import backbone_dataset, backbone_rows
 from microslip.contact.planar import SEPARATED
 from microslip.labels import MODAL, MODAL_FORCE, pair_position, state_variable, variable
 from microslip.reduced import CONVERGED, Response
@@ -129,11 +130,11 @@ def summary(result: LapRun) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``title``, ``version``, ``model``, ``prestress``, ``cycles``, ``response``, ``time_domain``,
-        ``history``, ``rho_scale``, ``failures``, ``interrupted``, ``timings_s``. Units are in the
-        names; forces and energies are per metre of width. A cycle is listed only where the solver
-        certified every step, so its ``unsolved_steps`` are 0; cycles that failed are among the
-        ``failures``.
+        ``title``, ``version``, ``model``, ``prestress``, ``cycles``, ``response``, ``backbone``,
+        ``time_domain``, ``history``, ``rho_scale``, ``failures``, ``interrupted``, ``timings_s``.
+        Units are in the names; forces and energies are per metre of width. A cycle is listed only
+        where the solver certified every step, so its ``unsolved_steps`` are 0; cycles that failed
+        are among the ``failures``.
     """
     cycles = [row for drive in result.cycles for row in _cycle_rows(result, drive)]
     found: dict[str, Any] = _plain(
@@ -144,6 +145,7 @@ def summary(result: LapRun) -> dict[str, Any]:
             "prestress": _prestress_summary(result),
             "cycles": cycles,
             "response": [_response_row(result, response) for response in result.responses],
+            "backbone": list(backbone_rows(result)),
             "time_domain": [time_domain_row(result, point) for point in result.time_domain],
             "history": [history_row(result, history) for history in result.histories],
             "rho_scale": result.rho_scale,
@@ -266,6 +268,12 @@ def _response_row(result: LapRun, response: Response) -> dict[str, Any]:
         "points": len(response.frequency),
         "contraction_max": response.contraction.max(),
         "iterations_max": response.iterations.max(),
+        "error_indicator_max": None
+        if response.error_indicator is None or not any_answer
+        else response.error_indicator[response.flag == CONVERGED].max(),
+        "error_indicator_at_peak": None
+        if response.error_indicator is None or not any_answer
+        else response.error_indicator[response.peak],
     }
 
 
@@ -282,7 +290,7 @@ def dataset(result: LapRun) -> xr.DataTree:
     """Everything a run computed, with dimensions, units and long names.
 
     Groups ``model``, ``prestress``, ``cycles_moment``, ``cycles_mode``, ``tables``, ``response``,
-    ``time_domain`` and, below ``history``, one by the name of each history; a group is left out
+    ``backbone``, ``time_domain`` and, below ``history``, one by the name of each history; a group is left out
     where its analysis was not asked for.
 
     Parameters
@@ -305,6 +313,8 @@ def dataset(result: LapRun) -> xr.DataTree:
         groups["tables"] = _tables_dataset(result)
     if result.responses:
         groups["response"] = _response_dataset(result)
+    if any(backbone.points for backbone in result.backbones):
+        groups["backbone"] = backbone_dataset(result)
     if result.time_domain:
         groups["time_domain"] = time_domain_dataset(result)
     for history in result.histories:
@@ -541,6 +551,12 @@ def _response_dataset(result: LapRun) -> xr.Dataset:
             flag_meanings="converged not_converged amplitude_above_table",
         ),
     }
+    if any(r.error_indicator is not None for r in responses):
+        unknown = np.full(len(responses[0].frequency), np.nan)
+        estimates = [unknown if r.error_indicator is None else r.error_indicator for r in responses]
+        data["error_indicator"] = variable(
+            grid, stack(estimates), "1", "estimated relative error of the amplitude"
+        )
     if result.frictionless is not None:
         reference = result.frictionless
         data["frictionless_compliance"] = variable(

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from microslip.errors import ContactError
 from microslip.harmonics import harmonic
+from microslip.stability import LINEAR_FIELDS, ritz_values, translations
 from microslip.transient import (
     March,
     State,
@@ -30,6 +31,9 @@ Array = NDArray[np.float64]
 
 DEPTH = 10
 """States that the accelerated search combines."""
+
+SECANTS = 12
+"""States and images that the estimate of the multipliers is made from."""
 
 CONFIRMED = 3.0
 """The cycle after the search may change by this many times the tolerance."""
@@ -60,6 +64,10 @@ class SteadyState:
         `change` of every cycle.
     unsolved : int
         Cycles that had to be repeated with the plain iteration.
+    multipliers : (k,) complex array
+        Floquet multipliers as far as the search has met them, largest modulus first; those of the
+        bodies sliding sideways as rigid ones are not among them. Estimates:
+        `stability.floquet_multipliers` refines them.
     """
 
     frequency: float
@@ -74,6 +82,7 @@ class SteadyState:
     seconds: float
     history: Array
     unsolved: int
+    multipliers: NDArray[np.complex128]
 
 
 def steady_state(
@@ -133,6 +142,7 @@ def steady_state(
             continue
         change = memory.distance(state, cycle.state)
         history.append(change)
+        memory.keep(state, cycle.state)
         dissipated = [dissipated[1], cycle.dissipated]
         if change <= tolerance:
             after = march(scheme, cycle.state, wave, keep=True, memory=contact)
@@ -159,10 +169,8 @@ def steady_state(
         seconds=clock.perf_counter() - began,
         history=np.array(history),
         unsolved=unsolved,
+        multipliers=memory.multipliers(),
     )
-
-
-_LINEAR = ("eta", "rate", "acceleration", "modal_force", "residual_v", "r", "v")
 
 
 class _Memory:
@@ -173,17 +181,15 @@ class _Memory:
     """
 
     def __init__(self, scheme: TimeScheme, depth: int) -> None:
-        model = scheme.model
-        normal = np.abs(model.mode_v[:: model.dimension]).max(axis=0)
-        sideways = np.abs(model.mode_v[1 :: model.dimension]).max(axis=0)
-        rigid = np.arange(len(model.omega)) < model.equilibrium_modes
-        walking = rigid & (normal < 1e-3 * sideways)
-        self.weight = np.where(walking, 0.0, np.maximum(model.omega, 1.0))
+        walking = translations(scheme.model)
+        self.weight = np.where(walking, 0.0, np.maximum(scheme.model.omega, 1.0))
+        self.vibration = np.tile(~walking, 2)
         self.rest = prestressed_state(scheme)
         self.depth = depth
         self.images: list[State] = []
         self.changes: list[Array] = []
         self.plain: State | None = None
+        self.secants: list[tuple[Array, Array]] = []
 
     def _energy_coordinates(self, state: State) -> Array:
         return np.concatenate([self.weight * (state.eta - self.rest.eta), state.rate])
@@ -191,6 +197,20 @@ class _Memory:
     def distance(self, before: State, after: State) -> float:
         a, b = self._energy_coordinates(before), self._energy_coordinates(after)
         return float(np.linalg.norm(b - a)) / max(float(np.linalg.norm(b)), 1e-300)
+
+    def keep(self, before: State, after: State) -> None:
+        """Remember a state and its image for the multipliers."""
+        pair = self._energy_coordinates(before), self._energy_coordinates(after)
+        self.secants.append((pair[0][self.vibration], pair[1][self.vibration]))
+        del self.secants[:-SECANTS]
+
+    def multipliers(self) -> NDArray[np.complex128]:
+        """Ritz values of the period map on the differences of successive states."""
+        steps = [
+            (b[0] - a[0], b[1] - a[1])
+            for a, b in zip(self.secants[:-1], self.secants[1:], strict=True)
+        ]
+        return ritz_values([x for x, _ in steps], [y for _, y in steps])
 
     def next(self, before: State, after: State) -> State:
         self.plain = after
@@ -212,7 +232,7 @@ class _Memory:
             return after
         mixed = {
             name: sum(w * getattr(image, name) for w, image in zip(share, self.images, strict=True))
-            for name in _LINEAR
+            for name in LINEAR_FIELDS
         }
         return replace(after, **mixed)
 

@@ -28,6 +28,8 @@ def print_summary(result: LapRun, console: Console) -> None:
     _print_open_cycles(found, console)
     if found["response"]:
         console.print(_response_table(found))
+    if found["backbone"]:
+        console.print(_backbone_table(found))
     if found["time_domain"]:
         console.print(_time_table(found))
     if found["history"]:
@@ -115,6 +117,31 @@ def _response_table(found: dict[str, Any]) -> Table:
     for row in found["response"]:
         style = "yellow" if row["unconverged_points"] else None
         table.add_row(*(cell(row) for _, cell in _COLUMNS), style=style)
+    return table
+
+
+def _backbone_table(found: dict[str, Any]) -> Table:
+    """Per mode and method: frequency from the smallest amplitude to the largest, damping ratio at
+    the smallest and at its greatest."""
+    table = Table(title="Backbones", title_justify="left", box=None, pad_edge=True)
+    table.add_column("mode", justify="right")
+    table.add_column("method", no_wrap=True)
+    for name in ("from, Hz", "to, Hz", "zeta", "greatest", "at |q|"):
+        table.add_column(name, justify="right", no_wrap=True)
+    rows = found["backbone"]
+    for key in dict.fromkeys((row["mode"], row["method"]) for row in rows):
+        mine = [row for row in rows if (row["mode"], row["method"]) == key]
+        best = max(mine, key=lambda row: row["damping_ratio"])
+        idle = "" if best["interface_matters"] else ", interface idle"
+        table.add_row(
+            str(key[0]),
+            key[1].replace("_", "-") + idle,
+            _number(mine[0]["frequency_hz"], ".2f"),
+            _number(mine[-1]["frequency_hz"], ".2f"),
+            _number(mine[0]["damping_ratio"], ".2e"),
+            _number(best["damping_ratio"], ".2e"),
+            _number(best["modal_amplitude"], ".3g"),
+        )
     return table
 
 

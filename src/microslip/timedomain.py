@@ -12,6 +12,7 @@ from microslip.contact.planar import SEPARATED
 from microslip.errors import JointOpensError, MicroslipError
 from microslip.harmonics import harmonic
 from microslip.model import JointModel
+from microslip.stability import Multipliers, floquet_multipliers
 from microslip.states import LinearStates
 from microslip.statics import Prestress
 from microslip.steady import SteadyState, steady_state
@@ -43,6 +44,8 @@ class Request:
     steps, max_cycles : int
     tolerance : float
     accelerate : bool
+    stability : bool
+        Refine the Floquet multipliers of a converged point; a few dozen cycles more.
     """
 
     rho: float
@@ -54,6 +57,7 @@ class Request:
     tolerance: float = 1e-5
     max_cycles: int = 400
     accelerate: bool = True
+    stability: bool = False
 
 
 @dataclass(frozen=True)
@@ -66,12 +70,15 @@ class TimePoint:
     steady : SteadyState
     corrected_frequency : float
         Frequency at which a scheme without period error has this answer, Hz.
+    stability : Multipliers or None
+        Where asked for and converged.
     """
 
     rho: float
     friction: float
     steady: SteadyState
     corrected_frequency: float
+    stability: Multipliers | None = None
 
 
 @dataclass(frozen=True)
@@ -264,7 +271,14 @@ def solve_request(
     )
     _refuse_open(scheme, steady, request)
     stretch = 1 + period_error(2 * np.pi / request.steps, scheme.alpha)
-    return TimePoint(request.rho, request.friction, steady, request.frequency * stretch)
+    refine = request.stability and steady.converged
+    return TimePoint(
+        rho=request.rho,
+        friction=request.friction,
+        steady=steady,
+        corrected_frequency=request.frequency * stretch,
+        stability=floquet_multipliers(scheme, steady) if refine else None,
+    )
 
 
 def steady_states(

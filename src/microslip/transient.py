@@ -19,7 +19,7 @@ from microslip.contact import tableau
 from microslip.contact.planar import SEPARATED, STICK
 from microslip.contact.solver import CERTIFICATE, TOLERANCE, singularity_named
 from microslip.contact.timestep import step_through
-from microslip.errors import ContactError, JointOpensError, MicroslipError
+from microslip.errors import ContactError, MicroslipError
 from microslip.model import JointModel
 from microslip.statics import Prestress
 
@@ -93,9 +93,12 @@ class March:
         At the end.
     friction_work : (m,) array
         J per metre of width.
-    external, modal_damping, residual_damping, normal_work : float
-        Work of the load, of material damping in the modes and in the residual part, and of the
-        normal reactions (an error of discretisation), J per metre of width.
+    external, modal_damping, normal_work : float
+        Work of the load, of material damping in the modes, and of the normal reactions (an error of
+        discretisation), J per metre of width.
+    residual_damping : float
+        Work that the reactions do on the residual part, J per metre of width: its material damping
+        over a full steady cycle; else the change of the energy stored there is in it as well.
     iterations, residual : (n,) arrays
     r, v, status : arrays or empty
         Histories, where asked for.
@@ -259,6 +262,7 @@ def march(
     *,
     keep: bool = False,
     memory: tableau.Memory | None = None,
+    start_time: float = 0.0,
 ) -> March:
     """Integrate over ``len(load) - 1`` steps from `state`.
 
@@ -273,6 +277,8 @@ def march(
     memory : Memory, optional
         From `contact_memory`, handed from march to march: saves factorising the contact problem
         each time. Results agree to rounding.
+    start_time : float
+        Time at the state, s: of a march that goes on another one, so that errors name its own time.
 
     Raises
     ------
@@ -345,7 +351,7 @@ def march(
         step = failed if failed >= 0 else int(np.argmax(residual))
         worst = int(np.argmax(np.abs(r[::2])))
         raise ContactError(
-            f"contact not solved at t = {step * scheme.dt:.6g} s (step {step}, load "
+            f"contact not solved at t = {start_time + step * scheme.dt:.6g} s (step {step}, load "
             f"{load[step]:.4g}, pair {worst} at x = {scheme.model.position[worst]:.4g} m carries "
             "most): try more steps per cycle"
         )
@@ -373,16 +379,3 @@ def _output(scheme: TimeScheme, state: State, load: float) -> Array:
     k = scheme.kernel
     constant = k["out_load"][0] + k["out_load"][1] * load
     return constant + k["out_modes"].T @ state.eta - k["out_v"] @ state.r
-
-
-def check_closed(march_result: March) -> None:
-    """Raise `JointOpensError` where no pair touched at some kept step (time and load named)."""
-    if len(march_result.status) == 0:
-        return
-    open_all = (march_result.status == SEPARATED).all(axis=1)
-    if open_all.any():
-        i = int(np.argmax(open_all))
-        raise JointOpensError(
-            f"the joint opens at t = {march_result.time[i]:.6g} s under load "
-            f"{march_result.load[i]:.4g}: no pair touches"
-        )

@@ -10,7 +10,7 @@ tells by how much ``Q`` misses. For the refined model itself R vanishes, and wha
 takes its place: the error of interpolating its table, the harmonics it left out, and a share of the
 upper harmonics it keeps, which are linearised,
 
-    |R| <= omega_sl² |A| (uncertainty + KEPT |kappa| + SHARE |kappa_upper|).
+    |R| <= omega_sl² |A| (uncertainty + LEFT_OUT |kappa| + SHARE |kappa_upper|).
 
 The indicator is ``|delta| / |Q|``, largest over the phase of R. Near a fold J is nearly singular and
 the indicator grows without bound, as the error does.
@@ -31,10 +31,12 @@ from microslip.reduced import (
     contact_coefficient,
     table_curve,
 )
-from microslip.refined import KEPT
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
+
+LEFT_OUT = 3e-4
+"""Of the force, what the harmonics that are left out may change."""
 
 SHARE = 0.2
 """Of the upper harmonics' force, what linearising them may miss."""
@@ -111,6 +113,6 @@ def _indicator(
         return float(np.linalg.norm(delta) / abs(q))
     assert table.uncertainty is not None
     unknown = np.interp(np.log(size), np.log(table.amplitude), table.uncertainty)
-    unknown += KEPT * abs(whole) + SHARE * abs(upper)
+    unknown += LEFT_OUT * abs(whole) + SHARE * abs(upper)
     smallest = np.linalg.svd(J, compute_uv=False)[-1]
     return float(w2 * size * unknown / max(smallest, 1e-300) / abs(q))

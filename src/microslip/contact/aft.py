@@ -20,6 +20,10 @@ erases the start, exactly. A second cycle is counted from the last clipped sampl
 traction is known. A pair that is never clipped sticks for good; it keeps ``v_t`` at the value
 `held` that it has had from the beginning, ``r_t = x_t - held``.
 
+Walk. A joint that slips everywhere can creep the same way every cycle: ``v_t`` is periodic but for a
+`drift`, and the increments of ``x_t`` are a little larger than its coefficients say. Such pairs are
+clipped in every cycle, on the side that the drift pushes to, and forget `held`.
+
 Derivative. Over a run of sticking samples ``dr_t[k] = dx_t[k] - dx_t[a] + dr_t[a]`` with ``a`` the last
 sample before the run, over a run of slip ``dr_t = ±mu dx_n``. Products of sines and cosines are sines and
 cosines of sums and differences, and their sum over a run is the difference of two rows of a table
@@ -123,6 +127,8 @@ class ContactCycle:
     nn, tn, tt : (m, c, c) arrays
         Derivative of ``r_n`` by ``x_n``, of ``r_t`` by ``x_n`` and by ``x_t``; ``r_n`` does not
         depend on ``x_t``.
+    td : (m, c) array
+        Derivative of ``r_t`` by `drift`.
     kind : (m, 2) int8 array
         `OPEN`, `LINEAR` or `CHANGING`.
     status : (m, N) int8 array
@@ -133,11 +139,14 @@ class ContactCycle:
     nn: Array
     tn: Array
     tt: Array
+    td: Array
     kind: NDArray[np.int8]
     status: NDArray[np.int8]
 
 
-def contact_cycle(table: SampleTable, x: Array, friction: Array, held: Array) -> ContactCycle:
+def contact_cycle(
+    table: SampleTable, x: Array, friction: Array, held: Array, drift: Array | None = None
+) -> ContactCycle:
     """Apply the contact laws over one cycle to all pairs.
 
     Parameters
@@ -149,6 +158,8 @@ def contact_cycle(table: SampleTable, x: Array, friction: Array, held: Array) ->
         Coefficient of friction.
     held : (m,) array
         ``eps_t v_t`` at which a pair sticks that never slips.
+    drift : (m,) array, optional
+        ``eps_t`` times the change of ``v_t`` over a cycle; none by default.
 
     Examples
     --------
@@ -167,6 +178,7 @@ def contact_cycle(table: SampleTable, x: Array, friction: Array, held: Array) ->
         nn=np.empty((m, c, c)),
         tn=np.empty((m, c, c)),
         tt=np.empty((m, c, c)),
+        td=np.zeros((m, c)),
         kind=np.empty((m, 2), np.int8),
         status=np.empty((m, table.samples), np.int8),
     )
@@ -177,10 +189,12 @@ def contact_cycle(table: SampleTable, x: Array, friction: Array, held: Array) ->
         np.ascontiguousarray(x),
         friction,
         held,
+        np.zeros(m) if drift is None else drift,
         out.r,
         out.nn,
         out.tn,
         out.tt,
+        out.td,
         out.kind,
         out.status,
     )
@@ -188,10 +202,11 @@ def contact_cycle(table: SampleTable, x: Array, friction: Array, held: Array) ->
 
 
 @_jit
-def all_pairs(basis, projection, sums, x, mu, held, r, nn, tn, tt, kind, status):
-    """Evaluate every pair into the last six arguments."""
+def all_pairs(basis, projection, sums, x, mu, held, drift, r, nn, tn, tt, td, kind, status):
+    """Evaluate every pair into the last seven arguments."""
     N = basis.shape[1]
     xn, xt, bound, traction = np.empty(N), np.empty(N), np.empty(N), np.empty(N)
+    since = np.empty(N)
     transposed = np.ascontiguousarray(basis.T)
     for i in range(x.shape[0]):
         _synthesise(basis, x[i, 0], xn)
@@ -214,7 +229,11 @@ def all_pairs(basis, projection, sums, x, mu, held, r, nn, tn, tt, kind, status)
             continue
         for k in range(N):
             bound[k] *= mu[i]
-        anchor, side = _forget(xt, bound, xt[0] - held[i])
+        step = drift[i] / N
+        start = xt[0] - held[i]
+        if step != 0.0:
+            start = np.inf if step > 0.0 else -np.inf
+        anchor, side = _forget(xt, bound, start, step)
         if anchor < 0 and closed < N:
             anchor = 0
             while state[anchor] != SEPARATED:
@@ -227,9 +246,11 @@ def all_pairs(basis, projection, sums, x, mu, held, r, nn, tn, tt, kind, status)
                 tt[i, j, j] = 1.0
             continue
         kind[i, 1] = CHANGING
-        _friction(xt, bound, anchor, side, traction, state)
+        _friction(xt, bound, anchor, side, step, traction, state)
         _analyse(projection, traction, r[i, 1])
         _friction_derivative(transposed, sums, mu[i], state, anchor, tn[i], tt[i])
+        _steps_since_slip(state, anchor, since)
+        _analyse(projection, since, td[i])
 
 
 @_jit
@@ -309,7 +330,7 @@ def _normal(xn, sums, nn, state, reaction):
 
 
 @_jit
-def _forget(xt, bound, start):
+def _forget(xt, bound, start, step):
     """One cycle from the traction `start`: the last clipped sample and its side, or (-1, 0)."""
     N = xt.shape[0]
     anchor = -1
@@ -317,7 +338,7 @@ def _forget(xt, bound, start):
     traction = start
     before = xt[0]
     for k in range(N):
-        traction += xt[k] - before
+        traction += xt[k] - before + step
         before = xt[k]
         b = bound[k]
         if traction > b:
@@ -332,7 +353,7 @@ def _forget(xt, bound, start):
 
 
 @_jit
-def _friction(xt, bound, anchor, side, traction, state):
+def _friction(xt, bound, anchor, side, step, traction, state):
     """Periodic traction from the anchor round to itself; `state` knows who is separated."""
     N = xt.shape[0]
     value = side * bound[anchor]
@@ -340,11 +361,11 @@ def _friction(xt, bound, anchor, side, traction, state):
     if state[anchor] != SEPARATED:
         state[anchor] = FORWARD if side > 0.0 else BACKWARD
     before = xt[anchor]
-    for step in range(1, N):
-        k = anchor + step
+    for j in range(1, N):
+        k = anchor + j
         if k >= N:
             k -= N
-        value += xt[k] - before
+        value += xt[k] - before + step
         before = xt[k]
         b = bound[k]
         if value > b:
@@ -389,6 +410,19 @@ def _friction_derivative(basis, sums, mu, state, anchor, tn, tt):
             before = last - 1
         done += last - first
         first = last if last < N else 0
+
+
+@_jit
+def _steps_since_slip(state, anchor, since):
+    """Sticking samples since the last that did not stick, as a share of the cycle."""
+    N = state.shape[0]
+    count = 0
+    for j in range(N):
+        k = anchor + j
+        if k >= N:
+            k -= N
+        count = count + 1 if state[k] == STICK else 0
+        since[k] = count / N
 
 
 @_jit

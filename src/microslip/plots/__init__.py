@@ -15,6 +15,7 @@ from microslip.plots.dissipation import dissipation_figure
 from microslip.plots.history import history_figure
 from microslip.plots.hysteresis import hysteresis_figure
 from microslip.plots.model import model_figure
+from microslip.plots.natural import natural_figure
 from microslip.plots.overview import overview
 from microslip.plots.prestress import prestress_figure
 from microslip.plots.response import response_figure
@@ -33,6 +34,7 @@ FIGURES: dict[str, Callable[[LapRun], Figure | None]] = {
     "tractions": tractions_figure,
     "hysteresis": hysteresis_figure,
     "equivalent": backbone_figure,
+    "backbones": natural_figure,
     "dissipation": dissipation_figure,
     "response": response_figure,
     "steady_state": steady_figure,

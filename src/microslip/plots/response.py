@@ -30,7 +30,11 @@ from microslip.reduced import CONVERGED, Response
 from microslip.results import frictionless_peak
 from microslip.timedomain import TimePoint
 
-TITLES = {"printed": "model as the paper prints it", "consistent": "consistent model"}
+TITLES = {
+    "printed": "model as the paper prints it",
+    "consistent": "consistent model",
+    "refined": "refined model",
+}
 
 
 @house_style

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from microslip.plots.style import BLACK, DOUBLE, MM, SERIES, house_style, letters, new_figure
-from microslip.reduced import CONVERGED, forced_response, two_mode_model
+from microslip.reduced import CONVERGED, Response, forced_response, two_mode_model
 from microslip.reproduce.peaks import time_domain_peak
 from microslip.reproduce.plate import Number, Plate, Trend
 from microslip.reproduce.settings import PAPER_RHO
@@ -146,7 +146,7 @@ def _numbers(study: Study, errors: dict[float, dict[str, dict[str, Any]]]) -> li
     opening = (
         "At ρ = 0.8 the vibration here comes close to opening the joint and the normal contact "
         "force softens it; the paper's friction force leaves that out, and with friction alone "
-        f"the printed model has its resonance at {printed.peak_frequency:.2f} Hz."
+        f"the printed model has its resonance {_where(printed)}."
     )
     return [
         Number(
@@ -183,6 +183,14 @@ def _numbers(study: Study, errors: dict[float, dict[str, dict[str, Any]]]) -> li
             "Where the models and the time domain jump at different frequencies.",
         ),
     ]
+
+
+def _where(response: Response) -> str:
+    """Frequency of the resonance, or where it hides beyond the table."""
+    beyond = response.unconverged
+    if not len(beyond):
+        return f"at {response.peak_frequency:.2f} Hz"
+    return f"between {beyond.min():.2f} and {beyond.max():.2f} Hz, its peak beyond the table"
 
 
 def _text(value: float | None) -> str:

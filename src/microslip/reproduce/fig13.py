@@ -63,7 +63,7 @@ def fig13(study: Study) -> Plate:
         f"Forced response over ρ and frequency, over the frictionless peak under the same load: "
         "(a) as printed with friction alone, (b) consistent with the mode-driven table; dashed: "
         "resonance; blank: no answer in the table. (c) Resonance frequency and (d) peak of every "
-        "reduced model, and of the time domain (triangle: not enclosed by points on both sides). "
+        "reduced model, and of the time domain (triangle: beside a jump, may be higher). "
         f"ρ = C μPL/M with C = {study.rho_scale:.4g}, the one calibration: the consistent model is "
         "damped most at ρ = 2.4.",
         numbers=[

@@ -127,7 +127,7 @@ def _saturates(found: ResponseMap) -> Trend:
             "greatest_growth": float(growth[good].max()),
         },
         "Its limit is the stuck joint; at ρ = 5 it is still below it. Loads whose resonance borders "
-        "on points without an answer are left out.",
+        "on a jump or on points without an answer are left out.",
     )
 
 

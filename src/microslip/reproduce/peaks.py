@@ -18,7 +18,11 @@ OFFSETS = (-1.0, -0.5, 0.0, 0.5, 1.0)
 
 @dataclass(frozen=True)
 class Peak:
-    """A resonance; `inside` where samples on both sides enclose it, else it may be higher."""
+    """A resonance; `inside` where samples on both sides enclose it.
+
+    Beside a jump to the other branch of a fold, beside points without an answer and at the end of
+    the samples it may be higher.
+    """
 
     frequency: float
     amplitude: float
@@ -26,7 +30,7 @@ class Peak:
 
 
 def vertex(frequency: Array, size: Array) -> Peak:
-    """Largest sample; the parabola through it and its neighbours where these are not far below.
+    """Largest sample, by the parabola through it and its neighbours where these enclose it.
 
     Examples
     --------
@@ -37,9 +41,8 @@ def vertex(frequency: Array, size: Array) -> Peak:
     """
     i = int(np.nanargmax(size))
     sides = size[max(i - 1, 0) : i + 2]
-    inside = 0 < i < len(size) - 1 and bool(np.isfinite(sides).all())
-    if not inside or sides.min() < 0.5 * size[i]:
-        return Peak(float(frequency[i]), float(size[i]), inside)
+    if len(sides) < 3 or not np.isfinite(sides).all() or sides.min() < 0.5 * size[i]:
+        return Peak(float(frequency[i]), float(size[i]), False)
     a, b, c = np.polyfit(frequency[i - 1 : i + 2] - frequency[i], sides, 2)
     shift = -b / (2 * a)
     return Peak(float(frequency[i] + shift), float(c - b**2 / (4 * a)), True)

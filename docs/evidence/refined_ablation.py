@@ -1,0 +1,202 @@
+"""What each ingredient of the refined model is worth: errors against the time domain.
+
+    python docs/evidence/refined_ablation.py
+
+Time integration with full contact on the reference joint, 300 steps per cycle, frequency corrected
+for the period error of the scheme; for each model the solution nearest to it. About ten minutes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import spearmanr
+
+from microslip.backbone import EquivalentTable, equivalent_table
+from microslip.joint import load_joint
+from microslip.pipeline import JointAssembly, assemble_joint
+from microslip.prescribed import hold_mode
+from microslip.reduced import (
+    CONVERGED,
+    Response,
+    TwoModeModel,
+    answers,
+    forced_response,
+    two_mode_model,
+)
+from microslip.refined import moment_offset, refined_table
+from microslip.statics import opening_load, quasi_static_cycle
+from microslip.threads import in_threads, workers
+from microslip.timedomain import Request, steady_states
+from microslip.trust import error_indicator
+
+JOINT = Path(__file__).parents[2] / "examples" / "lap_joint.toml"
+FREQUENCY = np.arange(165.0, 190.5, 1.0)
+RHOS = (0.8, 1.6, 2.4, 3.2, 5.0)
+RHO_SCALE = 2.03e-3
+"""C of M = C mu P L / rho, as a run of examples/lap_joint.toml finds it."""
+STEPS = 300
+
+
+@dataclass(frozen=True)
+class Model:
+    """A reduced model under study."""
+
+    name: str
+    model: TwoModeModel
+    table: EquivalentTable
+
+
+def tables(a: JointAssembly) -> dict[str, EquivalentTable]:
+    """Moment- and mode-driven quasi-static tables, and prescribed ones without and with inertia."""
+    mu = a.joint.contact.friction
+    found = {}
+    for drive, port in (("moment", "moment"), ("mode", "sliding")):
+        opening = opening_load(a.model, a.flexibility, a.prestress, port)
+
+        def cycle(share: float, port: str = port, opening: float = opening):
+            return quasi_static_cycle(
+                a.model, a.flexibility, a.prestress, port, share * opening, mu, max_cycles=5
+            )
+
+        cycles = list(in_threads(cycle, np.geomspace(1e-5, 0.95, 48), workers()))
+        found[drive] = equivalent_table(cycles, a.model, a.states, a.joint.clamp.force, drive)
+    top = float(found["mode"].amplitude[-1])
+    for name, omega in (("static", 0.0), ("inertia", middle(a))):
+        held = hold_mode(a.model, a.prestress, a.states, mu, omega, upper=2)
+        found[name], failures = refined_table(held, 3e-6, top)
+        assert not failures, failures
+    return found
+
+
+def middle(a: JointAssembly) -> float:
+    """Reference circular frequency."""
+    return 0.5 * (a.states.sliding_omega + a.states.stuck_omega)
+
+
+def models(a: JointAssembly, tables: dict[str, EquivalentTable]) -> list[Model]:
+    """From the paper's model to the refined one, an ingredient at a time."""
+    rayleigh = a.model.rayleigh
+    mu = a.joint.contact.friction
+    static = moment_offset(hold_mode(a.model, a.prestress, a.states, mu, 0.0), 1e-6)
+    dynamic = moment_offset(hold_mode(a.model, a.prestress, a.states, mu, middle(a)), 1e-6)
+
+    def one(offset: float, lossy: float) -> TwoModeModel:
+        model = two_mode_model(a.states, "moment", rayleigh, "refined", offset)
+        return replace(model, lossy=lossy)
+
+    smooth = replace(tables["static"], upper=None)
+    inertia = replace(tables["inertia"], upper=None)
+    printed = two_mode_model(a.states, "moment", rayleigh, "printed")
+    consistent = two_mode_model(a.states, "moment", rayleigh, "consistent")
+    return [
+        Model("printed, moment-driven table", printed, tables["moment"]),
+        Model("printed, mode-driven table", printed, tables["mode"]),
+        Model("consistent, moment-driven table", consistent, tables["moment"]),
+        Model("consistent, mode-driven table", consistent, tables["mode"]),
+        Model("one coordinate, mode-driven table", one(0.0, 0.0), tables["mode"]),
+        Model("+ moment's own bending", one(static, 0.0), tables["mode"]),
+        Model("+ q prescribed", one(static, 0.0), smooth),
+        Model("+ inertia of the other modes", one(dynamic, 0.0), inertia),
+        Model("+ material loss of the contact's share", one(dynamic, 1.0), inertia),
+        Model("+ upper harmonics: refined", one(dynamic, 1.0), tables["inertia"]),
+        Model("refined without moment's own bending", one(0.0, 1.0), tables["inertia"]),
+        Model(
+            "refined without inertia",
+            one(static, 1.0),
+            replace(smooth, upper=None),
+        ),
+    ]
+
+
+def truth(
+    a: JointAssembly, model: Model, rho: float
+) -> tuple[NDArray[np.float64], NDArray[np.complex128], float]:
+    """Frequencies (corrected), amplitudes and load of the time domain."""
+    mu = a.joint.contact.friction
+    load = RHO_SCALE * mu * a.moment_unit / rho
+    guess = forced_response(model.model, model.table, FREQUENCY, load).amplitude
+    requests = [
+        Request(rho, f, load, mu, complex(g), steps=STEPS)
+        for f, g in zip(FREQUENCY, guess, strict=True)
+    ]
+    frequency, amplitude = [], []
+    for point in steady_states(a.model, a.prestress, requests, None, workers()):
+        if isinstance(point, str) or not point.steady.converged:
+            print("left out:", point if isinstance(point, str) else point.steady.frequency)
+            continue
+        frequency.append(point.corrected_frequency)
+        amplitude.append(point.steady.amplitude)
+    return np.array(frequency), np.array(amplitude), load
+
+
+def nearest(m: Model, f: float, load: float, Q: complex) -> complex:
+    """The answer of a model nearest to the truth; nan where the truth is outside its table."""
+    if abs(Q) > m.table.amplitude[-1]:
+        return complex(np.nan)
+    found = answers(m.model, m.table, f, load)
+    if len(found) == 0:
+        return complex(np.nan)
+    return complex(found[np.argmin(np.abs(found - Q))])
+
+
+def main() -> None:
+    """Print the tables."""
+    a = assemble_joint(load_joint(JOINT))
+    made = tables(a)
+    chain = models(a, made)
+    refined = next(m for m in chain if m.name.endswith("refined"))
+    indicators: dict[str, list[NDArray[np.float64]]] = {}
+    errors: dict[str, list[NDArray[np.float64]]] = {}
+    print("| model | " + " | ".join(f"ρ = {r:g}" for r in RHOS) + " |")
+    print("|---|" + "---|" * len(RHOS))
+    cells: dict[str, list[str]] = {m.name: [] for m in chain}
+    for rho in RHOS:
+        frequency, Q, load = truth(a, refined, rho)
+        peak = int(np.argmax(np.abs(Q)))
+        for m in chain:
+            answer = np.array([nearest(m, f, load, q) for f, q in zip(frequency, Q, strict=True)])
+            error = 100 * (np.abs(answer) / np.abs(Q) - 1)
+            phase = np.degrees(np.angle(answer / Q))
+            worst = int(np.nanargmax(np.abs(error)))
+            lost = int(np.isnan(error).sum())
+            cells[m.name].append(
+                f"{np.nanmedian(np.abs(error)):.2f} / {error[worst]:+.2f} ({frequency[worst]:.0f} Hz)"
+                f" / {error[peak]:+.2f} / {np.nanmax(np.abs(phase)):.1f}°"
+                + (f", {lost} without answer" if lost else "")
+            )
+            response = Response(
+                "refined" if m is refined else "other",
+                m.table.drive,
+                rho,
+                load,
+                a.joint.contact.friction,
+                frequency,
+                answer,
+                np.zeros(len(Q), int),
+                np.zeros(len(Q)),
+                np.full(len(Q), CONVERGED),
+            )
+            estimate = error_indicator(response, refined.model, refined.table)
+            errors.setdefault(m.name, []).append(np.abs(answer / Q - 1))
+            indicators.setdefault(m.name, []).append(estimate)
+    for m in chain:
+        print(f"| {m.name} | " + " | ".join(cells[m.name]) + " |")
+    print("\nAmplitude error in per cent: median of magnitude / worst (where) / at the peak; worst")
+    print(
+        "phase error.\n\n| model | rank correlation of indicator and error | error below indicator |"
+    )
+    print("|---|---|---|")
+    for m in chain:
+        e, i = np.concatenate(errors[m.name]), np.concatenate(indicators[m.name])
+        good = np.isfinite(e) & np.isfinite(i)
+        print(
+            f"| {m.name} | {spearmanr(e[good], i[good])[0]:.2f} | {np.mean(e[good] <= i[good]):.0%} |"
+        )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,154 @@
+"""Stability of responses found by harmonic balance: Hill's method on the condensed equations.
+
+A small disturbance ``e^{st} sum_h (...)`` of a periodic response obeys the linearised equations with
+``i h omega`` replaced by ``i h omega + s`` in the flexibility: ``J(s) z = 0``. The response is stable where
+every s has a negative real part. What decides near a lightly damped resonance are the slow
+disturbances of amplitude and phase, |s| << omega, and there
+
+    (J_0 + s J_1 + s² J_2) z = 0,      J_1 = D eps W'(0),      J_2 = D eps W''(0) / 2,
+
+is accurate: W(s) changes on the scale of omega and of the distance to the free-interface modes. With
+``mu = 1/s`` and ``y = mu z`` this is
+
+    mu y = -J_0^-1 (J_1 y + J_2 z),      mu z = y,
+
+whose largest mu, the s nearest to zero, Arnoldi's method finds with the linear solver that found the
+response, in a fraction of the time that took. A fold is where a real s passes zero.
+
+Approximations. The memory of friction, ``D``, is taken at s = 0: a traction held for part of a cycle
+remembers the disturbance of that part of the cycle before, a relative error of |s| T. Where some sample
+sits exactly on a change of state, the derivative is that of one side. With the half turn in use,
+disturbances that break the symmetry are not seen: state the problem with ``half_turn=False``.
+
+The period map of the time scheme needs none of these, and stands beside this as a check; but it costs
+some tens of periods of integration per point, and it does not follow an unstable response.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.sparse.linalg as spla
+
+from microslip.contact.aft import times_derivative
+from microslip.continuation import ContinuationError
+from microslip.harmonic import (
+    Array,
+    Complex,
+    HarmonicProblem,
+    LinearOperator,
+    evaluate,
+    linear_operator,
+)
+from microslip.harmonic_solver import HarmonicSolver
+
+SLOW = 0.25
+"""Share of omega below which an exponent counts as slow: the quadratic is good to about |s/omega|²."""
+
+SOLVED = 1e-9
+"""Relative residual of the linear systems."""
+
+
+@dataclass(frozen=True)
+class HillExponents:
+    """Slow disturbances of a periodic response.
+
+    Attributes
+    ----------
+    exponents : (k,) complex array
+        s, 1/s, nearest to zero first; only those that are slow.
+    period : float
+        Of the response, s.
+    """
+
+    exponents: Complex
+    period: float
+
+    @property
+    def stable(self) -> bool:
+        """Whether every disturbance found decays."""
+        return bool((self.exponents.real < 0).all())
+
+    @property
+    def multipliers(self) -> Complex:
+        """Factor by which each disturbance changes over a period."""
+        return np.asarray(np.exp(self.exponents * self.period))
+
+
+def hill_exponents(
+    problem: HarmonicProblem,
+    frequency: float,
+    load: float,
+    w: Array,
+    *,
+    count: int = 4,
+    solver: HarmonicSolver | None = None,
+) -> HillExponents:
+    """Exponents nearest to zero of the response with unknowns `w`.
+
+    Parameters
+    ----------
+    problem : HarmonicProblem
+    frequency, load : float
+        Hz, and amplitude of the driven port.
+    w : (n,) array
+        A solution of `problem`.
+    count : int
+        How many exponents are sought; those that are not slow are left out.
+    solver : HarmonicSolver, optional
+        With a factorisation to reuse.
+
+    Raises
+    ------
+    ContinuationError
+        Where the exponents do not converge.
+    """
+    solver = solver or HarmonicSolver()
+    operator = linear_operator(problem, 2 * np.pi * frequency)
+    cycle = evaluate(operator, load, w).cycle
+    first, second = _derivatives(operator)
+    e = len(problem.rigid_modes)
+    damping = (problem.rigid_modes.T * problem.model.modal_damping()[:e]) @ problem.rigid_modes
+    mass = problem.rigid_modes.T @ problem.rigid_modes
+    if problem.walks:
+        damping[:, -1] = mass[:, -1] = 0.0
+    out = np.empty_like(cycle.r)
+
+    def disturb(both: Array) -> Array:
+        y, z = both[: problem.size], both[problem.size :]
+        u, u2 = problem.split(y)[0], problem.split(z)[0]
+        x = first.flexibility(u) + 0.5 * second.flexibility(u2)
+        x *= problem.stiffness[:, None]
+        times_derivative(cycle.nn, cycle.tn, cycle.tt, x.reshape(out.shape), out)
+        inertia = damping @ y[u.size :] + mass @ z[u.size :]
+        right = np.concatenate([out.ravel(), problem.spring * inertia])
+        return np.concatenate([-solver.linear_solve(operator, cycle, right, SOLVED), y])
+
+    size = 2 * problem.size
+    inverse = spla.LinearOperator((size, size), matvec=disturb, dtype=float)
+    start = np.random.default_rng(0).standard_normal(size)
+    try:
+        values = spla.eigs(inverse, k=count, which="LM", v0=start, return_eigenvectors=False)
+    except spla.ArpackNoConvergence as error:
+        values = error.eigenvalues
+        if len(values) == 0:
+            raise ContinuationError(
+                f"stability at {frequency:.6g} Hz: no exponent converged; ask for fewer"
+            ) from error
+    exponents = 1 / values[np.argsort(-np.abs(values))]
+    slow = np.abs(exponents) < SLOW * operator.omega
+    return HillExponents(exponents[slow], 1 / frequency)
+
+
+def _derivatives(operator: LinearOperator) -> tuple[LinearOperator, LinearOperator]:
+    """The linear side with ``W'`` and with ``W''`` in place of W."""
+    model = operator.problem.model
+    tau = model.rayleigh[1]
+    p = 1j * np.arange(operator.problem.harmonics + 1)[:, None] * operator.omega
+    slope = model.modal_damping() + 2 * p
+    modal, lag = operator.modal, operator.lag
+    return (
+        replace(operator, modal=-slope * modal**2, lag=-tau * lag**2),
+        replace(operator, modal=2 * slope**2 * modal**3 - 2 * modal**2, lag=2 * tau**2 * lag**3),
+    )

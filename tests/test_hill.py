@@ -1,0 +1,88 @@
+"""Exponents of harmonic-balance responses: linear limits, folds, decay in the time domain."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from microslip.harmonic import harmonic_problem
+from microslip.harmonic_response import follow_frequency, raise_load
+from microslip.hill import hill_exponents
+from microslip.steady import steady_state
+from microslip.transient import march, period_error, time_scheme
+
+
+@pytest.mark.parametrize(("friction", "name"), [(50.0, "omega_stuck"), (0.0, "omega_sliding")])
+@pytest.mark.parametrize("half_turn", [True, False])
+def test_linear_limits(small_reference, friction, name, half_turn):
+    """A stuck or frictionless joint: -zeta omega_n ± i (omega_n - omega)."""
+    joint = small_reference
+    natural = getattr(joint, name)
+    frequency = natural / (2 * np.pi) - 0.4
+    problem = harmonic_problem(joint.model, joint.start, friction, harmonics=2, half_turn=half_turn)
+    load = 1e-7 * joint.moment
+    w, _ = raise_load(problem, frequency, load)
+    found = hill_exponents(problem, frequency, load, w, count=4)
+    expected = -0.5 * joint.model.rayleigh[1] * natural**2 + 1j * 0.4 * 2 * np.pi
+    nearest = found.exponents[np.argmin(np.abs(found.exponents - expected))]
+    print(f"{nearest:.5f} against {expected:.5f}")
+    assert nearest == pytest.approx(expected, rel=1e-3)
+    assert found.stable
+    assert (np.abs(found.multipliers) < 1).all()
+
+
+def test_stability_is_lost_at_the_fold(small_reference):
+    """A real exponent passes zero where the branch turns round, and nowhere else."""
+    joint = small_reference
+    problem = harmonic_problem(joint.model, joint.start, 0.25, harmonics=3)
+    path, branch = follow_frequency(
+        problem,
+        7.2e-4 * joint.moment,
+        (170.0, 180.0),
+        observe=lambda point: point.p < 172.0 and point.tangent_p < 0,
+    )
+    assert len(branch.folds) == 1
+    for point in branch.points[-10:]:
+        found = hill_exponents(problem, point.p, path.load, point.u, solver=path.solver)
+        assert found.stable == (point.tangent_p > 0)
+        if not found.stable:
+            assert found.exponents[found.exponents.real > 0].imag == pytest.approx(0, abs=1e-6)
+
+
+def test_decay_in_the_time_domain(small_reference):
+    """A disturbed steady state returns at the rate, and with the beat, of the slowest exponent."""
+    joint, frequency = small_reference, 182.0
+    load = 2.4e-4 * joint.moment
+    problem = harmonic_problem(joint.model, joint.start, 0.25, harmonics=7)
+    w, _ = raise_load(problem, frequency, load)
+    s = hill_exponents(problem, frequency, load, w).exponents[0]
+    steps = 300
+    corrected = frequency / (1 + period_error(2 * np.pi / steps))
+    scheme = time_scheme(joint.model, joint.start, 0.25, 1 / (corrected * steps))
+    steady = steady_state(scheme, corrected, load, tolerance=1e-6)
+    wave = load * np.sin(2 * np.pi * np.arange(steps + 1) / steps)
+    kernel = np.exp(-2j * np.pi * np.arange(steps) / steps) / steps
+    place = joint.model.port("sliding")
+
+    def amplitudes(state, cycles):
+        found = []
+        for _ in range(cycles):
+            cycle = march(scheme, state, wave)
+            state = cycle.state
+            found.append(cycle.output[:-1, place] @ kernel)
+        return np.array(found)
+
+    start = steady.cycle.state
+    pushed = type(start)(**{**vars(start), "rate": 1.01 * start.rate})
+    deviation = amplitudes(pushed, 24) - amplitudes(start, 24)
+    # the deviation is A e^{st} + B e^{conj(s) t}: two lags of a linear recursion
+    d = deviation[3:]
+    stacked = np.concatenate([d, d.conj()])
+    count = len(d)
+    rows = np.column_stack([stacked[1:-1], stacked[:-2]])
+    keep = [i for i in range(len(rows)) if i not in (count - 2, count - 1)]
+    share = np.linalg.lstsq(rows[keep], stacked[2:][keep], rcond=None)[0].real
+    measured = np.log(np.roots([1, -share[0], -share[1]]).astype(complex)) * frequency
+    measured = measured[np.argmin(np.abs(measured - s))]
+    print(f"Hill {s:.3f}, time domain {measured:.3f}")
+    assert measured == pytest.approx(s, abs=0.1 * abs(s))
