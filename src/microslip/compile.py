@@ -20,6 +20,7 @@ def compile_kernels() -> None:
                 "analysis": {
                     "cycle": {"count": 2, "steps": 20, "largest": 0.01},
                     "response": {"count": 5},
+                    "harmonic": {"frequencies": [165.0, 166.0], "harmonics": 1},
                     "time": {"frequencies": 170.0, "max_cycles": 2, "steps": 20},
                 },
             },

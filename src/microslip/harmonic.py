@@ -361,8 +361,11 @@ def walking(problem: HarmonicProblem, w: Array) -> tuple[HarmonicProblem, Array]
 
 
 def pull(problem: HarmonicProblem, w: Array) -> float:
-    """Mean force of the supports against sliding over the largest friction: zero at prestress."""
-    if not problem.slides or problem.walks:
+    """Mean force of the supports against sliding over the largest friction: zero at prestress.
+
+    Zero also without friction: nothing then drives a walk, and the supports alone say where to be.
+    """
+    if not problem.slides or problem.walks or not problem.friction.any():
         return 0.0
     u, _ = problem.split(w)
     p = w[u.size :] - problem.rest_place
@@ -454,8 +457,15 @@ class LinearOperator:
         """``W r`` of coefficients (2 m, c)."""
         p = self.problem
         own = to_complex(_by_parity(p.residual, u)) * self.lag[:, None]
-        modes = to_complex(_by_parity(p.gather.transpose(0, 2, 1), u)) * self.modal
-        return to_real(own) + _by_parity(p.spread, to_real(modes))
+        return to_real(own) + self.of_modes(self.on_modes(u) * self.modal)
+
+    def on_modes(self, u: Array) -> Complex:
+        """Forces on the modes, (H + 1, k), to reactions, (2 m, c), along the displacements."""
+        return to_complex(_by_parity(self.problem.gather.transpose(0, 2, 1), u))
+
+    def of_modes(self, eta: Complex) -> Array:
+        """Relative displacement, (2 m, c), under modal amplitudes (H + 1, k)."""
+        return _by_parity(self.problem.spread, to_real(eta))
 
     def dense(self, h: int) -> Complex:
         """``W_h`` as a matrix."""

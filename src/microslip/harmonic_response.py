@@ -388,6 +388,8 @@ def frequency_response(
     adaptive: Adaptive | None = None,
     control: StepControl = CONTROL,
     observe: Callable[[float], None] | None = None,
+    solved: Callable[[float], None] | None = None,
+    stop: Callable[[], bool] | None = None,
 ) -> HarmonicResponse:
     """Responses at given frequencies, on all branches that start at either end of them.
 
@@ -403,6 +405,10 @@ def frequency_response(
         Grow the number of harmonics at each point.
     observe : callable, optional
         Called with every frequency reached along the branch.
+    solved : callable, optional
+        Called with every frequency at which all responses were looked for.
+    stop : callable, optional
+        Asked at every point; once it says True, what has been found is returned.
 
     Raises
     ------
@@ -416,14 +422,17 @@ def frequency_response(
     def tell(point: BranchPoint) -> bool:
         if observe is not None:
             observe(point.p)
-        return False
+        return stopped()
+
+    def stopped() -> bool:
+        return stop is not None and stop()
 
     first, last = float(wanted[0]), float(wanted[-1])
     path, branch = follow_frequency(problem, load, (first, last), control=control, observe=tell)
     branches, failures = [branch], []
     if branch.ended != "range":
         failures.append(f"branch at load {load:.4g} from {first:.6g} Hz: {branch.ended}")
-    if branch.points[-1].p != last:
+    if branch.points[-1].p != last and not stopped():
         try:
             _, other = follow_frequency(problem, load, (last, first), control=control, observe=tell)
         except ContinuationError as error:
@@ -435,6 +444,9 @@ def frequency_response(
     ladder = _Ladder(path, control)
     points: list[tuple[int, float, HarmonicPoint]] = []
     for frequency in map(float, wanted):
+        if stopped():
+            failures.append(f"load {load:.4g}: stopped before {frequency:.6g} Hz")
+            break
         guesses = [
             (number, place, guess)
             for number, way in enumerate(branches)
@@ -462,6 +474,8 @@ def frequency_response(
                 )
             share = abs(frequency - branches[number].points[place].p)
             points.append((number, place + share / (share + 1), point))
+        if solved is not None:
+            solved(frequency)
     points.sort(key=lambda item: item[:2])
     folds = []
     for way in branches:
@@ -624,6 +638,12 @@ def resonance_locus(
         except ContinuationError as error:
             failures.append(f"load {load:.4g}: {error}")
     return peaks, failures
+
+
+def sliding_amplitudes(problem: HarmonicProblem, load: float, branch: Branch) -> Complex:
+    """First harmonic of the sliding coordinate at every point of a branch over frequency."""
+    path = FrequencyPath(problem, load)
+    return np.array([_sliding(path, point) for point in branch.points])
 
 
 def _sliding(path: FrequencyPath, point: BranchPoint) -> complex:

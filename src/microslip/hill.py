@@ -1,19 +1,21 @@
 """Stability of responses found by harmonic balance: Hill's method on the condensed equations.
 
 A small disturbance ``e^{st} sum_h (...)`` of a periodic response obeys the linearised equations with
-``i h omega`` replaced by ``i h omega + s`` in the flexibility: ``J(s) z = 0``. The response is stable where
-every s has a negative real part. What decides near a lightly damped resonance are the slow
-disturbances of amplitude and phase, |s| << omega, and there
+``i h omega`` replaced by ``i h omega + s`` in the flexibility. The response is stable where every s has a
+negative real part. What decides near a lightly damped resonance are the slow disturbances of
+amplitude and phase, |s| << omega. Near a harmonic of omega the flexibility of a mode has a pole, so
+the disturbances eta of the modes are unknowns beside those z of the reactions, with ``p = i h omega``:
 
-    (J_0 + s J_1 + s² J_2) z = 0,      J_1 = D eps W'(0),      J_2 = D eps W''(0) / 2,
+    (omega_n² + (p + s)² + (p + s) c_n) eta + Psi^T z = 0
+    z - D (z + eps (Psi eta - W_res(s) z)) = 0.
 
-is accurate: W(s) changes on the scale of omega and of the distance to the free-interface modes. With
-``mu = 1/s`` and ``y = mu z`` this is
+That is quadratic in s but for the residual flexibility, which changes over ``1/tau`` and is expanded to
+second order. With ``X = (z, eta)`` and ``(J_0 + s J_1 + s² J_2) X = 0``, ``mu = 1/s`` and ``Y = mu X``,
 
-    mu y = -J_0^-1 (J_1 y + J_2 z),      mu z = y,
+    mu Y = -J_0^-1 (J_1 Y + J_2 X),      mu X = Y,
 
 whose largest mu, the s nearest to zero, Arnoldi's method finds with the linear solver that found the
-response, in a fraction of the time that took. A fold is where a real s passes zero.
+response: eta is eliminated from ``J_0``. A fold is where a real s passes zero.
 
 Approximations. The memory of friction, ``D``, is taken at s = 0: a traction held for part of a cycle
 remembers the disturbance of that part of the cycle before, a relative error of |s| T. Where some sample
@@ -40,11 +42,13 @@ from microslip.harmonic import (
     LinearOperator,
     evaluate,
     linear_operator,
+    to_complex,
+    to_real,
 )
 from microslip.harmonic_solver import HarmonicSolver
 
 SLOW = 0.25
-"""Share of omega below which an exponent counts as slow: the quadratic is good to about |s/omega|²."""
+"""Share of omega below which an exponent counts as slow: friction's memory is frozen."""
 
 SOLVED = 1e-9
 """Relative residual of the linear systems."""
@@ -108,6 +112,10 @@ def hill_exponents(
     operator = linear_operator(problem, 2 * np.pi * frequency)
     cycle = evaluate(operator, load, w).cycle
     first, second = _derivatives(operator)
+    slope = problem.model.modal_damping() + 2j * operator.omega * _orders(operator)
+    # modal disturbances times omega²: of the size of the reactions
+    modal = operator.modal * operator.omega**2
+    slope, inverse_square = slope / operator.omega**2, 1 / operator.omega**2
     e = len(problem.rigid_modes)
     damping = (problem.rigid_modes.T * problem.model.modal_damping()[:e]) @ problem.rigid_modes
     mass = problem.rigid_modes.T @ problem.rigid_modes
@@ -115,19 +123,29 @@ def hill_exponents(
         damping[:, -1] = mass[:, -1] = 0.0
     out = np.empty_like(cycle.r)
 
+    coefficients = problem.table.coefficients
+    size = problem.size + operator.modal.shape[1] * coefficients
+
+    def modes_of(X: Array) -> Complex:
+        return to_complex(X[problem.size :].reshape(-1, coefficients))
+
     def disturb(both: Array) -> Array:
-        y, z = both[: problem.size], both[problem.size :]
+        Y, X = both[:size], both[size:]
+        y, z = Y[: problem.size], X[: problem.size]
         u, u2 = problem.split(y)[0], problem.split(z)[0]
+        pushed = slope * modes_of(Y) + inverse_square * modes_of(X)
         x = first.flexibility(u) + 0.5 * second.flexibility(u2)
+        x += operator.of_modes(operator.modal * pushed)
         x *= problem.stiffness[:, None]
         times_derivative(cycle.nn, cycle.tn, cycle.tt, x.reshape(out.shape), out)
         inertia = damping @ y[u.size :] + mass @ z[u.size :]
         right = np.concatenate([out.ravel(), problem.spring * inertia])
-        return np.concatenate([-solver.linear_solve(operator, cycle, right, SOLVED), y])
+        new = -solver.linear_solve(operator, cycle, right, SOLVED)
+        eta = -modal * (pushed + operator.on_modes(problem.split(new)[0]))
+        return np.concatenate([new, to_real(eta).ravel(), Y])
 
-    size = 2 * problem.size
-    inverse = spla.LinearOperator((size, size), matvec=disturb, dtype=float)
-    start = np.random.default_rng(0).standard_normal(size)
+    inverse = spla.LinearOperator((2 * size, 2 * size), matvec=disturb, dtype=float)
+    start = np.random.default_rng(0).standard_normal(2 * size)
     try:
         values = spla.eigs(inverse, k=count, which="LM", v0=start, return_eigenvectors=False)
     except spla.ArpackNoConvergence as error:
@@ -142,13 +160,15 @@ def hill_exponents(
 
 
 def _derivatives(operator: LinearOperator) -> tuple[LinearOperator, LinearOperator]:
-    """The linear side with ``W'`` and with ``W''`` in place of W."""
-    model = operator.problem.model
-    tau = model.rayleigh[1]
-    p = 1j * np.arange(operator.problem.harmonics + 1)[:, None] * operator.omega
-    slope = model.modal_damping() + 2 * p
-    modal, lag = operator.modal, operator.lag
+    """The linear side with ``W_res'`` and with ``W_res''`` in place of W."""
+    tau, lag = operator.problem.model.rayleigh[1], operator.lag
+    none = np.zeros_like(operator.modal)
     return (
-        replace(operator, modal=-slope * modal**2, lag=-tau * lag**2),
-        replace(operator, modal=2 * slope**2 * modal**3 - 2 * modal**2, lag=2 * tau**2 * lag**3),
+        replace(operator, modal=none, lag=-tau * lag**2),
+        replace(operator, modal=none, lag=2 * tau**2 * lag**3),
     )
+
+
+def _orders(operator: LinearOperator) -> Array:
+    """Order of every harmonic, (H + 1, 1)."""
+    return np.arange(operator.problem.harmonics + 1.0)[:, None]

@@ -60,8 +60,22 @@ PAPER_GREATEST_DAMPING = 2.4
 MOST_OF_OPENING = 0.85
 """Largest amplitude of the cycles where the file gives none, over the one that opens the joint."""
 
+FEWEST_ADAPTIVE = 5
+"""Harmonics that harmonic balance starts from where it chooses their number."""
+
+SAMPLES_OF_A_HARMONIC = 4
+"""Samples per period of the highest harmonic that the contact laws need at least."""
+
 MOST_COLUMNS = 20_000
 """Elements along one beam outside the overlap: more is a slip of the pen."""
+
+
+def _harmonics(value: Any) -> Any:
+    """A number of harmonics, or the word that leaves it open."""
+    number = isinstance(value, int) and not isinstance(value, bool)
+    if value != "adaptive" and not (number and 1 <= value <= 101):
+        raise ValueError('must be a whole number from 1 to 101, or "adaptive"')
+    return value
 
 
 Variant = Literal["printed", "consistent", "refined"]
@@ -70,6 +84,7 @@ Variants = Annotated[tuple[Variant, ...], OneOrMore]
 BackboneMethod = Literal["quasi_static", "prescribed", "harmonic"]
 BackboneMethods = Annotated[tuple[BackboneMethod, ...], OneOrMore]
 ModeNumbers = Annotated[tuple[Annotated[Count, Field(ge=1, le=2000)], ...], OneOrMore]
+Harmonics = Annotated[int | Literal["adaptive"], BeforeValidator(_harmonics)]
 LoadKind = Literal["moment", "moment_over_clamp_force_length", "rho"]
 
 
@@ -340,6 +355,68 @@ class TimeAnalysis(Section):
         return self
 
 
+class HarmonicAnalysis(Section):
+    """Periodic responses by harmonic balance, on every branch that the ends of the band lie on."""
+
+    frequencies: Frequencies | None = None
+    from_: Frequency | None = Field(default=None, gt=0, alias="from")
+    to: Frequency | None = Field(default=None, gt=0)
+    count: Count | None = Field(default=None, ge=2, le=10_000)
+    harmonics: Harmonics = 5
+    tolerance: Number = Field(default=0.03, gt=0, lt=1)
+    most: Count = Field(default=21, ge=5, le=101)
+    samples: Count | None = Field(default=None, ge=16, le=100_000)
+    stability: bool = Field(default=True, strict=True)
+
+    @property
+    def branch_harmonics(self) -> int:
+        """Harmonics of the branch, from which adaptive ones are raised at each point."""
+        return FEWEST_ADAPTIVE if self.harmonics == "adaptive" else self.harmonics
+
+    def band(self) -> tuple[float, ...]:
+        """Frequencies, Hz, ascending.
+
+        Examples
+        --------
+        >>> HarmonicAnalysis(from_=170, to=171, count=3).band()
+        (170.0, 170.5, 171.0)
+        """
+        if self.frequencies is not None:
+            return tuple(sorted(set(self.frequencies)))
+        assert self.from_ is not None
+        assert self.to is not None
+        assert self.count is not None
+        return evenly(self.from_, self.to, self.count)
+
+    @model_validator(mode="after")
+    def _one_band(self) -> Self:
+        check_band(self.frequencies, (self.from_, self.to, self.count))
+        if self.from_ is not None and self.to is not None and self.to <= self.from_:
+            raise Rule("to", f"must be above analysis.harmonic.from, {self.from_:g} Hz")
+        if len(self.band()) < 2:
+            raise Rule(
+                "frequencies",
+                "a branch is followed from the first to the last of them: give two or more",
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _resolved(self) -> Self:
+        for key in ("tolerance", "most"):
+            if self.harmonics != "adaptive" and key in self.model_fields_set:
+                raise Rule(
+                    key, 'is only for harmonics = "adaptive": remove it, or change harmonics'
+                )
+        needed = SAMPLES_OF_A_HARMONIC * self.branch_harmonics
+        if self.samples is not None and self.samples < needed:
+            raise Rule(
+                "samples",
+                f"per cycle do not resolve {self.branch_harmonics} harmonics: take at least "
+                f"{needed}, or fewer harmonics",
+            )
+        return self
+
+
 def _entries(value: Any) -> Any:
     """One section [analysis.history] is a list of one."""
     if isinstance(value, Mapping):
@@ -356,6 +433,7 @@ class Analysis(Section):
     response: ResponseAnalysis | None = None
     reduced: ReducedAnalysis = Field(default_factory=ReducedAnalysis)
     backbone: BackboneAnalysis | None = None
+    harmonic: HarmonicAnalysis | None = None
     time: TimeAnalysis | None = None
     history: Annotated[tuple[AnyExcitation, ...], BeforeValidator(_entries)] = ()
 
@@ -451,6 +529,7 @@ class LapJoint(Section):
         _response_has_its_inputs(self)
         _variants_are_said_once(self)
         _time_has_its_inputs(self)
+        _harmonic_has_its_inputs(self)
         _histories_have_their_inputs(self)
         _positions_are_on_the_overlap(self)
         _joint_stays_closed(self)
@@ -522,6 +601,22 @@ def _time_has_its_inputs(joint: LapJoint) -> None:
             "analysis.time",
             "starts from the reduced model: add a section [analysis.response]; it may be empty",
         )
+
+
+def _harmonic_has_its_inputs(joint: LapJoint) -> None:
+    load, analysis = joint.load, joint.analysis
+    if analysis.harmonic is None:
+        return
+    if load is None:
+        raise Rule(
+            "load",
+            "the section is missing and analysis.harmonic needs it: write for example [load] "
+            'with moment = "50 N*m/m"',
+        )
+    if load.rho is None or analysis.response is not None or not any(load.rho):
+        return
+    if load.rho_scale is None:
+        raise Rule("load.rho", "needs load.rho_scale, or analysis.response, which calibrates it")
 
 
 def _histories_have_their_inputs(joint: LapJoint) -> None:

@@ -28,6 +28,7 @@ from microslip.errors import ContactError, InputError, MicroslipError, ModelErro
 from microslip.excitation import prepare_histories
 from microslip.extended_motion import harmonic_backbone
 from microslip.flexibility import Flexibility, static_flexibility, with_compliance
+from microslip.harmonic_runs import HarmonicRun, loads_of_file, run_harmonic_loads
 from microslip.histories import contact_compliance, run_histories
 from microslip.history import History
 from microslip.joint import LapJoint
@@ -111,6 +112,8 @@ class LapRun:
         The joint without friction under the first load, eq. (18).
     backbones : list of Backbone
         By mode, then method, as asked for.
+    harmonic : list of HarmonicRun
+        Responses by harmonic balance, one entry per load.
     time_domain : list of TimePoint
     histories : list of History
     moment_offset : float
@@ -132,6 +135,7 @@ class LapRun:
     responses: list[Response] = field(default_factory=list)
     frictionless: Response | None = None
     backbones: list[Backbone] = field(default_factory=list)
+    harmonic: list[HarmonicRun] = field(default_factory=list)
     time_domain: list[TimePoint] = field(default_factory=list)
     histories: list[History] = field(default_factory=list)
     moment_offset: float = np.nan
@@ -457,6 +461,24 @@ def run_backbones(result: LapRun, modes: list[JointMode], progress: Progress) ->
             progress.finish()
 
 
+def run_harmonic(result: LapRun, progress: Progress) -> None:
+    """Periodic responses by harmonic balance under every load, into `result`."""
+    joint, a = result.joint, result.assembly
+    settings, load = joint.analysis.harmonic, joint.load
+    assert settings is not None
+    assert load is not None
+    loads = list(dict.fromkeys((r.rho, r.load) for r in result.responses))
+    if not loads:
+        if load.rho is not None and any(load.rho) and load.rho_scale is None:
+            result.failures.append(
+                "harmonic balance: rho has no scale: the forced response that calibrates it failed"
+            )
+            return
+        loads = loads_of_file(a)
+        result.rho_scale = load.rho_scale or np.nan
+    run_harmonic_loads(a, settings, loads, result.harmonic, result.failures, progress)
+
+
 def run_time_domain(result: LapRun, progress: Progress) -> None:
     """Steady states by time integration at every load and frequency, into `result`."""
     joint, a = result.joint, result.assembly
@@ -567,6 +589,9 @@ def run_lap_joint(joint: LapJoint, progress: Progress | None = None) -> LapRun:
                         raise
                     except MicroslipError as error:
                         result.failures.append(f"forced response: {error}")
+            if joint.analysis.harmonic is not None:
+                with _timed(timings, "harmonic"):
+                    run_harmonic(result, progress)
             if joint.analysis.time is not None and result.responses:
                 with _timed(timings, "time_domain"):
                     run_time_domain(result, progress)

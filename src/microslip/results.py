@@ -28,6 +28,7 @@ import microslip
 from microslip.backbone import EquivalentTable, equivalent_table, modal_quantities
 from microslip.backbone_results import backbone_dataset, backbone_rows
 from microslip.contact.planar import SEPARATED
+from microslip.harmonic_results import fold_rows, harmonic_dataset, harmonic_rows
 from microslip.labels import MODAL, MODAL_FORCE, pair_position, state_variable, variable
 from microslip.reduced import CONVERGED, Response
 from microslip.statics import Cycle, Prestress
@@ -131,10 +132,10 @@ def summary(result: LapRun) -> dict[str, Any]:
     -------
     dict
         ``title``, ``version``, ``model``, ``prestress``, ``cycles``, ``response``, ``backbone``,
-        ``time_domain``, ``history``, ``rho_scale``, ``failures``, ``interrupted``, ``timings_s``.
-        Units are in the names; forces and energies are per metre of width. A cycle is listed only
-        where the solver certified every step, so its ``unsolved_steps`` are 0; cycles that failed
-        are among the ``failures``.
+        ``harmonic``, ``harmonic_folds``, ``time_domain``, ``history``, ``rho_scale``, ``failures``,
+        ``interrupted``, ``timings_s``. Units are in the names; forces and energies are per metre of
+        width. A cycle is listed only where the solver certified every step, so its
+        ``unsolved_steps`` are 0; cycles that failed are among the ``failures``.
     """
     cycles = [row for drive in result.cycles for row in _cycle_rows(result, drive)]
     found: dict[str, Any] = _plain(
@@ -146,6 +147,8 @@ def summary(result: LapRun) -> dict[str, Any]:
             "cycles": cycles,
             "response": [_response_row(result, response) for response in result.responses],
             "backbone": list(backbone_rows(result)),
+            "harmonic": harmonic_rows(result),
+            "harmonic_folds": fold_rows(result),
             "time_domain": [time_domain_row(result, point) for point in result.time_domain],
             "history": [history_row(result, history) for history in result.histories],
             "rho_scale": result.rho_scale,
@@ -290,8 +293,8 @@ def dataset(result: LapRun) -> xr.DataTree:
     """Everything a run computed, with dimensions, units and long names.
 
     Groups ``model``, ``prestress``, ``cycles_moment``, ``cycles_mode``, ``tables``, ``response``,
-    ``backbone``, ``time_domain`` and, below ``history``, one by the name of each history; a group is left out
-    where its analysis was not asked for.
+    ``backbone``, ``harmonic``, ``time_domain`` and, below ``history``, one by the name of each
+    history; a group is left out where its analysis was not asked for.
 
     Parameters
     ----------
@@ -315,6 +318,8 @@ def dataset(result: LapRun) -> xr.DataTree:
         groups["response"] = _response_dataset(result)
     if any(backbone.points for backbone in result.backbones):
         groups["backbone"] = backbone_dataset(result)
+    if any(run.points for run in result.harmonic):
+        groups["harmonic"] = harmonic_dataset(result)
     if result.time_domain:
         groups["time_domain"] = time_domain_dataset(result)
     for history in result.histories:

@@ -30,6 +30,8 @@ def print_summary(result: LapRun, console: Console) -> None:
         console.print(_response_table(found))
     if found["backbone"]:
         console.print(_backbone_table(found))
+    if found["harmonic"]:
+        console.print(_harmonic_table(found))
     if found["time_domain"]:
         console.print(_time_table(found))
     if found["history"]:
@@ -141,6 +143,39 @@ def _backbone_table(found: dict[str, Any]) -> Table:
             _number(mine[0]["damping_ratio"], ".2e"),
             _number(best["damping_ratio"], ".2e"),
             _number(best["modal_amplitude"], ".3g"),
+        )
+    return table
+
+
+def _harmonic_table(found: dict[str, Any]) -> Table:
+    """Responses by harmonic balance; those that are not stable stand out."""
+    table = Table(title="Harmonic balance", title_justify="left", box=None, pad_edge=True)
+    names = ("rho", "f, Hz", "|q|", "phase, rad", "dissipated, J/m", "harmonics", "branch", "s")
+    for name in names:
+        table.add_column(name, justify="right", no_wrap=True)
+    for row in found["harmonic"]:
+        unstable = row["stable"] is False
+        table.add_row(
+            _number(row["rho"], "g"),
+            _number(row["frequency_hz"], ".2f"),
+            _number(row["modal_amplitude"]),
+            _number(row["phase_rad"], ".3f"),
+            _number(row["dissipated_energy_j_per_m"]),
+            str(row["harmonics"]),
+            str(row["branch"] + 1) + (", unstable" if unstable else ""),
+            _number(row["seconds"], ".1f"),
+            style="yellow" if unstable else None,
+        )
+    for fold in found["harmonic_folds"]:
+        table.add_row(
+            _number(fold["rho"], "g"),
+            _number(fold["frequency_hz"], ".2f"),
+            _number(fold["modal_amplitude"]),
+            _number(fold["phase_rad"], ".3f"),
+            "",
+            str(fold["harmonics"]),
+            "fold",
+            "",
         )
     return table
 

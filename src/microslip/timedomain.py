@@ -109,7 +109,18 @@ def phases(steady: SteadyState) -> Array:
 
 
 def equivalent(point: TimePoint, model: JointModel, states: LinearStates) -> Equivalent:
-    """Equivalent stiffness and damping of a steady state.
+    """Equivalent stiffness and damping of a steady state, at the corrected frequency.
+
+    There the integrated modes have the inertia that they would have in continuous time.
+    """
+    steady = point.steady
+    return equivalent_of(steady.amplitude, point.corrected_frequency, steady.load, model, states)
+
+
+def equivalent_of(
+    Q: complex, frequency: float, load: float, model: JointModel, states: LinearStates
+) -> Equivalent:
+    """Equivalent stiffness and damping from the first harmonic of the sliding coordinate.
 
     The equation of motion of the sliding coordinate, with the linear part of the sliding state,
 
@@ -120,13 +131,16 @@ def equivalent(point: TimePoint, model: JointModel, states: LinearStates) -> Equ
         F_1 = f_M M - (omega_sl² - omega² + i omega c) Q_1
         k_eq + i gamma_eq = F_1 / (omega_sl² Q_1)
 
-    with ``omega`` the frequency corrected for the period error of the steps: at it the integrated
-    modes have the inertia they would have in continuous time.
+    Parameters
+    ----------
+    Q : complex
+        Q_1, against the sine of the load.
+    frequency, load : float
+        Hz, and amplitude M of the end moment.
     """
-    Q = point.steady.amplitude
     omega2 = states.sliding_omega**2
-    linear = _sliding_stiffness(2 * np.pi * point.corrected_frequency, model, states)
-    push = states.load_on_sliding["moment"] * point.steady.load
+    linear = _sliding_stiffness(2 * np.pi * frequency, model, states)
+    push = states.load_on_sliding["moment"] * load
     kappa = (push - linear * Q) / (omega2 * Q)
     return Equivalent(
         k_eq=float(kappa.real),
