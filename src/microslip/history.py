@@ -26,7 +26,7 @@ from microslip.errors import MicroslipError
 from microslip.flexibility import Flexibility
 from microslip.statics import quasi_static_cycle
 from microslip.timedomain import opening_of
-from microslip.transient import March, State, TimeScheme, march
+from microslip.transient import March, State, TimeScheme, contact_memory, march
 
 Array = NDArray[np.float64]
 
@@ -212,12 +212,14 @@ def run_history(
     """
     began = clock.perf_counter()
     book = _Book(scheme, state, load, recording)
+    memory = contact_memory(scheme)
     failure = ""
     last = len(load) - 1
     while book.step < last and not stopped():
         end = min(book.step + recording.cycle_steps, last)
         try:
-            part = march(scheme, book.state, load[book.step : end + 1], keep=True)
+            block = load[book.step : end + 1]
+            part = march(scheme, book.state, block, keep=True, memory=memory)
         except MicroslipError as error:
             failure = f"in the cycle that starts at t = {book.step * scheme.dt:.6g} s: {error}"
             break

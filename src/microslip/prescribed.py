@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 
 from microslip.contact.path import march
 from microslip.contact.planar import SEPARATED, STICK
-from microslip.contact.solver import CERTIFICATE, TOLERANCE, ContactSolver, singularity_named
+from microslip.contact.solver import CERTIFICATE, ContactSolver, singularity_named
 from microslip.errors import ContactError
 from microslip.flexibility import Flexibility
 from microslip.harmonics import harmonic
@@ -390,23 +390,14 @@ def _along(
     r, v, q = np.zeros((n, 2 * m)), np.zeros((n, 2 * m)), np.zeros((n, len(solver.q)))
     r[0], v[0], q[0] = solver.r, solver.v, solver.q
     residual, work = np.zeros(n), np.zeros((n, m, 2))
-    solver.touching, failed = march(
-        f.W,
-        f.R,
-        f.stiffness,
-        solver.scale,
-        solver.friction,
-        solver.force,
-        TOLERANCE,
+    failed = march(
+        solver.problem,
+        solver.memory,
         np.ascontiguousarray(f.loads_v),
         np.ascontiguousarray(f.loads_q),
         path,
         vt_old,
         solver.status,
-        solver.G,
-        solver.slots,
-        solver.slot_of,
-        solver.touching,
         solver.r,
         solver.q,
         solver.v,

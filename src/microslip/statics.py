@@ -17,7 +17,6 @@ from microslip.contact.path import march
 from microslip.contact.planar import FORWARD, SEPARATED, STICK
 from microslip.contact.solver import (
     CERTIFICATE,
-    TOLERANCE,
     ContactSolver,
     Solution,
     singularity_named,
@@ -332,23 +331,14 @@ def _march(
     model: JointModel,
     port: str,
 ) -> None:
-    solver.touching, failed = march(
-        f.W,
-        f.R,
-        f.stiffness,
-        solver.scale,
-        solver.friction,
-        solver.force,
-        TOLERANCE,
+    failed = march(
+        solver.problem,
+        solver.memory,
         np.ascontiguousarray(f.loads_v),
         np.ascontiguousarray(f.loads_q),
         path,
         vt_old,
         solver.status,
-        solver.G,
-        solver.slots,
-        solver.slot_of,
-        solver.touching,
         solver.r,
         solver.q,
         solver.v,

@@ -18,7 +18,14 @@ from numpy.typing import NDArray
 from microslip.errors import ContactError
 from microslip.harmonics import harmonic
 from microslip.stability import LINEAR_FIELDS, ritz_values, translations
-from microslip.transient import March, State, TimeScheme, march, prestressed_state
+from microslip.transient import (
+    March,
+    State,
+    TimeScheme,
+    contact_memory,
+    march,
+    prestressed_state,
+)
 
 Array = NDArray[np.float64]
 
@@ -119,13 +126,14 @@ def steady_state(
     theta = phase + 2 * np.pi * np.arange(steps + 1) / steps
     wave = load * np.sin(theta)
     began = clock.perf_counter()
+    contact = contact_memory(scheme)
     memory = _Memory(scheme, DEPTH if accelerate else 0)
     history: list[float] = []
     dissipated = [0.0, np.inf]
     unsolved = 0
     for _ in range(max_cycles):
         try:
-            cycle = march(scheme, state, wave)
+            cycle = march(scheme, state, wave, memory=contact)
         except ContactError:
             if memory.plain is None:
                 raise
@@ -137,13 +145,13 @@ def steady_state(
         memory.keep(state, cycle.state)
         dissipated = [dissipated[1], cycle.dissipated]
         if change <= tolerance:
-            after = march(scheme, cycle.state, wave, keep=True)
+            after = march(scheme, cycle.state, wave, keep=True, memory=contact)
             history.append(memory.distance(cycle.state, after.state))
             if history[-1] <= CONFIRMED * tolerance:
                 break
         state = memory.next(state, cycle.state)
     else:
-        after = march(scheme, cycle.state, wave, keep=True)
+        after = march(scheme, cycle.state, wave, keep=True, memory=contact)
         history.append(memory.distance(cycle.state, after.state))
     cycle, change = after, history[-1]
     reference = max(abs(cycle.dissipated), 1e-300)

@@ -15,7 +15,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip.contact.planar import SEPARATED, STICK, _refactor
+from microslip.contact import tableau
+from microslip.contact.planar import SEPARATED, STICK
 from microslip.contact.solver import CERTIFICATE, TOLERANCE, singularity_named
 from microslip.contact.timestep import step_through
 from microslip.errors import ContactError, MicroslipError
@@ -248,9 +249,20 @@ def prestressed_state(scheme: TimeScheme, amplitude: float = 0.0, omega: float =
     )
 
 
+def contact_memory(scheme: TimeScheme) -> tableau.Memory:
+    """Working memory of the contact solver for marches on one scheme, one at a time."""
+    return tableau.memory(scheme.model.pairs, 0)
+
+
 @singularity_named()
 def march(
-    scheme: TimeScheme, state: State, load: Array, *, keep: bool = False, start_time: float = 0.0
+    scheme: TimeScheme,
+    state: State,
+    load: Array,
+    *,
+    keep: bool = False,
+    memory: tableau.Memory | None = None,
+    start_time: float = 0.0,
 ) -> March:
     """Integrate over ``len(load) - 1`` steps from `state`.
 
@@ -262,6 +274,9 @@ def march(
         Amplitude of the driven port at every step, ``load[0]`` at the state itself.
     keep : bool
         Keep reactions, relative displacements and contact states of every step.
+    memory : Memory, optional
+        From `contact_memory`, handed from march to march: saves factorising the contact problem
+        each time. Results agree to rounding.
     start_time : float
         Time at the state, s: of a march that goes on another one, so that errors name its own time.
 
@@ -281,12 +296,12 @@ def march(
     modal_force, s = state.modal_force.copy(), state.residual_v.copy()
     r, v, status = state.r.copy(), state.v.copy(), state.status.copy()
     vt_old = v[1::2].copy()
-    G, slots, slot_of = np.zeros((N, N)), np.zeros(m, np.int64), np.zeros(m, np.int64)
-    nothing = np.zeros(0)
     force = np.full(m, np.abs(scheme.prestress.solution.r).max())
-    touching = _refactor(
-        G, scheme.W, np.zeros((N, 0)), nothing, nothing, scheme.friction, status, slots, slot_of
+    problem = tableau.problem(
+        scheme.W, np.zeros((N, 0)), np.zeros(0), scheme.friction, force, TOLERANCE
     )
+    memory = contact_memory(scheme) if memory is None else memory
+    tableau.follow(problem, memory, status)
     outputs = np.zeros((n, len(scheme.model.ports)))
     rest = _output(scheme, prestressed_state(scheme), 0.0)
     outputs[0] = _output(scheme, state, load[0])
@@ -296,11 +311,9 @@ def march(
     if keep:
         r_out[0], v_out[0], status_out[0] = r, v, status
     iterations, residual = np.zeros(n, np.int64), np.zeros(n)
-    _, failed = step_through(
-        scheme.W,
-        scheme.friction,
-        force,
-        TOLERANCE,
+    failed = step_through(
+        problem,
+        memory,
         k["psi_t"],
         scheme.model.omega,
         k["damping"],
@@ -323,10 +336,6 @@ def march(
         s,
         vt_old,
         status,
-        G,
-        slots,
-        slot_of,
-        touching,
         r,
         v,
         outputs,

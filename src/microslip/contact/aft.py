@@ -40,7 +40,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip.contact.planar import BACKWARD, FORWARD, SEPARATED, STICK, _jit
+from microslip.contact.tableau import BACKWARD, FORWARD, SEPARATED, STICK, _jit
 from microslip.errors import ContactError
 
 Array = NDArray[np.float64]

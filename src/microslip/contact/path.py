@@ -4,29 +4,21 @@ from __future__ import annotations
 
 import numpy as np
 
-from microslip.contact.planar import _jit, _refactor, solve
+from microslip.contact.planar import NOT_SOLVED, solve
+from microslip.contact.tableau import _jit, restart
 
 MAX_HALVINGS = 8
 
 
 @_jit
 def march(
-    W,
-    R,
-    stiffness,
-    scale,
-    mu,
-    force,
-    tolerance,
+    problem,
+    memory,
     loads_v,
     loads_q,
     path,
     vt_old,
     status,
-    G,
-    slots,
-    slot_of,
-    touching,
     r,
     q,
     v,
@@ -42,8 +34,8 @@ def march(
     """Solve along the rows of `path` (port amplitudes); row 0 is the state at entry.
 
     Friction work ``(r_t + r_t_old)/2 (v_t - v_t_old)`` and the work of the normal reactions are
-    accumulated per step and pair in ``work_out[step, pair, 0 | 1]``. Returns the number of pairs
-    touching and the first unsolved step, or -1.
+    accumulated per step and pair in ``work_out[step, pair, 0 | 1]``. Returns the first unsolved
+    step, or -1.
     """
     m = status.shape[0]
     v_free = np.empty(2 * m)
@@ -64,40 +56,21 @@ def march(
             load = path[step - 1] + target * (path[step] - path[step - 1])
             v_free[:] = np.dot(loads_v, load)
             f_q[:] = np.dot(loads_q, load)
-            touching, its, residual, rule = solve(
-                W,
-                R,
-                stiffness,
-                scale,
-                mu,
-                force,
-                tolerance,
-                v_free,
-                f_q,
-                vt_old,
-                status,
-                G,
-                slots,
-                slot_of,
-                touching,
-                r,
-                q,
-                v,
-            )
+            its, residual, rule = solve(problem, memory, v_free, f_q, vt_old, status, r, q, v)
             count += its
-            if rule == 3:
+            if rule == NOT_SOLVED:
                 halvings += 1
                 if halvings > MAX_HALVINGS:
                     residual_out[step] = residual
                     iterations_out[step] = count
-                    rule_out[step] = 3
-                    return touching, step
+                    rule_out[step] = NOT_SOLVED
+                    return step
                 part *= 0.5
                 status[:] = status_old
                 r[:] = r_old
                 v[:] = v_old
-                touching = _refactor(G, W, R, stiffness, scale, mu, status, slots, slot_of)
-                top_rule = 3
+                restart(problem, memory, status)
+                top_rule = NOT_SOLVED
                 continue
             top_rule = max(top_rule, rule)
             worst = max(worst, residual)
@@ -118,4 +91,4 @@ def march(
         iterations_out[step] = count
         residual_out[step] = worst
         rule_out[step] = top_rule
-    return touching, -1
+    return -1

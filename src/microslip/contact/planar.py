@@ -10,12 +10,17 @@ Solves, for ``m`` contact pairs with ``v = (v_n, v_t)`` per pair (layout of `int
 in equilibrium (rigid-body modes, possibly with weak springs ``K_q``).
 
 Method. Each pair is separated, sticking, slipping forward (``v_t`` grows, ``r_t = mu r_n``) or
-backward. For given states the problem is linear; its inverse ``G`` is kept from step to step and
-follows every change of state by rank-one updates (O(n²) instead of O(n³)). After each solve the
-pairs whose inequality is violated change state. When the same set of states comes back (cycling),
-only the worst violated pair changes; when that cycles too, only the first in order (Murty's
-least-index rule, finite for P-matrices); when that does not end either, the caller halves the load
-step. A solution is accepted only with its natural-map residual.
+backward. For given states the problem is linear; its solution is kept as a tableau (`tableau.py`)
+from step to step. The last solution is corrected by what it leaves unbalanced under the new load
+(one product with the tableau). Then states are tried: pairs whose inequality is violated change
+state, at the price of a few columns of the tableau, until none is; only that solution is checked
+against the original matrices (one product with W) and corrected until it is exact to rounding. The
+tableau itself follows once enough states have changed.
+
+When the same set of states comes back (cycling), only the worst violated pair changes; when that
+cycles too, only the first in order (Murty's least-index rule, finite for P-matrices); when that
+does not end either, the caller halves the load step. A solution is accepted only with its
+natural-map residual.
 
 Reference: Hüeber, Stadler & Wohlmuth, SIAM J. Sci. Comput. 30 (2008) 572 (primal-dual active set
 for friction); Murty, Linear Algebra Appl. 7 (1974) 65.
@@ -23,258 +28,41 @@ for friction); Murty, Linear Algebra Appl. 7 (1974) 65.
 
 from __future__ import annotations
 
-import numba as nb
 import numpy as np
 
-STICK, FORWARD, BACKWARD, SEPARATED = 1, 2, 3, 4
-"""Contact states, numbered as in the paper's figure 5."""
+from microslip.contact.tableau import (
+    BACKWARD,
+    FORWARD,
+    SEPARATED,
+    STICK,
+    _jit,
+    add_rows,
+    exchange,
+    pending,
+    restart,
+    solve_small,
+    turn,
+)
+
+__all__ = ["BACKWARD", "FORWARD", "SEPARATED", "STICK", "natural_residual", "solve"]
 
 ACCEPTED = 1e-9
 """Natural-map residual below which a solution with no violated pair is accepted."""
 
+PROVISIONAL = 1e-11
+"""Inequalities may be violated by this much before a solution is checked."""
+
 MAX_FULL = 40
-MAX_RANK = 64
-_jit = nb.njit(
-    cache=True, nogil=True, fastmath={"contract", "reassoc", "arcp", "nsz"}, error_model="numpy"
-)
+"""Iterations in which all violated pairs change."""
 
+MAX_PENDING = 32
+"""Components that states may differ in from the tableau while they are tried."""
 
-@_jit
-def _fill_row(row, kind, pair, W, R, scale, mu, slots, nc):
-    """Row of the active system: kind 0 normal, 1 tangential stick, 2 forward, 3 backward slip."""
-    nr = R.shape[1]
-    if kind >= 2:
-        row[: nr + 2 * nc] = 0.0
-        sign = 1.0 if kind == 2 else -1.0
-        for k in range(nc):
-            if slots[k] == pair:
-                weight = W[2 * pair + 1, 2 * pair + 1]
-                row[nr + 2 * k + 1] = weight
-                row[nr + 2 * k] = -sign * mu[pair] * weight
-        return
-    source = 2 * pair + kind
-    for a in range(nr):
-        row[a] = -scale[a] * R[source, a]
-    for k in range(nc):
-        j = 2 * slots[k]
-        row[nr + 2 * k] = W[source, j]
-        row[nr + 2 * k + 1] = W[source, j + 1]
+MAX_KEPT = 16
+"""Components that accepted states may differ in before the tableau follows."""
 
-
-@_jit
-def _tangential_kind(status):
-    return 1 if status == STICK else status
-
-
-@_jit
-def _refactor(G, W, R, stiffness, scale, mu, status, slots, slot_of):
-    """Build the active system from scratch and invert it. Returns the number of pairs touching."""
-    m = status.shape[0]
-    nr = R.shape[1]
-    nc = 0
-    for i in range(m):
-        if status[i] != SEPARATED:
-            slots[nc] = i
-            slot_of[i] = nc
-            nc += 1
-        else:
-            slot_of[i] = -1
-    n = nr + 2 * nc
-    A = np.zeros((n, n))
-    for a in range(nr):
-        A[a, a] = scale[a] * stiffness[a] * scale[a]
-        for k in range(nc):
-            j = 2 * slots[k]
-            A[a, nr + 2 * k] = scale[a] * R[j, a]
-            A[a, nr + 2 * k + 1] = scale[a] * R[j + 1, a]
-    for k in range(nc):
-        i = slots[k]
-        _fill_row(A[nr + 2 * k], 0, i, W, R, scale, mu, slots, nc)
-        kind = _tangential_kind(status[i])
-        _fill_row(A[nr + 2 * k + 1], kind, i, W, R, scale, mu, slots, nc)
-    if n > 0:
-        G[:n, :n] = np.linalg.inv(A)
-    return nc
-
-
-@_jit
-def _vector_times(G, row, out, n):
-    """Compute ``out = row @ G`` over the leading n."""
-    out[:n] = 0.0
-    for k in range(n):
-        x = row[k]
-        if x != 0.0:
-            g = G[k]
-            for j in range(n):
-                out[j] += x * g[j]
-
-
-@_jit
-def _replace_row(G, index, row, n, work):
-    """Rank-one update of the inverse when row `index` of the system becomes `row`."""
-    _vector_times(G, row, work, n)
-    pivot = work[index]
-    size = 0.0
-    for j in range(n):
-        size = max(size, abs(work[j]))
-    if not abs(pivot) > 1e-11 * size:
-        return False
-    work[index] -= 1.0
-    inverse = 1.0 / pivot
-    for i in range(n):
-        c = G[i, index] * inverse
-        if c != 0.0:
-            g = G[i]
-            for j in range(n):
-                g[j] -= c * work[j]
-    return True
-
-
-@_jit
-def _drop_variable(G, index, n):
-    """Inverse after removing variable and equation `index` (not compacted)."""
-    pivot = G[index, index]
-    size = 0.0
-    for j in range(n):
-        size = max(size, abs(G[index, j]))
-    if not abs(pivot) > 1e-11 * size:
-        return False
-    inverse = 1.0 / pivot
-    last = G[index]
-    for i in range(n):
-        if i != index:
-            c = G[i, index] * inverse
-            if c != 0.0:
-                g = G[i]
-                for j in range(n):
-                    g[j] -= c * last[j]
-    return True
-
-
-@_jit
-def _remove_pair(G, pair, nr, nc, slots, slot_of):
-    k = slot_of[pair]
-    n = nr + 2 * nc
-    base = nr + 2 * k
-    if not _drop_variable(G, base + 1, n):
-        return False
-    G[base + 1, :n] = 0.0
-    G[:n, base + 1] = 0.0
-    if not _drop_variable(G, base, n):
-        return False
-    end = nr + 2 * (nc - 1)
-    if base != end:
-        for a in range(2):
-            for j in range(n):
-                G[base + a, j] = G[end + a, j]
-        for i in range(n):
-            for a in range(2):
-                G[i, base + a] = G[i, end + a]
-        slots[k] = slots[nc - 1]
-        slot_of[slots[k]] = k
-    slot_of[pair] = -1
-    return True
-
-
-@_jit
-def _border(G, column, row, corner, n, work, work2):
-    """Inverse after adding one variable: `column` above, `row` left of, `corner` at the corner."""
-    _vector_times(G, row, work, n)
-    for i in range(n):
-        s = 0.0
-        g = G[i]
-        for j in range(n):
-            s += g[j] * column[j]
-        work2[i] = s
-    schur = corner
-    for j in range(n):
-        schur -= work[j] * column[j]
-    if not abs(schur) > 1e-12 * abs(corner):
-        return False
-    inverse = 1.0 / schur
-    for i in range(n):
-        c = work2[i] * inverse
-        g = G[i]
-        for j in range(n):
-            g[j] += c * work[j]
-        G[i, n] = -c
-    for j in range(n):
-        G[n, j] = -work[j] * inverse
-    G[n, n] = inverse
-    return True
-
-
-@_jit
-def _fill_column(column, source, W, R, scale, status, slots, nc):
-    """Column of the active system that belongs to reaction component `source`."""
-    nr = R.shape[1]
-    for a in range(nr):
-        column[a] = scale[a] * R[source, a]
-    for k in range(nc):
-        i = slots[k]
-        column[nr + 2 * k] = W[2 * i, source]
-        column[nr + 2 * k + 1] = W[2 * i + 1, source] if status[i] == STICK else 0.0
-
-
-@_jit
-def _add_pair(G, pair, W, R, scale, mu, status, slots, slot_of, nc, w1, w2, row, column):
-    """Add a pair whose new state is already in `status`."""
-    nr = R.shape[1]
-    n = nr + 2 * nc
-    _fill_row(row, 0, pair, W, R, scale, mu, slots, nc)
-    _fill_column(column, 2 * pair, W, R, scale, status, slots, nc)
-    if not _border(G, column, row, W[2 * pair, 2 * pair], n, w1, w2):
-        return False
-    weight = W[2 * pair + 1, 2 * pair + 1]
-    _fill_column(column, 2 * pair + 1, W, R, scale, status, slots, nc)
-    column[n] = W[2 * pair, 2 * pair + 1]
-    if status[pair] == STICK:
-        _fill_row(row, 1, pair, W, R, scale, mu, slots, nc)
-        row[n] = W[2 * pair + 1, 2 * pair]
-    else:
-        row[:n] = 0.0
-        row[n] = -(1.0 if status[pair] == FORWARD else -1.0) * mu[pair] * weight
-    if not _border(G, column, row, weight, n + 1, w1, w2):
-        return False
-    slots[nc] = pair
-    slot_of[pair] = nc
-    return True
-
-
-@_jit
-def _change_states(
-    G, W, R, stiffness, scale, mu, status, wanted, slots, slot_of, nc, w1, w2, w3, w4
-):
-    """Bring the inverse from `status` to `wanted`. Returns the number of pairs touching."""
-    m = status.shape[0]
-    nr = R.shape[1]
-    rank = 0
-    for i in range(m):
-        if status[i] != wanted[i]:
-            rank += 2 if (status[i] == SEPARATED or wanted[i] == SEPARATED) else 1
-    if rank > MAX_RANK:
-        status[:] = wanted
-        return _refactor(G, W, R, stiffness, scale, mu, status, slots, slot_of)
-    good = True
-    for i in range(m):
-        if good and status[i] != SEPARATED and wanted[i] == SEPARATED:
-            good = _remove_pair(G, i, nr, nc, slots, slot_of)
-            status[i] = SEPARATED
-            nc -= 1
-    for i in range(m):
-        if good and status[i] != wanted[i] and status[i] != SEPARATED:
-            status[i] = wanted[i]
-            _fill_row(w3, _tangential_kind(status[i]), i, W, R, scale, mu, slots, nc)
-            good = _replace_row(G, nr + 2 * slot_of[i] + 1, w3, nr + 2 * nc, w1)
-    for i in range(m):
-        if good and status[i] == SEPARATED and wanted[i] != SEPARATED:
-            status[i] = wanted[i]
-            good = _add_pair(G, i, W, R, scale, mu, status, slots, slot_of, nc, w1, w2, w3, w4)
-            nc += 1
-    if not good:
-        status[:] = wanted
-        nc = _refactor(G, W, R, stiffness, scale, mu, status, slots, slot_of)
-    return nc
+FULL, WORST, LEAST_INDEX, NOT_SOLVED = 0, 1, 2, 3
+"""Rules of changing states."""
 
 
 @_jit
@@ -282,16 +70,13 @@ def _relative_displacement(v, v_free, W, R, r, q):
     """Compute ``v = v_free + R q - W r`` row by row of the symmetric W, zero reactions skipped."""
     n = v.shape[0]
     for i in range(n):
-        s = v_free[i]
+        s = -v_free[i]
         for a in range(q.shape[0]):
-            s += R[i, a] * q[a]
+            s -= R[i, a] * q[a]
         v[i] = s
-    for k in range(n):
-        x = r[k]
-        if x != 0.0:
-            w = W[k]
-            for i in range(n):
-                v[i] -= x * w[i]
+    add_rows(W, r, v)
+    for i in range(n):
+        v[i] = -v[i]
 
 
 @_jit
@@ -328,172 +113,303 @@ def natural_residual(W, R, stiffness, mu, f_q, vt_old, r, q, v, force):
 
 
 @_jit
-def solve(
-    W,
-    R,
-    stiffness,
-    scale,
-    mu,
-    force,
-    tolerance,
-    v_free,
-    f_q,
-    vt_old,
-    status,
-    G,
-    slots,
-    slot_of,
-    nc,
-    r,
-    q,
-    v,
-):
-    """Solve one contact problem from the states in `status`; all of the last ten are updated.
+def _judge(W, mu, force, vt_old, status, r, v, slack, rule, wanted):
+    """New states into `wanted`: how many differ, and the pair that may change alone."""
+    changes = 0
+    worst = 0.0
+    pair = -1
+    for i in range(status.shape[0]):
+        state = status[i]
+        new = state
+        size = 0.0
+        if state == SEPARATED:
+            e = v[2 * i] / (W[2 * i, 2 * i] * force[i])
+            if e > slack:
+                slip = v[2 * i + 1] - vt_old[i]
+                new = STICK
+                if abs(slip) > mu[i] * v[2 * i]:
+                    new = FORWARD if slip > 0.0 else BACKWARD
+                size = e
+        else:
+            e = -r[2 * i] / force[i]
+            if e > slack:
+                new = SEPARATED
+                size = e
+            elif state == STICK:
+                over = (abs(r[2 * i + 1]) - mu[i] * r[2 * i]) / force[i]
+                if over > slack:
+                    new = FORWARD if r[2 * i + 1] > 0.0 else BACKWARD
+                    size = over
+            else:
+                slip = (v[2 * i + 1] - vt_old[i]) / (W[2 * i + 1, 2 * i + 1] * force[i])
+                if state == BACKWARD:
+                    slip = -slip
+                if slip < -slack:
+                    new = STICK
+                    size = -slip
+        wanted[i] = new
+        if new != state:
+            changes += 1
+            if rule == 2:
+                if pair < 0:
+                    pair = i
+            elif size > worst:
+                worst = size
+                pair = i
+    return changes, pair
 
-    Returns ``(nc, iterations, residual, rule)``; ``rule`` is 0 full changes, 1 worst pair, 2 least
-    index, 3 not solved.
+
+@_jit
+def _start(problem, memory, v_free, f_q, vt_old, r, q, v, c, weights):
+    """Unknowns of the tableau's states into c, from any r and q and the v that belongs to them."""
+    _, R, stiffness, scale, mu, _, mean, _ = problem
+    Dt, held, sign, _, _ = memory
+    N, nr = R.shape
+    for i in range(mu.shape[0]):
+        rn, rt = mean * r[2 * i], mean * r[2 * i + 1]
+        rest = rt - sign[i] * mu[i] * rn
+        if abs(rest) <= 1e-15 * abs(rt):
+            rest = 0.0
+        n, t = 2 * i, 2 * i + 1
+        slip = v[t] - vt_old[i]
+        c[n], weights[n] = (rn, v[n]) if held[n] else (v[n], rn)
+        c[t], weights[t] = (rest, slip) if held[t] else (slip, rest)
+    for a in range(nr):
+        e = f_q[a] - stiffness[a] * q[a]
+        for j in range(N):
+            e -= R[j, a] * r[j]
+        c[N + a] = q[a] * mean / scale[a]
+        weights[N + a] = scale[a] * e
+    add_rows(Dt, weights, c)
+
+
+@_jit
+def _remainder(problem, memory, f_q, vt_old, status, r, q, v, c, weights):
+    """What the equations of the states still lack, as unknowns of the tableau's states into c."""
+    _, R, stiffness, scale, _, _, _, _ = problem
+    Dt, held, _, _, _ = memory
+    N, nr = R.shape
+    c[:] = 0.0
+    weights[:] = 0.0
+    for i in range(status.shape[0]):
+        n, t = 2 * i, 2 * i + 1
+        if status[i] != SEPARATED:
+            if held[n]:
+                weights[n] = v[n]
+            else:
+                c[n] = v[n]
+        if status[i] == STICK:
+            if held[t]:
+                weights[t] = v[t] - vt_old[i]
+            else:
+                c[t] = v[t] - vt_old[i]
+    for a in range(nr):
+        e = f_q[a] - stiffness[a] * q[a]
+        for j in range(N):
+            e -= R[j, a] * r[j]
+        weights[N + a] = scale[a] * e
+    add_rows(Dt, weights, c)
+
+
+@_jit
+def _try_states(problem, memory, status, J, c, x):
+    """Unknowns of given states into x. False where their system is singular."""
+    Dt = memory[0]
+    k = pending(memory[1], status, J)
+    if k > MAX_PENDING:
+        if not exchange(memory, J[:k], c):
+            return False
+        k = 0
+    x[:] = c
+    if k == 0:
+        return True
+    C = np.empty((k, k))
+    y = np.empty((k, 1))
+    for a in range(k):
+        row = Dt[J[a]]
+        y[a, 0] = c[J[a]]
+        for b in range(k):
+            C[b, a] = row[J[b]]
+    if not solve_small(C, y):
+        return False
+    a = 0
+    while a + 4 <= k:
+        y0, y1, y2, y3 = y[a, 0], y[a + 1, 0], y[a + 2, 0], y[a + 3, 0]
+        d0, d1, d2, d3 = Dt[J[a]], Dt[J[a + 1]], Dt[J[a + 2]], Dt[J[a + 3]]
+        for i in range(x.shape[0]):
+            x[i] -= y0 * d0[i] + y1 * d1[i] + y2 * d2[i] + y3 * d3[i]
+        a += 4
+    while a < k:
+        y0 = y[a, 0]
+        d0 = Dt[J[a]]
+        for i in range(x.shape[0]):
+            x[i] -= y0 * d0[i]
+        a += 1
+    for a in range(k):
+        x[J[a]] = y[a, 0]
+    return True
+
+
+@_jit
+def _scatter(problem, sign, status, vt_old, x, r, q, v):
+    """Reactions, coordinates and displacements from the unknowns x of given states."""
+    _, R, _, scale, mu, _, mean, _ = problem
+    N, nr = R.shape
+    inverse = 1.0 / mean
+    for i in range(status.shape[0]):
+        n, t = 2 * i, 2 * i + 1
+        if status[i] == SEPARATED:
+            r[n], r[t] = 0.0, 0.0
+            v[n], v[t] = x[n], x[t] + vt_old[i]
+        else:
+            r[n] = x[n] * inverse
+            v[n] = 0.0
+            r[t] = sign[i] * mu[i] * r[n]
+            if status[i] == STICK:
+                r[t] += x[t] * inverse
+                v[t] = vt_old[i]
+            else:
+                v[t] = x[t] + vt_old[i]
+    for a in range(nr):
+        q[a] = x[N + a] * scale[a] * inverse
+
+
+@_jit
+def _unbalance(problem, f_q, vt_old, status, r, q, v):
+    """Largest relative violation of the equations of the states by a solution and its v."""
+    W, R, stiffness, _, _, force, _, _ = problem
+    worst = 0.0
+    total = 0.0
+    for i in range(status.shape[0]):
+        if status[i] == SEPARATED:
+            continue
+        e = abs(v[2 * i]) / (W[2 * i, 2 * i] * force[i])
+        total += force[i]
+        if status[i] == STICK:
+            e = max(e, abs(v[2 * i + 1] - vt_old[i]) / (W[2 * i + 1, 2 * i + 1] * force[i]))
+        if not e < np.inf:
+            return np.inf
+        worst = max(worst, e)
+    for a in range(q.shape[0]):
+        e = f_q[a] - stiffness[a] * q[a]
+        top = 0.0
+        for i in range(r.shape[0]):
+            e -= R[i, a] * r[i]
+            top = max(top, abs(R[i, a]))
+        if top > 0.0 and total > 0.0:
+            worst = max(worst, abs(e) / (top * total))
+    return worst
+
+
+@_jit
+def _align(problem, memory, status, wanted, J, c):
+    """Give each pair that is about to slip the sign of its slip. False where that is singular."""
+    held, sign = memory[1], memory[2]
+    for i in range(wanted.shape[0]):
+        if wanted[i] == FORWARD or wanted[i] == BACKWARD:
+            new = 1.0 if wanted[i] == FORWARD else -1.0
+            if new == sign[i]:
+                continue
+            slips = held[2 * i] and not held[2 * i + 1]
+            # the other way in the tableau: bring that to the states reached since
+            if slips and not exchange(memory, J[: pending(held, status, J)], c):
+                return False
+            turn(problem[4], memory, i, new, c)
+    return True
+
+
+@_jit
+def solve(problem, memory, v_free, f_q, vt_old, status, r, q, v):
+    """Solve one contact problem from the states in `status`.
+
+    `status`, `r`, `q`, `v` hold the last solution on entry and the new one on return. The
+    memory must belong to `status` in the sense of `follow` or `restart`.
+    Returns ``(iterations, residual, rule)``; `rule` tells how states were changed.
     """
+    W, R, stiffness, _, mu, force, _, tolerance = problem
+    _, held, sign, v_free_old, flags = memory
     m = status.shape[0]
-    N = 2 * m
-    nr = R.shape[1]
-    size = N + nr
-    b = np.empty(size)
-    z = np.empty(size)
-    w1 = np.empty(size)
-    w2 = np.empty(size)
-    w3 = np.empty(size)
-    w4 = np.empty(size)
+    size = R.shape[0] + R.shape[1]
+    c = np.empty(size)
+    x = np.empty(size)
+    dc = np.empty(size)
+    dx = np.empty(size)
+    weights = np.empty(size)
+    J = np.empty(size, np.int64)
     wanted = np.empty_like(status)
     limit = MAX_FULL + 12 * m + 40 * m
     seen = np.empty(limit + 1, np.uint64)
     since = 0
-    rule = 0
+    rule = FULL
     refreshed = -1
     residual = np.inf
+    small = flags[0]
+    if small:
+        for i in range(v.shape[0]):
+            v[i] += v_free[i] - v_free_old[i]
+    else:
+        _relative_displacement(v, v_free, W, R, r, q)
+    flags[0] = False
+    _start(problem, memory, v_free, f_q, vt_old, r, q, v, c, weights)
     for iteration in range(limit):
-        n = nr + 2 * nc
-        for a in range(nr):
-            b[a] = scale[a] * f_q[a]
-        for k in range(nc):
-            i = slots[k]
-            b[nr + 2 * k] = v_free[2 * i]
-            b[nr + 2 * k + 1] = v_free[2 * i + 1] - vt_old[i] if status[i] == STICK else 0.0
-        for i in range(n):
-            g = G[i]
-            s = 0.0
-            for j in range(n):
-                s += g[j] * b[j]
-            z[i] = s
-        error = np.inf
-        for attempt in range(5):
-            previous = error
-            r[:] = 0.0
-            for a in range(nr):
-                q[a] = scale[a] * z[a]
-            for k in range(nc):
-                i = slots[k]
-                r[2 * i] = z[nr + 2 * k]
-                if status[i] == STICK:
-                    r[2 * i + 1] = z[nr + 2 * k + 1]
+        good = _try_states(problem, memory, status, J, c, x)
+        changes, worst_pair = 0, -1
+        if good:
+            _scatter(problem, sign, status, vt_old, x, r, q, v)
+            changes, worst_pair = _judge(
+                W, mu, force, vt_old, status, r, v, PROVISIONAL, rule, wanted
+            )
+        error = 0.0
+        if changes == 0 or rule > FULL:
+            error = np.inf
+            for attempt in range(5):
+                previous = error
+                _relative_displacement(v, v_free, W, R, r, q)
+                error = _unbalance(problem, f_q, vt_old, status, r, q, v)
+                # from nothing, soft rigid motions are exact to rounding only once corrected
+                exact = error <= 5.0 * tolerance and (small or attempt > 0)
+                if good and (exact or attempt == 4):
+                    break
+                stalled = not (good and (error <= 5.0 * tolerance or error < 0.3 * previous))
+                if stalled and good and error <= 0.1 * ACCEPTED:
+                    break
+                if stalled and refreshed != iteration:
+                    restart(problem, memory, status)
+                    refreshed = iteration
+                    if not error < np.inf:
+                        r[:] = 0.0
+                        q[:] = 0.0
+                        _relative_displacement(v, v_free, W, R, r, q)
+                    _start(problem, memory, v_free, f_q, vt_old, r, q, v, c, weights)
+                    good = _try_states(problem, memory, status, J, c, x)
                 else:
-                    r[2 * i + 1] = (1.0 if status[i] == FORWARD else -1.0) * mu[i] * r[2 * i]
-            _relative_displacement(v, v_free, W, R, r, q)
-            error = 0.0
-            total = 0.0
-            for a in range(nr):
-                e = f_q[a] - stiffness[a] * q[a]
-                for i in range(N):
-                    e -= R[i, a] * r[i]
-                w1[a] = scale[a] * e
-            for k in range(nc):
-                i = slots[k]
-                w1[nr + 2 * k] = v[2 * i]
-                e = abs(v[2 * i]) / (W[2 * i, 2 * i] * force[i])
-                w1[nr + 2 * k + 1] = 0.0
-                total += force[i]
-                if status[i] == STICK:
-                    w1[nr + 2 * k + 1] = v[2 * i + 1] - vt_old[i]
-                    e = max(e, abs(w1[nr + 2 * k + 1]) / (W[2 * i + 1, 2 * i + 1] * force[i]))
-                error = max(error, e)
-            for a in range(nr):
-                top = 0.0
-                for i in range(N):
-                    top = max(top, abs(R[i, a]))
-                if top > 0.0 and total > 0.0:
-                    error = max(error, abs(w1[a]) / (scale[a] * top * total))
-            if error <= 5.0 * tolerance or attempt == 4:
-                break
-            stalled = not error < 0.3 * previous
-            if stalled and error <= 0.1 * ACCEPTED:
-                break
-            if stalled and refreshed != iteration:
-                nc = _refactor(G, W, R, stiffness, scale, mu, status, slots, slot_of)
-                refreshed = iteration
-                z[:n] = 0.0
-                for k in range(nc):
-                    i = slots[k]
-                    b[nr + 2 * k] = v_free[2 * i]
-                    b[nr + 2 * k + 1] = v_free[2 * i + 1] - vt_old[i] if status[i] == STICK else 0.0
-                w1[:n] = b[:n]
-            for i in range(n):
-                g = G[i]
-                s = 0.0
-                for j in range(n):
-                    s += g[j] * w1[j]
-                z[i] += s
-        slack = max(tolerance, 3.0 * error)
-        changes = 0
-        worst = 0.0
-        worst_pair = -1
-        for i in range(m):
-            state = status[i]
-            new = state
-            size_i = 0.0
-            if state == SEPARATED:
-                e = v[2 * i] / (W[2 * i, 2 * i] * force[i])
-                if e > slack:
-                    slip = v[2 * i + 1] - vt_old[i]
-                    new = STICK
-                    if abs(slip) > mu[i] * v[2 * i]:
-                        new = FORWARD if slip > 0.0 else BACKWARD
-                    size_i = e
-            else:
-                e = -r[2 * i] / force[i]
-                if e > slack:
-                    new = SEPARATED
-                    size_i = e
-                elif state == STICK:
-                    over = (abs(r[2 * i + 1]) - mu[i] * r[2 * i]) / force[i]
-                    if over > slack:
-                        new = FORWARD if r[2 * i + 1] > 0.0 else BACKWARD
-                        size_i = over
-                else:
-                    slip = (v[2 * i + 1] - vt_old[i]) / (W[2 * i + 1, 2 * i + 1] * force[i])
-                    if state == BACKWARD:
-                        slip = -slip
-                    if slip < -slack:
-                        new = STICK
-                        size_i = -slip
-            wanted[i] = new
-            if new != state:
-                changes += 1
-                if rule == 2:
-                    if worst_pair < 0:
-                        worst_pair = i
-                elif size_i > worst:
-                    worst = size_i
-                    worst_pair = i
+                    _remainder(problem, memory, f_q, vt_old, status, r, q, v, dc, weights)
+                    good = _try_states(problem, memory, status, J, dc, dx)
+                    c += dc
+                    x += dx
+                _scatter(problem, sign, status, vt_old, x, r, q, v)
+            if not good:
+                return iteration + 1, np.inf, NOT_SOLVED
+            changes, worst_pair = _judge(
+                W, mu, force, vt_old, status, r, v, max(tolerance, 3.0 * error), rule, wanted
+            )
+        if not error < np.inf:
+            return iteration + 1, np.inf, NOT_SOLVED
         if changes == 0:
             residual = natural_residual(W, R, stiffness, mu, f_q, vt_old, r, q, v, force)
             if residual <= ACCEPTED:
-                return nc, iteration + 1, residual, rule
+                k = pending(held, status, J)
+                if k > MAX_KEPT:
+                    exchange(memory, J[:k], c)
+                v_free_old[:] = v_free
+                flags[0] = True
+                return iteration + 1, residual, rule
             if refreshed == iteration:
-                return nc, iteration + 1, residual, 3
-            nc = _refactor(G, W, R, stiffness, scale, mu, status, slots, slot_of)
+                return iteration + 1, residual, NOT_SOLVED
+            restart(problem, memory, status)
             refreshed = iteration + 1
+            _start(problem, memory, v_free, f_q, vt_old, r, q, v, c, weights)
             continue
-        if not error < np.inf:
-            return nc, iteration + 1, np.inf, 3
         code = np.uint64(1469598103934665603)
         for i in range(m):
             code = (code ^ np.uint64(status[i])) * np.uint64(1099511628211)
@@ -503,19 +419,22 @@ def solve(
                 rule += 1
                 break
         seen[iteration] = code
-        if rule == 0 and iteration >= MAX_FULL:
-            rule = 1
+        if rule == FULL and iteration >= MAX_FULL:
+            rule = WORST
             since = iteration
-        if rule == 1 and iteration - since > 12 * m:
-            rule = 2
+        if rule == WORST and iteration - since > 12 * m:
+            rule = LEAST_INDEX
             since = iteration
-        if rule > 2:
-            return nc, iteration + 1, np.inf, 3
-        if rule > 0 and worst_pair >= 0:
+        if rule > LEAST_INDEX:
+            return iteration + 1, np.inf, NOT_SOLVED
+        if rule > FULL and worst_pair >= 0:
             choice = wanted[worst_pair]
             wanted[:] = status
             wanted[worst_pair] = choice
-        nc = _change_states(
-            G, W, R, stiffness, scale, mu, status, wanted, slots, slot_of, nc, w1, w2, w3, w4
-        )
-    return nc, limit, residual, 3
+        if not _align(problem, memory, status, wanted, J, c):
+            status[:] = wanted
+            restart(problem, memory, status)
+            _relative_displacement(v, v_free, W, R, r, q)
+            _start(problem, memory, v_free, f_q, vt_old, r, q, v, c, weights)
+        status[:] = wanted
+    return limit, residual, NOT_SOLVED

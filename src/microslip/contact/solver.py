@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip.contact import planar
+from microslip.contact import planar, tableau
 from microslip.errors import ContactError
 from microslip.flexibility import Flexibility
 
@@ -74,7 +74,7 @@ class ContactSolver:
 
     Notes
     -----
-    The state of the solver is ``status``, the inverse of the active system and the last solution.
+    The state of the solver is ``status``, the tableau of the contact equations and the last solution.
     It affects the speed of the next call, and its result only where friction has more than one.
     """
 
@@ -97,34 +97,24 @@ class ContactSolver:
         self.force = np.asarray(force, dtype=float)
         self.status = np.array(status, dtype=np.int8)
         e = flexibility.R.shape[1]
-        size = 2 * pairs + e
-        top = np.abs(flexibility.R).max(axis=0, initial=0.0)
-        mean = np.mean(np.diag(flexibility.W))
-        self.scale = np.where(top > 0, mean / np.where(top > 0, top, 1), 1.0)
-        self.G = np.zeros((size, size))
-        self.slots = np.zeros(pairs, dtype=np.int64)
-        self.slot_of = np.zeros(pairs, dtype=np.int64)
+        self.problem = tableau.problem(
+            flexibility.W,
+            flexibility.R,
+            flexibility.stiffness,
+            self.friction,
+            self.force,
+            TOLERANCE,
+        )
+        self.memory = tableau.memory(pairs, e)
         self.r = np.zeros(2 * pairs)
         self.q = np.zeros(e)
         self.v = np.zeros(2 * pairs)
-        self.touching = self.refresh()
+        self.refresh()
 
     @singularity_named()
-    def refresh(self) -> int:
-        """Rebuild the inverse from the present states; returns the number of pairs touching."""
-        f = self.flexibility
-        self.touching = planar._refactor(
-            self.G,
-            f.W,
-            f.R,
-            f.stiffness,
-            self.scale,
-            self.friction,
-            self.status,
-            self.slots,
-            self.slot_of,
-        )
-        return self.touching
+    def refresh(self) -> None:
+        """Rebuild the tableau from the present states."""
+        tableau.restart(self.problem, self.memory, self.status)
 
     @singularity_named()
     def solve(self, v_free: Array, f_q: Array, vt_old: Array) -> Solution:
@@ -139,28 +129,18 @@ class ContactSolver:
         vt_old : (m,) array
             Tangential displacement at which each pair sticks.
         """
-        f = self.flexibility
-        self.touching, iterations, residual, rule = planar.solve(
-            f.W,
-            f.R,
-            f.stiffness,
-            self.scale,
-            self.friction,
-            self.force,
-            TOLERANCE,
+        iterations, residual, rule = planar.solve(
+            self.problem,
+            self.memory,
             np.ascontiguousarray(v_free),
             np.ascontiguousarray(f_q),
             np.ascontiguousarray(vt_old),
             self.status,
-            self.G,
-            self.slots,
-            self.slot_of,
-            self.touching,
             self.r,
             self.q,
             self.v,
         )
-        if rule == 3 or not residual <= CERTIFICATE:
+        if rule == planar.NOT_SOLVED or not residual <= CERTIFICATE:
             raise ContactError(
                 f"contact not solved: residual {residual:.1e} after {iterations} iterations; "
                 "try smaller load steps, or check that the load does not open the joint"

@@ -18,7 +18,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from microslip.contact.planar import _jit, solve
+from microslip.contact.planar import NOT_SOLVED, solve
+from microslip.contact.tableau import _jit, add_rows
 
 EXTERNAL, FRICTION, NORMAL, MODAL, RESIDUAL = 0, 1, 2, 3, 4
 """Places in the array of works: of the load, friction, normal reactions, damping of the modes,
@@ -27,10 +28,8 @@ damping of the residual part."""
 
 @_jit
 def step_through(
-    W,
-    mu,
-    force,
-    tolerance,
+    problem,
+    memory,
     psi_t,
     omega,
     damping,
@@ -53,10 +52,6 @@ def step_through(
     s,
     vt_old,
     status,
-    G,
-    slots,
-    slot_of,
-    touching,
     r,
     v,
     outputs,
@@ -71,17 +66,16 @@ def step_through(
     """March over the steps of `load` (row 0 is the state at entry); the state is updated in place.
 
     ``r_out``, ``v_out``, ``status_out`` are filled where they have as many rows as `load`.
-    Returns (touching, failed step or -1).
+    Returns the failed step, or -1.
     """
     k = eta.shape[0]
     N = v.shape[0]
-    m = mu.shape[0]
+    m = vt_old.shape[0]
     gamma = 0.5 + alpha
     beta = 0.25 * (1.0 + alpha) ** 2
     a1 = 1.0 - alpha
     decay = tau / dt
     keep = r_out.shape[0] == load.shape[0]
-    R = np.empty((N, 0))
     nothing = np.empty(0)
     v_free = np.empty(N)
     pv = np.empty(k)
@@ -105,35 +99,12 @@ def step_through(
             predicted[j] = pe + beta * dt * dt * start[j]
         for i in range(N):
             v_free[i] = (constant_v[i] + drive_v[i] * load[step] + decay * s[i]) / (1.0 + decay)
-        for j in range(k):
-            x = predicted[j]
-            p = psi_t[j]
-            for i in range(N):
-                v_free[i] += x * p[i]
-        touching, its, residual, rule = solve(
-            W,
-            R,
-            nothing,
-            nothing,
-            mu,
-            force,
-            tolerance,
-            v_free,
-            nothing,
-            vt_old,
-            status,
-            G,
-            slots,
-            slot_of,
-            touching,
-            r,
-            nothing,
-            v,
-        )
+        add_rows(psi_t, predicted, v_free)
+        its, residual, rule = solve(problem, memory, v_free, nothing, vt_old, status, r, nothing, v)
         iterations[step] = its
         residuals[step] = residual
-        if rule == 3:
-            return touching, step
+        if rule == NOT_SOLVED:
+            return step
         for i in range(N):
             works[RESIDUAL] += 0.5 * (r[i] + r_old[i]) * s[i]
             s[i] = v[i]
@@ -176,4 +147,4 @@ def step_through(
             status_out[step] = status
         r_old[:] = r
         v_old[:] = v
-    return touching, -1
+    return -1

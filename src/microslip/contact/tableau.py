@@ -1,0 +1,311 @@
+"""Compiled tableau of a planar contact problem: what is unknown, by what is given.
+
+With ``r_t = p_t + s mu r_n`` for a sign ``s`` of each pair, and ``p_n = r_n``, the equations of
+`planar.py` read, for reactions p, coordinates q and displacements v (slip since the last step),
+
+    M (p, q) + (v, 0) = w,     M = [[W, -R], [R^T, K_q]] P,     w = (v_free - (0, v_t_old), f_q)
+
+and each component j of a pair has either ``v_j = 0`` and an unknown reaction (it is *held*: touching
+in the normal direction, sticking in the tangential) or ``p_j = 0`` and an unknown displacement. q is
+always held. Solved for the unknowns x, given the zeros g that need not be quite zero,
+
+    x = c - D g
+
+which is the tableau of principal pivoting: D holds, in one square array, the inverse of the held
+part, and the gaps and slips it leaves. When the set J of components changes from held to free or
+back, the new unknowns follow from the small system of J alone,
+
+    g_J = D_JJ^-1 c_J,     x_i = c_i - D_iJ g_J
+
+so states can be tried at the price of |J| columns. `exchange` brings J into the tableau by one
+update of rank |J| (block pivot; Cottle, Pang & Stone, The Linear Complementarity Problem, 2.3).
+
+Reactions are kept in units of displacement (times the mean of the diagonal of W) so that all
+entries are comparable.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numba as nb
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+STICK, FORWARD, BACKWARD, SEPARATED = 1, 2, 3, 4
+"""Contact states, numbered as in the paper's figure 5."""
+
+LARGE = 48
+"""Components exchanged at once from which on the library's blocked routines are faster."""
+
+SINGULAR = 1e-13
+"""Smallest pivot over the largest entry of its row."""
+
+_jit = nb.njit(
+    cache=True, nogil=True, fastmath={"contract", "reassoc", "arcp", "nsz"}, error_model="numpy"
+)
+
+Problem = tuple[Array, Array, Array, Array, Array, Array, float, float]
+"""W, R, stiffness K_q, scale of q, mu, force scale of each pair, mean of diag W, tolerance."""
+
+Memory = tuple[NDArray[Any], ...]
+"""What a solver keeps from one solution to the next; see `memory`."""
+
+
+def problem(
+    W: Array, R: Array, stiffness: Array, friction: Array, force: Array, tolerance: float
+) -> Problem:
+    """Arrays of a contact problem and the scales that make its equations comparable."""
+    mean = float(np.mean(np.diag(W)))
+    top = np.abs(R).max(axis=0, initial=0.0)
+    scale = np.where(top > 0, mean / np.where(top > 0, top, 1), 1.0)
+    W, R, stiffness, friction, force = (
+        np.ascontiguousarray(a, dtype=float) for a in (W, R, stiffness, friction, force)
+    )
+    return W, R, stiffness, scale, friction, force, mean, tolerance
+
+
+def memory(pairs: int, coordinates: int) -> Memory:
+    """Arrays of a solver, not yet valid: `restart` fills them.
+
+    The transpose of D, which components are held in it, the sign of each pair, the ``v_free`` of
+    the last solution, and two flags: there is a last solution, the tableau is made.
+    """
+    n = 2 * pairs + coordinates
+    return (
+        np.zeros((n, n)),
+        np.zeros(n, np.bool_),
+        np.ones(pairs),
+        np.zeros(2 * pairs),
+        np.zeros(2, np.bool_),
+    )
+
+
+@_jit
+def add_rows(M, weights, out):
+    """``out += weights @ M``, zero weights skipped, four rows of M at a time."""
+    n = out.shape[0]
+    which = np.empty(weights.shape[0], np.int64)
+    count = 0
+    for j in range(weights.shape[0]):
+        if weights[j] != 0.0:
+            which[count] = j
+            count += 1
+    j = 0
+    while j + 4 <= count:
+        a, b, c, d = which[j], which[j + 1], which[j + 2], which[j + 3]
+        xa, xb, xc, xd = weights[a], weights[b], weights[c], weights[d]
+        ma, mb, mc, md = M[a], M[b], M[c], M[d]
+        for i in range(n):
+            out[i] += xa * ma[i] + xb * mb[i] + xc * mc[i] + xd * md[i]
+        j += 4
+    while j < count:
+        x = weights[which[j]]
+        row = M[which[j]]
+        for i in range(n):
+            out[i] += x * row[i]
+        j += 1
+
+
+@_jit
+def solve_small(C, X):
+    """``X <- C^-1 X`` by elimination with row pivots; C is destroyed. False where it is singular."""
+    k = C.shape[0]
+    for a in range(k):
+        p = a
+        for b in range(a + 1, k):
+            if abs(C[b, a]) > abs(C[p, a]):
+                p = b
+        size = 0.0
+        for b in range(a, k):
+            size = max(size, abs(C[p, b]))
+        if not abs(C[p, a]) > SINGULAR * size:
+            return False
+        if p != a:
+            for b in range(a, k):
+                C[a, b], C[p, b] = C[p, b], C[a, b]
+            for j in range(X.shape[1]):
+                X[a, j], X[p, j] = X[p, j], X[a, j]
+        inverse = 1.0 / C[a, a]
+        for b in range(a + 1, k):
+            f = C[b, a] * inverse
+            if f != 0.0:
+                for j in range(a + 1, k):
+                    C[b, j] -= f * C[a, j]
+                for j in range(X.shape[1]):
+                    X[b, j] -= f * X[a, j]
+    for a in range(k - 1, -1, -1):
+        for b in range(a + 1, k):
+            f = C[a, b]
+            for j in range(X.shape[1]):
+                X[a, j] -= f * X[b, j]
+        inverse = 1.0 / C[a, a]
+        for j in range(X.shape[1]):
+            X[a, j] *= inverse
+    return True
+
+
+@_jit
+def _subtract_product(M, X, Y):
+    """``M -= X @ Y`` in place, for few rows of Y, by blocks of four by four that stay in registers."""
+    n, k = X.shape
+    rows, columns = n - n % 4, k - k % 4
+    for i in range(0, rows, 4):
+        m0, m1, m2, m3 = M[i], M[i + 1], M[i + 2], M[i + 3]
+        for b in range(0, columns, 4):
+            y0, y1, y2, y3 = Y[b], Y[b + 1], Y[b + 2], Y[b + 3]
+            a00, a01, a02, a03 = X[i, b], X[i, b + 1], X[i, b + 2], X[i, b + 3]
+            a10, a11, a12, a13 = X[i + 1, b], X[i + 1, b + 1], X[i + 1, b + 2], X[i + 1, b + 3]
+            a20, a21, a22, a23 = X[i + 2, b], X[i + 2, b + 1], X[i + 2, b + 2], X[i + 2, b + 3]
+            a30, a31, a32, a33 = X[i + 3, b], X[i + 3, b + 1], X[i + 3, b + 2], X[i + 3, b + 3]
+            for j in range(M.shape[1]):
+                x0, x1, x2, x3 = y0[j], y1[j], y2[j], y3[j]
+                m0[j] -= a00 * x0 + a01 * x1 + a02 * x2 + a03 * x3
+                m1[j] -= a10 * x0 + a11 * x1 + a12 * x2 + a13 * x3
+                m2[j] -= a20 * x0 + a21 * x1 + a22 * x2 + a23 * x3
+                m3[j] -= a30 * x0 + a31 * x1 + a32 * x2 + a33 * x3
+        for b in range(columns, k):
+            y0 = Y[b]
+            a00, a10, a20, a30 = X[i, b], X[i + 1, b], X[i + 2, b], X[i + 3, b]
+            for j in range(M.shape[1]):
+                x0 = y0[j]
+                m0[j] -= a00 * x0
+                m1[j] -= a10 * x0
+                m2[j] -= a20 * x0
+                m3[j] -= a30 * x0
+    for i in range(rows, n):
+        add_rows(Y, -X[i], M[i])
+
+
+@_jit
+def pending(held, status, J):
+    """Components whose state is not the tableau's, into J; returns how many."""
+    k = 0
+    for i in range(status.shape[0]):
+        if held[2 * i] != (status[i] != SEPARATED):
+            J[k] = 2 * i
+            k += 1
+        if held[2 * i + 1] != (status[i] == STICK):
+            J[k] = 2 * i + 1
+            k += 1
+    return k
+
+
+@_jit
+def exchange(memory, J, c):
+    """Exchange held and free for the components J, in the tableau and in c. False if singular."""
+    Dt, held, _, _, _ = memory
+    n = Dt.shape[0]
+    k = J.shape[0]
+    if k == 0:
+        return True
+    cols = np.empty((k, n))
+    C = np.empty((k, k))
+    Y = np.empty((k, n + 1))
+    for b in range(k):
+        cols[b] = Dt[J[b]]
+    for i in range(n):
+        row = Dt[i]
+        for b in range(k):
+            Y[b, i] = row[J[b]]
+    for b in range(k):
+        Y[b, n] = c[J[b]]
+        for a in range(k):
+            C[b, a] = Y[b, J[a]]
+            Y[b, J[a]] = 1.0 if a == b else 0.0
+    if k >= LARGE:
+        Y = np.linalg.solve(C, Y)
+    elif not solve_small(C, Y):
+        return False
+    for b in range(k):
+        Dt[J[b]] = 0.0
+        y = Y[b, n]
+        for i in range(n):
+            c[i] -= y * cols[b, i]
+    Yt = np.ascontiguousarray(Y[:, :n].T)
+    if k >= LARGE:
+        Dt -= np.dot(Yt, cols)
+    else:
+        _subtract_product(Dt, Yt, cols)
+    for i in range(n):
+        row = Dt[i]
+        for b in range(k):
+            row[J[b]] = Yt[i, b]
+    for b in range(k):
+        c[J[b]] = Y[b, n]
+        held[J[b]] = not held[J[b]]
+    return True
+
+
+@_jit
+def restart(problem, memory, status):
+    """Make the tableau afresh for given states."""
+    W, R, stiffness, scale, mu, _, mean, _ = problem
+    Dt, held, sign, _, flags = memory
+    N, nr = R.shape
+    for i in range(status.shape[0]):
+        if status[i] == FORWARD:
+            sign[i] = 1.0
+        elif status[i] == BACKWARD:
+            sign[i] = -1.0
+    for j in range(N):
+        share = sign[j // 2] * mu[j // 2] if j % 2 == 0 else 0.0
+        for i in range(N):
+            Dt[j, i] = (W[j, i] + (share * W[j + 1, i] if j % 2 == 0 else 0.0)) / mean
+        for a in range(nr):
+            x = R[j, a] + (share * R[j + 1, a] if j % 2 == 0 else 0.0)
+            Dt[j, N + a] = scale[a] * x / mean
+            Dt[N + a, j] = -scale[a] * R[j, a] / mean
+    for a in range(nr):
+        for i in range(nr):
+            Dt[N + a, N + i] = 0.0
+        Dt[N + a, N + a] = scale[a] * stiffness[a] * scale[a] / mean
+    held[:] = False
+    flags[:] = False
+    J = np.empty(N + nr, np.int64)
+    k = pending(held, status, J)
+    for a in range(nr):
+        J[k] = N + a
+        k += 1
+    if not exchange(memory, J[:k], np.zeros(N + nr)):
+        raise np.linalg.LinAlgError("Matrix is singular to machine precision.")
+    flags[1] = True
+
+
+@_jit
+def turn(mu, memory, pair, sign_new, c):
+    """Give a pair the other sign, where it is sticking or separated in the tableau."""
+    Dt, held, sign, _, _ = memory
+    n, t = 2 * pair, 2 * pair + 1
+    change = (sign_new - sign[pair]) * mu[pair]
+    sign[pair] = sign_new
+    if held[n]:
+        for i in range(Dt.shape[0]):
+            Dt[i, t] -= change * Dt[i, n]
+        c[t] -= change * c[n]
+    else:
+        for i in range(Dt.shape[0]):
+            Dt[n, i] += change * Dt[t, i]
+
+
+@_jit
+def follow(problem, memory, status):
+    """Make the tableau fit for other states than those it was left with, afresh where it has to."""
+    mu = problem[4]
+    _, held, sign, _, flags = memory
+    flags[0] = False
+    J = np.empty(held.shape[0], np.int64)
+    nothing = np.zeros(held.shape[0])
+    if not flags[1] or pending(held, status, J) > status.shape[0] // 2:
+        restart(problem, memory, status)
+        return
+    for i in range(status.shape[0]):
+        if status[i] == FORWARD or status[i] == BACKWARD:
+            new = 1.0 if status[i] == FORWARD else -1.0
+            if new != sign[i]:
+                if held[2 * i] and not held[2 * i + 1]:
+                    restart(problem, memory, status)
+                    return
+                turn(mu, memory, i, new, nothing)
