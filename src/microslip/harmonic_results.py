@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
+from microslip.contact.planar import SEPARATED
 from microslip.harmonic_response import HarmonicPoint
 from microslip.harmonic_runs import HarmonicRun
 from microslip.hill import HillExponents
@@ -61,6 +62,7 @@ def _row(
         "branch": branch,
         "stable": None if stability is None else stability.stable,
         "growth_rate_per_s": None if slowest is None else slowest.real,
+        "joint_opens": opens(point),
         "harmonics": point.harmonics,
         "tail": point.tail,
         "walk_m_per_cycle": point.walk,
@@ -68,6 +70,11 @@ def _row(
         "iterations": point.iterations,
         "seconds": point.seconds,
     }
+
+
+def opens(point: HarmonicPoint) -> bool:
+    """Whether at some time no pair touches."""
+    return bool((point.status == SEPARATED).all(axis=0).any())
 
 
 def _slowest(stability: HillExponents) -> complex:
@@ -151,6 +158,12 @@ def harmonic_dataset(result: LapRun) -> xr.Dataset:
             "whether small disturbances decay",
             flag_values=np.array([0, 1, 2], np.int8),
             flag_meanings="unstable stable unknown",
+        ),
+        "joint_opens": variable(
+            each,
+            np.array([row["joint_opens"] for row in rows], np.int8),
+            "1",
+            "whether at some time no pair touches",
         ),
         "q_harmonics": variable(
             ("point", "harmonic", "part"),

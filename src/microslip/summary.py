@@ -148,34 +148,28 @@ def _backbone_table(found: dict[str, Any]) -> Table:
 
 
 def _harmonic_table(found: dict[str, Any]) -> Table:
-    """Responses by harmonic balance; those that are not stable stand out."""
+    """Per load: responses, the largest of the stable ones, folds, and what is not stable."""
     table = Table(title="Harmonic balance", title_justify="left", box=None, pad_edge=True)
-    names = ("rho", "f, Hz", "|q|", "phase, rad", "dissipated, J/m", "harmonics", "branch", "s")
-    for name in names:
+    for name in ("rho", "M/(PL)", "points", "peak, Hz", "peak |q|", "harmonics", "s"):
         table.add_column(name, justify="right", no_wrap=True)
-    for row in found["harmonic"]:
-        unstable = row["stable"] is False
+    table.add_column("folds, Hz")
+    table.add_column("unstable", no_wrap=True)
+    rows, key = found["harmonic"], "moment_over_clamp_force_length"
+    for load in dict.fromkeys(row[key] for row in rows):
+        mine = [row for row in rows if row[key] == load]
+        stable = [row for row in mine if row["stable"] is not False]
+        best = max(stable or mine, key=lambda row: row["modal_amplitude"])
+        folds = [fold["frequency_hz"] for fold in found["harmonic_folds"] if fold[key] == load]
         table.add_row(
-            _number(row["rho"], "g"),
-            _number(row["frequency_hz"], ".2f"),
-            _number(row["modal_amplitude"]),
-            _number(row["phase_rad"], ".3f"),
-            _number(row["dissipated_energy_j_per_m"]),
-            str(row["harmonics"]),
-            str(row["branch"] + 1) + (", unstable" if unstable else ""),
-            _number(row["seconds"], ".1f"),
-            style="yellow" if unstable else None,
-        )
-    for fold in found["harmonic_folds"]:
-        table.add_row(
-            _number(fold["rho"], "g"),
-            _number(fold["frequency_hz"], ".2f"),
-            _number(fold["modal_amplitude"]),
-            _number(fold["phase_rad"], ".3f"),
-            "",
-            str(fold["harmonics"]),
-            "fold",
-            "",
+            _number(best["rho"], "g"),
+            _number(load, ".3g"),
+            str(len(mine)),
+            _number(best["frequency_hz"], ".2f"),
+            _number(best["modal_amplitude"]) + (", opens" if best["joint_opens"] else ""),
+            str(max(row["harmonics"] for row in mine)),
+            _number(sum(row["seconds"] for row in mine), ".1f"),
+            ", ".join(_number(fold, ".2f") for fold in folds),
+            str(len(mine) - len(stable)) if len(stable) < len(mine) else "",
         )
     return table
 

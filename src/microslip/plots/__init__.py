@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from microslip.pipeline import LapRun
 from microslip.plots.backbone import backbone_figure
 from microslip.plots.dissipation import dissipation_figure
+from microslip.plots.harmonic import harmonic_figure
 from microslip.plots.history import history_figure
 from microslip.plots.hysteresis import hysteresis_figure
 from microslip.plots.model import model_figure
@@ -37,6 +38,7 @@ FIGURES: dict[str, Callable[[LapRun], Figure | None]] = {
     "backbones": natural_figure,
     "dissipation": dissipation_figure,
     "response": response_figure,
+    "harmonic": harmonic_figure,
     "steady_state": steady_figure,
     "overview": overview,
 }

@@ -1,7 +1,8 @@
 """Forced response over frequency, per unit load (the paper's figures 11 and 13).
 
-Where steady states were found by time integration they are laid over the curves, with the phase
-below, each at its frequency corrected for the period error.
+Where steady states were found by time integration or by harmonic balance they are laid over the
+curves, with the phase below; those of the time domain at their frequency corrected for the period
+error.
 """
 
 from __future__ import annotations
@@ -14,7 +15,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from microslip.harmonic_runs import HarmonicRun
 from microslip.pipeline import LapRun
+from microslip.plots import harmonic
+from microslip.plots.harmonic import lag
 from microslip.plots.selection import scientific
 from microslip.plots.style import (
     COLUMN,
@@ -43,7 +47,7 @@ def response_figure(result: LapRun) -> Figure | None:
     variants = list(dict.fromkeys(r.variant for r in result.responses))
     if not variants or result.frictionless is None:
         return None
-    rows = 2 if result.time_domain else 1
+    rows = 2 if result.time_domain or result.harmonic else 1
     figure = new_figure(DOUBLE if len(variants) > 1 else COLUMN, (90 if rows == 1 else 140) * MM)
     grid = figure.subplots(
         rows, len(variants), sharex=True, sharey="row", squeeze=False, height_ratios=[3, 2][:rows]
@@ -98,6 +102,8 @@ def draw_response(ax: Axes, result: LapRun, variant: str) -> None:
             )
         peak = frictionless_peak(result, response.load)
         _draw_points(ax, result, response.load, style, _over(peak))
+        for run in _runs(result, response.load):
+            harmonic.draw_points(ax, run, style, harmonic.size_over(peak))
     ax.set_yscale("log")
     band = result.responses[0].frequency
     ax.set_xlim(band[0], band[-1])
@@ -110,7 +116,7 @@ def draw_phase(ax: Axes, result: LapRun, variant: str) -> None:
     for i, response in enumerate(r for r in result.responses if r.variant == variant):
         style = SERIES[i % len(SERIES)]
         good = response.flag == CONVERGED
-        phase = np.where(good, _lag(np.angle(response.amplitude)), np.nan)
+        phase = np.where(good, lag(np.angle(response.amplitude)), np.nan)
         ax.plot(
             *_broken(response.frequency, phase, _jumps(response)),
             color=style["color"],
@@ -118,17 +124,18 @@ def draw_phase(ax: Axes, result: LapRun, variant: str) -> None:
             markevery=(7 * i, max(len(phase) // 9, 1)),
         )
         _draw_points(
-            ax, result, response.load, style, lambda p: float(_lag(np.angle(p.steady.amplitude)))
+            ax, result, response.load, style, lambda p: float(lag(np.angle(p.steady.amplitude)))
         )
+        for run in _runs(result, response.load):
+            harmonic.draw_points(ax, run, style, lambda q: float(lag(np.angle(q))))
     ax.set_yticks(-np.array([0, 45, 90, 135, 180]))
     ax.set_ylim(-190, 10)
     ax.set_xlabel("frequency (Hz)")
     ax.set_ylabel("phase of $q$ (degrees)")
 
 
-def _lag(angle: np.ndarray | float) -> np.ndarray:
-    """Radians to degrees between -270 and 90, so that a lag of half a turn does not jump."""
-    return (np.degrees(angle) + 270) % 360 - 270
+def _runs(result: LapRun, load: float) -> list[HarmonicRun]:
+    return [run for run in result.harmonic if run.load == load]
 
 
 def _over(peak: float) -> Callable[[TimePoint], float]:
@@ -189,7 +196,7 @@ def handles(result: LapRun) -> list[Line2D]:
         entries.append(Line2D([], [], color=GREY, **STEADY, label="time domain"))
     if not all(p.steady.converged for p in result.time_domain):
         entries.append(Line2D([], [], color=GREY, **NOT_STEADY, label="time domain, not steady"))
-    return entries
+    return entries + harmonic.handles(result)
 
 
 def _load(result: LapRun, response: Response) -> str:
