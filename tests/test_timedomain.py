@@ -180,21 +180,21 @@ def test_opening_at_the_start_and_none_at_all():
 
 
 def test_resonance_that_opens_the_joint(small_reference, states):
-    """A tenth of P L, far above what the clamp holds in resonance."""
+    """Nearly the moment that opens the joint when still."""
     with pytest.raises(JointOpensError, match=r"opens at t = .* the last pair to separate is \d+"):
-        solved(small_reference, states.sliding_frequency - 2, 0.1, max_cycles=2)
+        solved(small_reference, states.sliding_frequency - 20, 0.14, max_cycles=2)
 
 
 def test_failed_and_unsteady_points_are_told_apart(small_reference, states):
     """One that opens the joint, one that is not steady in time, one that is."""
     f = states.sliding_frequency + 3
     requests = [
-        Request(1.0, f, 0.1 * small_reference.moment, 0.25, 0.0, STEPS, 1e-5, 2),
+        Request(1.0, f - 23, 0.14 * small_reference.moment, 0.25, 0.0, STEPS, 1e-5, 2),
         Request(2.0, f, 1e-4 * small_reference.moment, 0.25, 0.0, STEPS, 1e-5, 3),
         Request(3.0, f, 1e-4 * small_reference.moment, 0.25, 0.0, STEPS, 1e-4),
     ]
     opened, early, steady = steady_states(small_reference.model, small_reference.start, requests)
-    assert opened.startswith(f"time domain, rho = 1, {f:g} Hz: the joint opens at t = ")
+    assert opened.startswith(f"time domain, rho = 1, {f - 23:g} Hz: the joint opens at t = ")
     assert not early.steady.converged
     assert early.steady.change > 1e-4
     assert steady.steady.converged

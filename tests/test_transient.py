@@ -245,6 +245,68 @@ def test_energy_is_never_made(small_reference):
             assert worst <= 1e-6 * top
 
 
+def bounced(joint, clamp, share, friction, steps, cycles, *, free):
+    """Worst excess of energy over what load and friction leave, relative; changes of contact.
+
+    Free: a moment raised slowly to `share` of the one that opens the joint, then let go. Else a
+    sine of that amplitude at 0.4 of the sliding frequency, from rest. Energy from the state alone,
+    booked 30 times per cycle.
+    """
+    model = joint.model
+    column = model.port("moment")
+    start = prestress(model, joint.flexibility, clamp)
+    level = share * opening_load(model, joint.flexibility, start, "moment")
+    scheme = time_scheme(model, start, friction, 2 * np.pi / (joint.omega_sliding * steps))
+    time = np.arange(cycles * steps + 1) / steps
+    if free:
+        raised = np.arange(10 * steps + 1) / (10 * steps)
+        loads = np.append(0.5 * level * (1 - np.cos(np.pi * raised)), 0 * time)
+    else:
+        loads = level * np.sin(2 * np.pi * 0.4 * time)
+    state = prestressed_state(scheme)
+    rest = energy(model, state, clamp, 0.0, column)
+    work = friction_work = top = 0.0
+    excess, changes = [], 0
+    stride = steps // 30
+    for k in range(0, len(loads) - 1, stride):
+        part = march(scheme, state, loads[k : k + stride + 1], keep=True)
+        y = part.output[:, column]
+        work += np.sum(0.5 * (part.load[1:] + part.load[:-1]) * np.diff(y))
+        friction_work += part.dissipated
+        state = part.state
+        stored = energy(model, state, clamp, part.load[-1], column) - rest
+        excess.append(stored + max(friction_work, 0.0) - work)
+        top = max(top, abs(stored))
+        changes += int(np.abs(np.diff(part.status == SEPARATED, axis=0)).sum())
+    return max(excess) / top, changes
+
+
+SHARES = (0.3, 0.6, 0.95)
+
+
+@pytest.mark.parametrize("free", [True, False], ids=["let go", "driven"])
+@pytest.mark.parametrize("share", SHARES)
+def test_bouncing_tips_make_no_energy(small_reference, share, free):
+    """Light clamp; up to 50 of 51 pairs bounce: energy + friction work stay below external work."""
+    for friction, steps in ((0.0, 150), (0.25, 60), (0.25, 150), (1.0, 400)):
+        worst, changes = bounced(small_reference, 1e4, share, friction, steps, 8, free=free)
+        print(f"mu {friction}, {steps} steps: excess {worst:.1e}, {changes} changes of contact")
+        assert worst <= 1e-9
+        assert changes > 400
+
+
+@pytest.mark.validate
+@pytest.mark.parametrize("free", [True, False], ids=["let go", "driven"])
+@pytest.mark.parametrize("share", SHARES)
+def test_bouncing_for_long(reference, share, free):
+    """201 pairs, 40 cycles, all steps and frictions."""
+    for friction in (0.0, 0.25, 1.0):
+        for steps in (60, 150):
+            worst, changes = bounced(reference, 1e4, share, friction, steps, 40, free=free)
+            print(f"mu {friction}, {steps} steps: excess {worst:.1e}, {changes} changes")
+            assert worst <= 1e-9
+
+
 @pytest.mark.parametrize("load", [1e-5, 1e-4, 3e-4])
 def test_energy_of_a_steady_cycle_balances(small_reference, load):
     """Work of the load = friction + damping of the modes and of the residual part + scheme."""

@@ -405,6 +405,7 @@ def static_state(scheme: TimeScheme, flexibility: Flexibility, load: float) -> S
         residual_v=v - model.mode_v @ eta,
         r=r,
         v=v,
+        r_before=r[::2].copy(),
         status=status,
     )
 

@@ -52,7 +52,7 @@ CLOSE = 1e-3
 NEGLIGIBLE = 1e-2
 """Secant directions that are this much smaller than the largest are left out."""
 
-LINEAR_FIELDS = ("eta", "rate", "acceleration", "modal_force", "residual_v", "r", "v")
+LINEAR_FIELDS = ("eta", "rate", "acceleration", "modal_force", "residual_v", "r", "v", "r_before")
 """Fields of a `State` that may be combined linearly."""
 
 

@@ -65,6 +65,8 @@ class State:
     residual_v : (d m,) array
         Residual part of the relative displacement.
     r, v : (d m,) arrays
+    r_before : (m,) array
+        Normal reactions one step before `r`; they tell an impact from a smooth opening.
     status : (m,) int8 array
     """
 
@@ -75,6 +77,7 @@ class State:
     residual_v: Array
     r: Array
     v: Array
+    r_before: Array
     status: NDArray[np.int8]
 
 
@@ -245,6 +248,7 @@ def prestressed_state(scheme: TimeScheme, amplitude: float = 0.0, omega: float =
         residual_v=solution.v - model.mode_v @ eta,
         r=solution.r.copy(),
         v=solution.v.copy(),
+        r_before=solution.r[::2].copy(),
         status=np.where(scheme.prestress.touching, STICK, SEPARATED).astype(np.int8),
     )
 
@@ -295,6 +299,7 @@ def march(
     eta, rate, acceleration = state.eta.copy(), state.rate.copy(), state.acceleration.copy()
     modal_force, s = state.modal_force.copy(), state.residual_v.copy()
     r, v, status = state.r.copy(), state.v.copy(), state.status.copy()
+    r_before = state.r_before.copy()
     vt_old = v[1::2].copy()
     force = np.full(m, np.abs(scheme.prestress.solution.r).max())
     problem = tableau.problem(
@@ -338,6 +343,7 @@ def march(
         status,
         r,
         v,
+        r_before,
         outputs,
         works,
         friction,
@@ -361,7 +367,7 @@ def march(
         time=np.asarray(scheme.dt * np.arange(n), dtype=float),
         load=load,
         output=outputs - rest,
-        state=State(eta, rate, acceleration, modal_force, s, r, v, status),
+        state=State(eta, rate, acceleration, modal_force, s, r, v, r_before, status),
         friction_work=friction,
         external=float(works[0]),
         modal_damping=float(works[3]),

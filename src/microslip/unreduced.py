@@ -12,7 +12,8 @@ a step of Hilber–Hughes–Taylor (``gamma = 1/2 + alpha``, ``beta = (1 + alpha
     x_p = x_0 + dt x'_0 + dt² (1/2 - beta) x''_0,   x'_p = x'_0 + dt (1 - gamma) x''_0
 
 so that contact sees ``v = v_free - W r_1`` with ``W = a beta dt² B S^-1 B^T``. `S` is factorised
-once; a step costs two solves. Reactions and relative displacements have the layout and signs of
+once; a step costs two solves. Impacts are treated as in `contact/timestep.py`.
+Reactions and relative displacements have the layout and signs of
 `interface.py`.
 """
 
@@ -83,6 +84,8 @@ class FullState:
     x, rate, acceleration : (n,) arrays
         Displacement (prestress included) and its derivatives.
     r, v : (2 m,) arrays
+    r_before : (m,) array
+        Normal reactions one step before `r`.
     status : (m,) int8 array
     """
 
@@ -91,6 +94,7 @@ class FullState:
     acceleration: Array
     r: Array
     v: Array
+    r_before: Array
     status: NDArray[np.int8]
 
 
@@ -237,6 +241,7 @@ def prestressed_full_state(scheme: FullScheme, rate: Array | None = None) -> Ful
         acceleration=np.zeros(s.dofs),
         r=solution.r.copy(),
         v=solution.v.copy(),
+        r_before=solution.r[::2].copy(),
         status=np.where(scheme.prestress.touching, STICK, SEPARATED).astype(np.int8),
     )
 
@@ -287,21 +292,33 @@ def march_full(scheme: FullScheme, load: Array, state: FullState | None = None) 
     record = _Record(scheme, load, state)
     unbalanced = clamp + drive * load[0] - _internal(scheme, x, rate) - B.T @ state.r
     damping = 0.0
+    before = state.r_before
     for step in range(1, len(load)):
-        position = x + dt * rate + dt**2 * (0.5 - beta) * acceleration
-        velocity = rate + dt * (1 - gamma) * acceleration
         external = clamp + drive * load[step]
-        start = scheme.solve(
-            a * (external - _internal(scheme, position, velocity)) + alpha * unbalanced
-        )
-        try:
-            found = contact.solve(
-                B @ (position + beta * dt**2 * start), none, record.v[step - 1, 1::2]
+        last = record.r[step - 1]
+        dropped = np.zeros(len(before), dtype=bool)
+        while True:
+            position = x + dt * rate + dt**2 * (0.5 - beta) * acceleration
+            velocity = rate + dt * (1 - gamma) * acceleration
+            start = scheme.solve(
+                a * (external - _internal(scheme, position, velocity)) + alpha * unbalanced
             )
-        except ContactError as error:
-            raise ContactError(
-                f"contact not solved at t = {step * dt:.6g} s (load {load[step]:.4g}): {error}"
-            ) from error
+            try:
+                found = contact.solve(
+                    B @ (position + beta * dt**2 * start), none, record.v[step - 1, 1::2]
+                )
+            except ContactError as error:
+                raise ContactError(
+                    f"contact not solved at t = {step * dt:.6g} s (load {load[step]:.4g}): {error}"
+                ) from error
+            sudden = (last[::2] >= before) & (last[::2] > 0) & (found.r[::2] <= 0) & ~dropped
+            if not sudden.any():
+                break
+            dropped |= sudden
+            remainder = B.T @ np.where(np.repeat(sudden, 2), last, 0.0)
+            unbalanced = unbalanced + remainder
+            acceleration = acceleration + a * scheme.solve(remainder)
+        before = last[::2]
         acceleration = start - a * scheme.solve(B.T @ found.r)
         new = position + beta * dt**2 * acceleration
         mean_rate = (new - x) / dt
@@ -312,7 +329,9 @@ def march_full(scheme: FullScheme, load: Array, state: FullState | None = None) 
         record.r[step], record.v[step], record.status[step] = found.r, found.v, found.status
         record.residual[step] = found.residual
         record.output[step] = record.vectors @ x
-    return record.result(damping, FullState(x, rate, acceleration, found.r, found.v, found.status))
+    return record.result(
+        damping, FullState(x, rate, acceleration, found.r, found.v, before, found.status)
+    )
 
 
 def _internal(scheme: FullScheme, x: Array, rate: Array) -> Array:
