@@ -45,7 +45,7 @@ Array = NDArray[np.float64]
 
 METHODS = ("quasi_static", "prescribed", "harmonic")
 
-OWN_FREQUENCY = 1e-7
+OWN_FREQUENCY = 1e-6
 """Relative change of the reference frequency at which it is the mode's own."""
 
 MOST_FREQUENCIES = 12
@@ -150,13 +150,13 @@ class CycleControl:
     Attributes
     ----------
     steps, cycles : int
-        Load steps per cycle, and cycles at most.
+        Load steps per cycle, a multiple of four so that they meet the tips, and cycles at most.
     closure : float
         Cycles stop when no reaction changes by more than this between them, over the largest
         prestress reaction.
     """
 
-    steps: int = 150
+    steps: int = 100
     cycles: int = 4
     closure: float = 1e-4
 

@@ -45,8 +45,11 @@ SELF_CONSISTENT = 1e-8
 
 MOST_ROUNDS = 25
 
-HALVINGS = 2
+HALVINGS = 4
 """So often the way to an amplitude that fails is halved."""
+
+STUCK = 1e-4
+"""First amplitude on the way from rest, over the one that opens the joint."""
 
 
 @dataclass(frozen=True)
@@ -248,17 +251,25 @@ def _next(tried: Sequence[tuple[complex, complex]]) -> complex:
 
 
 def _reach(
-    sprung: SprungMode, amplitude: float, solver: HarmonicSolver, start: Nearby, halvings: int
+    sprung: SprungMode,
+    amplitude: float,
+    solver: HarmonicSolver,
+    start: Nearby,
+    first: float,
+    halvings: int,
 ) -> ExtendedMotion:
-    """The motion of one amplitude, by way of amplitudes in between where it is too far away."""
+    """The motion of one amplitude, by way of amplitudes in between where it is too far away.
+
+    `first` stands for the amplitude of a start at rest.
+    """
     try:
         return extended_motion(sprung, amplitude, solver, start)
     except ContinuationError:
-        if halvings == 0 or start.amplitude == 0:
+        between = float(np.sqrt(max(start.amplitude, first) * amplitude))
+        if halvings == 0 or between >= amplitude:
             raise
-    between = float(np.sqrt(start.amplitude * amplitude))
-    half = _reach(sprung, between, solver, start, halvings - 1)
-    return _reach(sprung, amplitude, solver, half.nearby, halvings - 1)
+    half = _reach(sprung, between, solver, start, first, halvings - 1)
+    return _reach(sprung, amplitude, solver, half.nearby, first, halvings - 1)
 
 
 def harmonic_backbone(
@@ -282,10 +293,11 @@ def harmonic_backbone(
     solver = HarmonicSolver()
     omega = mode.stuck_omega
     state = Nearby(sprung.problem.rest(), 0.0, omega, alpha + beta * omega**2)
+    scale = amplitude_scale(model, start, mode)
     points, failures = [], []
     for amplitude in sorted(float(a) for a in amplitudes):
         try:
-            motion = _reach(sprung, amplitude, solver, state, HALVINGS)
+            motion = _reach(sprung, amplitude, solver, state, STUCK * scale, HALVINGS)
         except ContinuationError as error:
             failures.append(failed(mode, "harmonic", amplitude, error))
         else:
@@ -301,4 +313,4 @@ def harmonic_backbone(
                 )
             )
         advance()
-    return Backbone(mode, "harmonic", tuple(points), amplitude_scale(model, start, mode)), failures
+    return Backbone(mode, "harmonic", tuple(points), scale), failures

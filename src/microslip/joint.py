@@ -306,7 +306,7 @@ class BackboneAnalysis(Section):
     smallest: Number = Field(default=1e-5, gt=0, lt=1)
     largest: Number = Field(default=MOST_OF_OPENING, gt=0, lt=1)
     count: Count = Field(default=30, ge=2, le=1000)
-    steps: Count = Field(default=150, ge=20, le=100_000)
+    steps: Count = Field(default=100, ge=20, le=100_000, multiple_of=4)
     max_cycles: Count = Field(default=4, ge=2, le=1000)
     harmonics: Count = Field(default=5, ge=1, le=50)
 

@@ -1,0 +1,369 @@
+"""Backbones against closed forms, linear limits, scaling, each other and the forced response."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from microslip.backbone_results import matters
+from microslip.backbones import (
+    CycleControl,
+    amplitude_scale,
+    geometric,
+    material_damping,
+    prescribed_backbone,
+    quasi_static_backbone,
+)
+from microslip.errors import InputError, MicroslipError, ModelError
+from microslip.extended_motion import harmonic_backbone
+from microslip.flexibility import static_flexibility
+from microslip.harmonic import harmonic_problem
+from microslip.harmonic_response import LoadPath, describe, raise_load
+from microslip.joint import parse_joint
+from microslip.mode_pairs import bonded_modes, joint_modes, pick_mode
+from microslip.model import JointModel
+from microslip.modes import linear_modes
+from microslip.pipeline import run_lap_joint
+from microslip.plots.natural import natural_figure
+from microslip.results import dataset, summary
+from microslip.statics import prestress
+
+FRICTION = 0.25
+FINE = CycleControl(steps=2000, cycles=3, closure=1e-9)
+CLAMP = 100.0
+SPRING = 4e5
+"""Sliding stiffness of the single mass, N/m."""
+
+
+@pytest.fixture(scope="module")
+def modes(small_reference):
+    return joint_modes(small_reference.model, small_reference.start)
+
+
+def sliders(stiffness, limit, idle=False):
+    """A mass of one kilogram on a spring, and on Jenkins elements in parallel.
+
+    Reaction of element i: stiffness[i] up to limit[i], which shares out the clamp force.
+    """
+    m = len(stiffness)
+    normal = np.full(m, 1e-9)
+    residual = np.zeros((2 * m, 2 * m))
+    residual[0::2, 0::2] = np.diag(normal)
+    residual[1::2, 1::2] = np.diag(1 / stiffness)
+    port_v = np.zeros((2 * m, 2))
+    port_v[0::2, 0] = normal * limit / limit.sum()
+    psi = np.zeros((2 * m, 2 if idle else 1))
+    psi[1::2, 0] = 1.0
+    count = psi.shape[1]
+    return JointModel(
+        position=np.arange(float(m)),
+        area=np.ones(m),
+        dimension=2,
+        omega=np.sqrt(SPRING) * np.array([1.0, 3.0][:count]),
+        equilibrium_modes=0,
+        mode_v=psi,
+        residual=residual,
+        ports=("clamp", "moment"),
+        port_modes=np.zeros((count, 2)),
+        port_v=port_v,
+        port_port=np.zeros((2, 2)),
+        rayleigh=(0.2, 1e-6),
+    )
+
+
+def pressed(model, clamp=CLAMP):
+    return prestress(model, static_flexibility(model), clamp)
+
+
+def material(omega):
+    return (0.2 + 1e-6 * omega**2) / (2 * omega)
+
+
+@pytest.fixture(scope="module")
+def jenkins():
+    """One element: k_t = 0.2 of the spring, slipping beyond 25 N."""
+    model = sliders(np.array([0.2 * SPRING]), np.ones(1))
+    start = pressed(model)
+    return model, start, joint_modes(model, start)[0]
+
+
+SLIP = FRICTION * CLAMP / (0.2 * SPRING)
+"""Amplitude at which the Jenkins element begins to slip."""
+TOLERANCE = {"prescribed": (1e-4, 2e-3), "harmonic": (1e-3, 1e-2)}
+"""Of frequency and damping ratio: 2000 steps per cycle, or 128 samples."""
+REACH = SLIP * np.array([0.5, 1.2, 2.0, 5.0, 20.0])
+
+
+def test_quasi_static_jenkins(jenkins):
+    """Secant ``k + f/a`` and loop ``4 f (a - a_slip)``."""
+    model, start, mode = jenkins
+    load = SPRING * REACH + np.minimum(0.2 * SPRING * REACH, FRICTION * CLAMP)
+    found, failures = quasi_static_backbone(
+        model, start, mode, FRICTION, load / mode.omega**2, control=FINE
+    )
+    assert failures == []
+    assert found.amplitude == pytest.approx(REACH, rel=1e-9)
+    omega = np.sqrt(load / REACH)
+    assert 2 * np.pi * found.frequency == pytest.approx(omega, rel=1e-9)
+    loop = 4 * FRICTION * CLAMP * np.maximum(REACH - SLIP, 0)
+    zeta = loop / (2 * np.pi * omega**2 * REACH**2) + material(omega)
+    assert found.damping_ratio == pytest.approx(zeta, rel=2e-3)
+
+
+def jenkins_harmonics(a):
+    """First-harmonic stiffness and loss of the element over its own stiffness."""
+    ratio = np.minimum(SLIP / a, 1.0)
+    angle = np.arccos(1 - 2 * ratio)
+    stiffness = (angle - 0.5 * np.sin(2 * angle)) / np.pi
+    return stiffness, np.sin(angle) ** 2 / np.pi
+
+
+@pytest.mark.parametrize("method", ["prescribed", "harmonic"])
+def test_nonlinear_mode_of_a_jenkins_element(jenkins, method):
+    """``omega² = k + k_t s(a)``, and the loss of one harmonic: sin(q) prescribed, or H = 1."""
+    model, start, mode = jenkins
+    if method == "prescribed":
+        found, failures = prescribed_backbone(model, start, mode, FRICTION, REACH, control=FINE)
+    else:
+        found, failures = harmonic_backbone(model, start, mode, FRICTION, REACH, harmonics=1)
+    assert failures == []
+    # the spring that prescribes q yields by k_t over a hundred times k
+    assert found.amplitude == pytest.approx(REACH, rel=0.2 / 99)
+    s, g = jenkins_harmonics(found.amplitude)
+    omega = np.sqrt(SPRING * (1 + 0.2 * s))
+    zeta = 0.2 * SPRING * g / (2 * omega**2) + material(omega)
+    assert 2 * np.pi * found.frequency == pytest.approx(omega, rel=TOLERANCE[method][0])
+    assert found.damping_ratio == pytest.approx(zeta, rel=TOLERANCE[method][1])
+
+
+def test_quasi_static_iwan():
+    """Sliders that yield evenly up to ``x_m``: ``F = k (x - x²/(2 x_m))``, ``2 k a³/(3 x_m)``."""
+    count = 200
+    yields = (np.arange(count) + 0.5) / count
+    k = 0.2 * SPRING
+    model = sliders(np.full(count, k / count), yields)
+    start = pressed(model)
+    mode = joint_modes(model, start)[0]
+    last = 2 * FRICTION * CLAMP / k
+    a = last * np.array([0.1, 0.3, 0.6, 0.95])
+    load = SPRING * a + k * (a - a**2 / (2 * last))
+    found, failures = quasi_static_backbone(
+        model,
+        start,
+        mode,
+        FRICTION,
+        load / mode.omega**2,
+        control=CycleControl(steps=400, cycles=3),
+    )
+    assert failures == []
+    omega = np.sqrt(load / a)
+    assert 2 * np.pi * found.frequency == pytest.approx(omega, rel=1e-5)
+    zeta = k * a / (3 * np.pi * last * omega**2) + material(omega)
+    assert found.damping_ratio == pytest.approx(zeta, rel=5e-3)
+
+
+@pytest.mark.parametrize("number", [1, 2, 3, 4])
+def test_small_amplitudes_are_the_stuck_mode(small_reference, modes, number):
+    """Both forms of the nonlinear mode, and the modes of the finite elements themselves."""
+    model, start, mode = small_reference.model, small_reference.start, pick_mode(modes, number)
+    size = [1e-5 * amplitude_scale(model, start, mode)]
+    zeta = material_damping(model, mode.stuck_omega)
+    for method in (prescribed_backbone, harmonic_backbone):
+        found, failures = method(model, start, mode, FRICTION, size)
+        assert failures == []
+        assert found.frequency[0] == pytest.approx(mode.stuck_frequency, rel=1e-7)
+        assert found.damping_ratio[0] == pytest.approx(zeta, rel=1e-5)
+    elements = linear_modes(small_reference.structure, start.bonded(2), 8).frequency
+    assert np.abs(elements / mode.stuck_frequency - 1).min() < 1e-5
+
+
+@pytest.mark.parametrize("number", [1, 2, 3])
+def test_quasi_static_limit_lacks_the_inertia_of_the_other_modes(small_reference, modes, number):
+    """``omega² = 1 / sum (c_n/omega_n)²`` over the stuck modes: off by the change of shape."""
+    model, start, mode = small_reference.model, small_reference.start, pick_mode(modes, number)
+    omega, shapes = bonded_modes(model, start.bonded(2))
+    expected = 1 / np.sqrt(np.sum((mode.shape @ shapes) ** 2 / omega**2))
+    size = [1e-5 * amplitude_scale(model, start, mode)]
+    found, _ = quasi_static_backbone(model, start, mode, FRICTION, size)
+    assert 2 * np.pi * found.frequency[0] == pytest.approx(expected, rel=1e-7)
+    assert abs(expected / mode.stuck_omega - 1) > 1e-4
+
+
+def test_amplitude_over_clamp_alone_matters(small_reference, modes):
+    model, start, mode = small_reference.model, small_reference.start, modes[0]
+    s = start.solution
+    tripled = replace(
+        start,
+        clamp=3 * start.clamp,
+        pressure=3 * start.pressure,
+        solution=replace(s, r=3 * s.r, v=3 * s.v, q=3 * s.q),
+    )
+    a = np.array([1e-3, 2e-2])
+    for method in (quasi_static_backbone, prescribed_backbone):
+        one, _ = method(model, start, mode, FRICTION, a)
+        three, _ = method(model, tripled, mode, FRICTION, 3 * a)
+        assert three.amplitude == pytest.approx(3 * one.amplitude, rel=1e-6)
+        assert three.frequency == pytest.approx(one.frequency, rel=1e-7)
+        assert three.damping_ratio == pytest.approx(one.damping_ratio, rel=1e-5)
+        assert three.scale == pytest.approx(3 * one.scale, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("number", "fraction", "frequency", "damping"),
+    [
+        (1, 0.003, 1e-4, 0.03),
+        pytest.param(1, 0.15, 4e-4, 0.03, marks=pytest.mark.validate),
+        (2, 0.003, 1e-5, 0.01),
+        (3, 0.003, 1e-4, 0.02),
+    ],
+)
+def test_prescribed_motion_against_harmonic_balance(
+    small_reference, modes, number, fraction, frequency, damping
+):
+    """Two routes to the nonlinear mode; higher harmonics and the mean tell them apart."""
+    model, start, mode = small_reference.model, small_reference.start, pick_mode(modes, number)
+    scale = amplitude_scale(model, start, mode)
+    sizes = fraction * scale * np.array([0.25, 1.0])
+    cycles, failures = prescribed_backbone(model, start, mode, FRICTION, sizes)
+    balance, more = harmonic_backbone(model, start, mode, FRICTION, sizes, harmonics=5)
+    assert failures == more == []
+    assert max(p.residual for p in (*cycles.points, *balance.points)) < 1e-8
+    assert cycles.frequency[-1] == pytest.approx(balance.frequency[-1], rel=frequency)
+    assert cycles.damping_ratio[-1] == pytest.approx(balance.damping_ratio[-1], rel=damping)
+
+
+def test_quasi_static_against_the_nonlinear_mode(small_reference, modes):
+    """The first mode: its stuck and sliding shapes agree to 1e-4, so inertia hardly matters."""
+    model, start, mode = small_reference.model, small_reference.start, modes[0]
+    sizes = amplitude_scale(model, start, mode) * geometric(1e-3, 0.3, 12)
+    static, _ = quasi_static_backbone(model, start, mode, FRICTION, sizes)
+    dynamic, _ = prescribed_backbone(model, start, mode, FRICTION, static.amplitude)
+    assert static.frequency == pytest.approx(dynamic.frequency, rel=2e-3)
+    assert static.damping_ratio == pytest.approx(dynamic.damping_ratio, rel=0.1)
+
+
+def test_forced_response_passes_through_the_backbone(small_reference, modes):
+    """Under the moment that makes up for the damping, the joint answers a quarter cycle late."""
+    joint, mode = small_reference, modes[0]
+    model, start = joint.model, joint.start
+    size = 0.05 * amplitude_scale(model, start, mode)
+    found, _ = prescribed_backbone(model, start, mode, FRICTION, [size])
+    point = found.points[0]
+    push = abs(mode.shape @ model.port_modes[:, model.port("moment")])
+    load = 2 * point.damping_ratio * point.omega**2 * point.amplitude / push
+    problem = harmonic_problem(model, start, FRICTION, harmonics=5)
+    frequency = point.omega / (2 * np.pi)
+    w, _ = raise_load(problem, frequency, load)
+    answer = describe(LoadPath(problem, frequency, load).at(w, load), 0, 0.0)
+    lag = abs(np.degrees(answer.phase))
+    assert abs(answer.amplitude) == pytest.approx(point.amplitude, rel=0.03)
+    assert lag == pytest.approx(90, abs=3)
+
+
+def test_partners_are_close_and_ordered(small_reference, modes):
+    assert [mode.number for mode in modes] == list(range(1, len(modes) + 1))
+    assert (np.diff([mode.omega for mode in modes]) > 0).all()
+    assert modes[0].omega == pytest.approx(small_reference.omega_sliding, rel=1e-5)
+    assert modes[0].stuck_omega == pytest.approx(small_reference.omega_stuck, rel=1e-5)
+    assert min(mode.assurance for mode in modes[:5]) > 0.9
+
+
+def test_a_mode_that_does_not_exist_is_named(modes):
+    with pytest.raises(ModelError, match=f"no mode 500.* has {len(modes)} modes"):
+        pick_mode(modes, 500)
+
+
+def test_a_mode_that_leaves_the_interface_alone():
+    model = sliders(np.array([0.2 * SPRING]), np.ones(1), idle=True)
+    start = pressed(model)
+    mode = joint_modes(model, start)[1]
+    assert amplitude_scale(model, start, mode) == np.inf
+    found, failures = prescribed_backbone(model, start, mode, FRICTION, [1.0])
+    assert failures == []
+    assert not matters(found)
+    assert 2 * np.pi * found.frequency[0] == pytest.approx(mode.omega, rel=1e-9)
+    assert found.damping_ratio[0] == pytest.approx(material(mode.omega), rel=1e-9)
+
+
+def test_amplitudes_that_open_the_joint_are_named(small_reference, modes):
+    model, start, mode = small_reference.model, small_reference.start, modes[0]
+    scale = amplitude_scale(model, start, mode)
+    found, failures = quasi_static_backbone(
+        model, start, mode, FRICTION, [0.1 * scale, 1.1 * scale]
+    )
+    assert len(found.points) == 1
+    assert len(failures) == 1
+    assert "mode 1" in failures[0]
+    assert "opens the joint" in failures[0]
+
+
+@pytest.mark.parametrize("limits", [(0.0, 1.0, 5), (1.0, 1.0, 5), (0.1, 1.0, 1), (0.1, np.inf, 5)])
+def test_bad_amplitudes_are_refused(limits):
+    with pytest.raises(MicroslipError, match="amplitudes"):
+        geometric(*limits)
+
+
+JOINT = {
+    "beams": {"length": "251.5 mm", "thickness": "12.5 mm", "overlap_half_length": "37.5 mm"},
+    "material": {"youngs_modulus": "70 GPa", "poissons_ratio": 0.3, "density": "2 g/cm^3"},
+    "contact": {"friction": 0.25, "pairs": 31},
+    "clamp": {"force": "1 MN/m", "half_length": "25 mm"},
+    "damping": {"beta": "0.73 us"},
+    "mesh": {"modes": 20},
+}
+
+
+def described(**backbone):
+    return parse_joint({**JOINT, "analysis": {"backbone": {"count": 4, **backbone}}})
+
+
+@pytest.fixture(scope="module")
+def run():
+    return run_lap_joint(described(modes=[1, 2], methods=["quasi_static", "prescribed"]))
+
+
+def test_a_run_reports_backbones(run):
+    rows = summary(run)["backbone"]
+    assert {(row["mode"], row["method"]) for row in rows} == {
+        (mode, method) for mode in (1, 2) for method in ("quasi_static", "prescribed")
+    }
+    first = next(row for row in rows if row["method"] == "prescribed")
+    assert first["frequency_hz"] == pytest.approx(first["stuck_frequency_hz"], rel=1e-7)
+    assert first["damping_ratio"] == pytest.approx(first["material_damping_ratio"], rel=1e-5)
+    assert all(row["residual_max"] <= 1e-8 for row in rows)
+    assert len(rows) + len(run.failures) == 16
+    group = dataset(run)["backbone"]
+    assert group["frequency"].attrs["units"] == "Hz"
+    assert group.sizes["curve"] == 4
+    assert float(group["frequency"][1, 0]) == first["frequency_hz"]
+
+
+def test_the_figure_has_a_column_per_mode(run):
+    figure = natural_figure(run)
+    assert len(figure.axes) == 4
+    lines = [line.get_label() for line in figure.axes[0].lines]
+    assert len(lines) == 4
+    assert natural_figure(replace(run, backbones=[])) is None
+
+
+def test_a_mode_beyond_the_model_ends_the_run():
+    with pytest.raises(InputError, match=r"analysis.backbone.modes = \[1, 90\].*has \d+ modes"):
+        run_lap_joint(described(modes=[1, 90]))
+
+
+@pytest.mark.parametrize(
+    ("change", "part"),
+    [
+        ({"modes": [0]}, "backbone.modes"),
+        ({"modes": [1, 1]}, "names one thing twice"),
+        ({"methods": ["exact"]}, "quasi_static"),
+        ({"largest": 1.0}, "less than 1"),
+        ({"smallest": 0.5, "largest": 0.1}, "must be above"),
+        ({"steps": 90}, "multiple of 4"),
+    ],
+)
+def test_a_wrong_section_is_named(change, part):
+    with pytest.raises(InputError, match=part):
+        described(**change)
