@@ -8,6 +8,7 @@ import pytest
 from microslip.harmonic import harmonic_problem
 from microslip.harmonic_response import follow_frequency, raise_load
 from microslip.hill import hill_exponents
+from microslip.modes import linear_modes
 from microslip.steady import steady_state
 from microslip.transient import march, period_error, time_scheme
 
@@ -86,3 +87,25 @@ def test_decay_in_the_time_domain(small_reference):
     measured = measured[np.argmin(np.abs(measured - s))]
     print(f"Hill {s:.3f}, time domain {measured:.3f}")
     assert measured == pytest.approx(s, abs=0.1 * abs(s))
+
+
+def test_a_harmonic_that_meets_a_mode_grows_nothing(small_reference):
+    """Without friction every exponent is that of a linear mode, shifted by a multiple of i omega."""
+    joint = small_reference
+    modes = linear_modes(joint.structure, joint.start.bonded(1), 16, align="moment")
+    rate = 0.5 * joint.model.rayleigh[1] * modes.omega**2
+    own = -rate + 1j * np.sqrt(np.maximum(modes.omega**2 - rate**2, 0))
+    load, harmonics = 1e-8 * joint.moment, 9
+    # a frequency whose fourth multiple all but meets a higher mode that bends the joint
+    order = 4
+    target = modes.omega[np.argmin(np.abs(modes.omega - order * 2 * np.pi * 185))]
+    frequency = target / (2 * np.pi * order) + 0.3
+    problem = harmonic_problem(joint.model, joint.start, 0.0, harmonics=harmonics, half_turn=False)
+    w, _ = raise_load(problem, frequency, load)
+    found = hill_exponents(problem, frequency, load, w)
+    shifts = 2j * np.pi * frequency * np.arange(-harmonics - 1, harmonics + 2)
+    expected = (np.concatenate([own, own.conj()])[:, None] + shifts).ravel()
+    print(f"{frequency:.3f} Hz, harmonic {order}: {np.round(found.exponents, 3)}")
+    for s in found.exponents:
+        assert np.abs(expected - s).min() <= 0.01 * abs(s)
+    assert found.stable
