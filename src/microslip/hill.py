@@ -124,6 +124,7 @@ def hill_exponents(
     out = np.empty_like(cycle.r)
 
     coefficients = problem.table.coefficients
+    felt = _felt(problem)
     size = problem.size + operator.modal.shape[1] * coefficients
 
     def modes_of(X: Array) -> Complex:
@@ -142,6 +143,7 @@ def hill_exponents(
         right = np.concatenate([out.ravel(), problem.spring * inertia])
         new = -solver.linear_solve(operator, cycle, right, SOLVED)
         eta = -modal * (pushed + operator.on_modes(problem.split(new)[0]))
+        eta[0::2], eta[1::2] = eta[0::2] @ felt[0], eta[1::2] @ felt[1]
         return np.concatenate([new, to_real(eta).ravel(), Y])
 
     inverse = spla.LinearOperator((2 * size, 2 * size), matvec=disturb, dtype=float)
@@ -167,6 +169,27 @@ def _derivatives(operator: LinearOperator) -> tuple[LinearOperator, LinearOperat
         replace(operator, modal=none, lag=-tau * lag**2),
         replace(operator, modal=none, lag=2 * tau**2 * lag**3),
     )
+
+
+ALIKE = 1e-5
+"""Relative difference of frequencies below which modes mix: those of two equal bodies do."""
+
+
+def _felt(problem: HarmonicProblem) -> Array:
+    """Projectors (2, k, k) on the modes that even and odd harmonics of the reactions excite.
+
+    Under the half turn half of the combinations of the modes of two equal bodies have the other
+    parity. Nothing here would hold them, and they would vibrate as if they were free.
+    """
+    omega = problem.model.omega
+    groups = np.split(np.arange(len(omega)), np.flatnonzero(np.diff(omega) > ALIKE * omega[1:]) + 1)
+    projectors = np.zeros((2, len(omega), len(omega)))
+    for gather, projector in zip(problem.gather, projectors, strict=True):
+        for group in groups:
+            _, size, directions = np.linalg.svd(gather[:, group], full_matrices=False)
+            kept = directions[size > 1e-5 * np.abs(problem.gather[:, :, group]).max()]
+            projector[np.ix_(group, group)] = kept.T @ kept
+    return projectors
 
 
 def _orders(operator: LinearOperator) -> Array:
