@@ -253,6 +253,8 @@ def prescribed_backbone(
     """
     wide = with_mode_port(model, mode)
     static = walking_modes(model) & (mode.stuck_shape**2 < LINKED)
+    loose = bool((walking_modes(model) & ~static).any())
+    hint = "; here the bodies slide past each other: try method harmonic" if loose else ""
 
     def one(amplitude: float) -> BackbonePoint:
         omega, tried = mode.stuck_omega, []
@@ -267,13 +269,16 @@ def prescribed_backbone(
                 static=static,
                 compliance=compliance,
             )
-            cycle = prescribed_cycle(
-                held,
-                amplitude,
-                steps=control.steps,
-                cycles=control.cycles,
-                closure=control.closure,
-            )
+            try:
+                cycle = prescribed_cycle(
+                    held,
+                    amplitude,
+                    steps=control.steps,
+                    cycles=control.cycles,
+                    closure=control.closure,
+                )
+            except ContactError as error:
+                raise ContactError(f"{error}{hint}") from None
             ratio = cycle.force / cycle.q
             if not mode.omega**2 + ratio.real > 0:
                 raise ContactError("the stiffness of the mode is not positive")

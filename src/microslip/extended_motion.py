@@ -203,7 +203,14 @@ def extended_motion(
         model = replace(problem.model, rayleigh=(alpha - xi, beta))
         path = LoadPath(replace(problem, model=model), omega / (2 * np.pi), load)
         path.solver = solver
-        w, point = _solved(path, w, kappa * last, load)
+        try:
+            w, point = _solved(path, w, kappa * last, load)
+        except ContinuationError:
+            if not tried:
+                raise
+            # too far from the round before
+            z = 0.5 * (z + tried[-1][0])
+            continue
         last = amplitude
         Q = complex(point.output[1, port])
         damping = alpha - xi + beta * (w2 + kappa)
@@ -224,6 +231,8 @@ def _solved(path: LoadPath, w: Array, before: float, load: float) -> tuple[Array
     try:
         w, _, iterations = solve_at(path, w, load, CONTROL)
     except ContinuationError:
+        if before == load:
+            raise
         low, high = sorted((before, load))
         first = first_point(path, w, before, CONTROL, np.sign(load - before))
         branch = trace(path, first, (low, high), CONTROL)
