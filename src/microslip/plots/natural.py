@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -25,6 +26,9 @@ from microslip.plots.style import (
 
 MOST_MODES = 4
 """Columns of the figure; further modes are in the results only."""
+
+WIDE = 10.0
+"""Ratio of the largest to the smallest damping ratio beyond which their axis is logarithmic."""
 
 STYLES: dict[str, dict[str, Any]] = {
     "quasi_static": {
@@ -67,7 +71,7 @@ def natural_figure(result: LapRun) -> Figure | None:
         grid[0, k].set_title(f"mode {number}", loc="left")
         grid[1, k].set_xlabel(AMPLITUDE if len(numbers) < 3 else r"$|q|$  (kg$^{1/2}$ m$^{1/2}$)")
     grid[0, 0].set_ylabel("natural frequency (Hz)")
-    grid[1, 0].set_ylabel("damping ratio")
+    grid[1, 0].set_ylabel("damping ratio (%)")
     if len(numbers) > 1:
         letters(grid.ravel())
     entries = dict(zip(*grid[0, 0].get_legend_handles_labels()[::-1], strict=True))
@@ -91,11 +95,14 @@ def draw_frequency(ax: Axes, backbones: list[Backbone]) -> None:
 
 
 def draw_damping(ax: Axes, backbones: list[Backbone]) -> None:
-    """Damping ratio, logarithmic."""
+    """Damping ratio, %, logarithmic where it spans more than a factor of `WIDE`."""
     for backbone in backbones:
-        ax.plot(backbone.amplitude, backbone.damping_ratio, **_style(backbone))
+        ax.plot(backbone.amplitude, 100 * backbone.damping_ratio, **_style(backbone))
     ax.set_xscale("log")
-    ax.set_yscale("log")
+    values = np.concatenate([backbone.damping_ratio for backbone in backbones])
+    if values.max() > WIDE * values.min() > 0:
+        ax.set_yscale("log")
+        ax.yaxis.set_major_formatter("{x:g}")
 
 
 def _style(backbone: Backbone) -> dict[str, Any]:
