@@ -26,6 +26,7 @@ from microslip.excitation import (
 )
 from microslip.joint import (
     CycleAnalysis,
+    HarmonicAnalysis,
     LapJoint,
     ResponseAnalysis,
     TimeAnalysis,
@@ -168,7 +169,7 @@ def test_template_names_every_key():
     joint = load_joint(EXAMPLE)
     sections = [joint, *(getattr(joint, name) for name in type(joint).model_fields)]
     kinds = [type(section) for section in sections if isinstance(section, BaseModel)]
-    kinds += [CycleAnalysis, ResponseAnalysis, TimeAnalysis]
+    kinds += [CycleAnalysis, ResponseAnalysis, HarmonicAnalysis, TimeAnalysis]
     kinds += [Sine, SteppedSine, SweptSine, FreeDecay, MeasuredSignal]
     for kind in kinds:
         for name, info in kind.model_fields.items():

@@ -74,7 +74,7 @@ def row(point: HarmonicPoint, steady: TimePoint | str) -> str:
     ratio = point.amplitude / steady.steady.amplitude
     state = "" if steady.steady.converged else f"  not steady ({steady.steady.change:.0e})"
     dissipated = steady.steady.cycle.dissipated
-    loss = 100 * (point.dissipated / dissipated - 1) if dissipated else 0.0
+    loss = 100 * (point.dissipated / dissipated - 1) if steady.friction else 0.0
     return (
         f"{start}  {100 * (abs(ratio) - 1):+7.3f} %  {np.angle(ratio):+8.4f} rad  {loss:+7.3f} %  "
         f"{point.harmonics:2d} harmonics, tail {point.tail:.3f}, {point.seconds:5.1f} s  "

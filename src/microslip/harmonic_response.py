@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -456,7 +456,11 @@ def frequency_response(
             failures.append(f"{frequency:.6g} Hz at load {load:.4g}: not on the branch found")
         for number, place, guess in guesses:
             try:
-                point = ladder.solve(guess, frequency, adaptive)
+                try:
+                    point = ladder.solve(guess, frequency, adaptive)
+                except ContinuationError:
+                    nearer = _along(path, branches[number], place, frequency, control)
+                    point = ladder.solve(nearer, frequency, adaptive)
             except ContinuationError as error:
                 failures.append(f"{frequency:.6g} Hz at load {load:.4g}: {error}")
                 continue
@@ -492,6 +496,25 @@ def frequency_response(
         folds=tuple(folds),
         failures=tuple(failures),
     )
+
+
+def _along(
+    path: FrequencyPath, branch: Branch, place: int, frequency: float, control: StepControl
+) -> Array:
+    """Unknowns at a frequency that the branch passes after a point, in smaller steps than before.
+
+    Raises
+    ------
+    ContinuationError
+        Where those do not get there.
+    """
+    start = branch.points[place]
+    near = replace(start, step=0.1 * start.step)
+    bounds = (min(start.p, frequency), max(start.p, frequency))
+    way = trace(path, near, bounds, control)
+    if way.points[-1].p != frequency:
+        raise ContinuationError(f"the branch after {start.p:.6g} Hz was not found again")
+    return way.points[-1].u
 
 
 def _same(one: HarmonicPoint, other: HarmonicPoint) -> bool:
