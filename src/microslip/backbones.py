@@ -3,7 +3,7 @@
 With ``q = Phi^T M (x - x_prestress)`` of a sliding mode, and everything per metre of width.
 
 *Quasi-static modal analysis* (Lacayo & Allen, Mech. Syst. Signal Process. 118 (2019) 133; Balaji &
-Brake, J. Sound Vib. 481 (2020) 115446). Steady cycles under the inertia load of the mode,
+Brake 2020). Steady cycles under the inertia load of the mode,
 ``M Phi A sin(theta)``, inertia itself left out. Secant through the tips of the loop, and its area:
 
     omega² = range(A sin) / range(q),     zeta = Delta E / (2 pi omega² a²),     a = range(q) / 2
