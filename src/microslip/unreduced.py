@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 
 from microslip.contact.planar import SEPARATED, STICK
 from microslip.contact.solver import ContactSolver
+from microslip.contact.timestep import IMPACT
 from microslip.errors import ContactError, ModelError
 from microslip.flexibility import Flexibility
 from microslip.modes import factorise, linear_modes, spectral_shift
@@ -311,7 +312,8 @@ def march_full(scheme: FullScheme, load: Array, state: FullState | None = None) 
                 raise ContactError(
                     f"contact not solved at t = {step * dt:.6g} s (load {load[step]:.4g}): {error}"
                 ) from error
-            sudden = (last[::2] >= before) & (last[::2] > 0) & (found.r[::2] <= 0) & ~dropped
+            strong = last[::2] > IMPACT * contact.force
+            sudden = strong & (last[::2] >= before) & (found.r[::2] <= 0) & ~dropped
             if not sudden.any():
                 break
             dropped |= sudden
