@@ -50,7 +50,7 @@ def texts(figure: Figure) -> list[str]:
 
 def test_every_figure_is_saved_twice(run: LapRun, tmp_path: Path) -> None:
     written = save_figures(run, tmp_path / "figures")
-    names = set(FIGURES) - {"steady_state", "backbones"}
+    names = set(FIGURES) - {"steady_state", "backbones", "harmonic"}
     assert {path.name for path in written} == {f"{n}.{k}" for n in names for k in ("png", "svg")}
     assert all(path.stat().st_size > 1000 for path in written)
     assert set((tmp_path / "figures").iterdir()) == set(written)
@@ -69,7 +69,7 @@ def test_one_cycle_is_enough(run: LapRun, tmp_path: Path) -> None:
         moments={"moment": run.moments["moment"][:1], "mode": []},
     )
     names = {path.stem for path in save_figures(one, tmp_path)}
-    assert names == set(FIGURES) - {"response", "steady_state", "backbones"}
+    assert names == set(FIGURES) - {"response", "steady_state", "backbones", "harmonic"}
 
 
 def test_structure_without_mesh_has_no_picture(run: LapRun) -> None:
