@@ -343,6 +343,11 @@ def test_a_run_reports_backbones(run):
 def test_the_figure_has_a_column_per_mode(run):
     figure = natural_figure(run)
     assert len(figure.axes) == 4
+    assert [ax.get_ylabel() for ax in figure.axes[::2]] == [
+        "natural frequency (Hz)",
+        "damping ratio (%)",
+    ]
+    assert all(ax.get_xlabel() for ax in figure.axes[2:])
     lines = [line.get_label() for line in figure.axes[0].lines]
     assert len(lines) == 4
     assert natural_figure(replace(run, backbones=[])) is None

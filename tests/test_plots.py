@@ -82,7 +82,7 @@ def test_structure_without_mesh_has_no_picture(run: LapRun) -> None:
 def test_axes_are_labelled(run: LapRun) -> None:
     for name, draw in FIGURES.items():
         figure = draw(run)
-        if name == "steady_state":
+        if name in ("steady_state", "backbones", "harmonic"):
             assert figure is None
             continue
         assert figure is not None, name
