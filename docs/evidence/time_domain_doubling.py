@@ -20,7 +20,7 @@ C = 2.33e-3
 CASES = ((2.4, 178.5), (0.8, 175.0))
 MODES, PAIRS, STEPS = 60, 201, 150
 TOLERANCE = 5e-6
-STUDIES = {"modes": (15, 30, 60, 120), "pairs": (101, 201, 401), "steps": (75, 150, 300, 600)}
+STUDIES = {"modes": (15, 30, 60, 120), "pairs": (101, 201, 401), "steps": (75, 150, 300, 600, 1200)}
 
 
 def assembled(modes: int, pairs: int):
