@@ -634,7 +634,7 @@ def test_a_history_that_opens_the_joint_is_named(tmp_path: Path) -> None:
     strong = {"signal": "sine", "frequency": "172 Hz", "cycles": 30, "steps": 60}
     document = {
         **TIMED_JOINT,
-        "analysis": {"history": {**strong, "moment_over_clamp_force_length": 0.1}},
+        "analysis": {"history": {**strong, "moment_over_clamp_force_length": 0.145}},
     }
     found = run_lap_joint(parse_joint(document))
     (failure,) = found.failures
