@@ -26,7 +26,7 @@ entries are comparable.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, TypeAlias
 
 import numba as nb
 import numpy as np
@@ -47,10 +47,10 @@ _jit = nb.njit(
     cache=True, nogil=True, fastmath={"contract", "reassoc", "arcp", "nsz"}, error_model="numpy"
 )
 
-Problem = tuple[Array, Array, Array, Array, Array, Array, float, float]
+Problem: TypeAlias = "tuple[Array, Array, Array, Array, Array, Array, float, float]"
 """W, R, stiffness K_q, scale of q, mu, force scale of each pair, mean of diag W, tolerance."""
 
-Memory = tuple[NDArray[Any], ...]
+Memory: TypeAlias = "tuple[NDArray[Any], ...]"
 """What a solver keeps from one solution to the next; see `memory`."""
 
 
