@@ -42,7 +42,7 @@ $(VENV)/created:
 
 $(VENV)/installed: pyproject.toml | $(VENV)/created
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e .
-	$(BIN)/python -m microslip.compile
+	$(BIN)/python -m microslip.pipeline.compile
 	touch $@
 
 $(VENV)/installed-%: pyproject.toml $(VENV)/installed | $(VENV)/created

@@ -21,15 +21,15 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from microslip import assemble_joint, load_joint
-from microslip.backbone import equivalent_table
+from microslip.analyses.reduced.refined import moment_offset, refined_table
+from microslip.analyses.reduced.response import forced_response, two_mode_model
+from microslip.analyses.reduced.table import equivalent_table
+from microslip.analyses.statics.cycle import quasi_static_cycle
+from microslip.analyses.statics.prescribed import hold_mode
 from microslip.contact import planar
-from microslip.modes import factorise, spectral_shift
-from microslip.pipeline import cycle_loads
-from microslip.prescribed import hold_mode
-from microslip.reduced import forced_response, two_mode_model
-from microslip.refined import moment_offset, refined_table
-from microslip.statics import quasi_static_cycle
-from microslip.threads import workers
+from microslip.model.modes import factorise, spectral_shift
+from microslip.numerics.execute import workers
+from microslip.pipeline.run import cycle_loads
 
 ROOT = Path(__file__).resolve().parent.parent
 EXAMPLE = ROOT / "examples" / "lap_joint.toml"

@@ -25,11 +25,11 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from microslip import assemble_joint, load_joint
-from microslip.modes import factorise, spectral_shift
-from microslip.stability import floquet_multipliers
-from microslip.steady import steady_state
-from microslip.timedomain import Request, steady_states
-from microslip.transient import march, time_scheme
+from microslip.analyses.time.floquet import floquet_multipliers
+from microslip.analyses.time.points import Request, steady_states
+from microslip.analyses.time.scheme import march, time_scheme
+from microslip.analyses.time.steady import steady_state
+from microslip.model.modes import factorise, spectral_shift
 
 ROOT = Path(__file__).resolve().parent.parent
 EXAMPLE = ROOT / "examples" / "lap_joint.toml"

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from microslip.elasticity import Material
-from microslip.flexibility import Flexibility, static_flexibility
-from microslip.mesh.lap_joint import LapGeometry, MeshControl
-from microslip.model import JointModel, Reducer
-from microslip.modes import LinearModes, linear_modes
-from microslip.statics import Prestress, prestress
-from microslip.structure import Structure, lap_joint_structure
+from microslip.analyses.statics.cycle import Prestress, prestress
+from microslip.model.elasticity import Material
+from microslip.model.flexibility import Flexibility, static_flexibility
+from microslip.model.joint import JointModel, Reducer
+from microslip.model.lap_mesh import LapGeometry, MeshControl
+from microslip.model.modes import LinearModes, linear_modes
+from microslip.model.structure import Structure, lap_joint_structure
 
 GEOMETRY = LapGeometry(
     length=0.2515, thickness=0.0125, overlap_half_length=0.0375, clamp_half_length=0.025

@@ -7,8 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from microslip.backbone_results import matters
-from microslip.backbones import (
+from microslip.analyses.backbone.cycles import (
     CycleControl,
     amplitude_scale,
     geometric,
@@ -16,19 +15,20 @@ from microslip.backbones import (
     prescribed_backbone,
     quasi_static_backbone,
 )
+from microslip.analyses.backbone.extended_motion import harmonic_backbone
+from microslip.analyses.harmonic.equations import harmonic_problem
+from microslip.analyses.harmonic.response import LoadPath, describe, raise_load
+from microslip.analyses.statics.cycle import prestress
+from microslip.analyses.statics.joint_modes import bonded_modes, joint_modes, pick_mode
+from microslip.describe.lap import parse_joint
 from microslip.errors import InputError, MicroslipError, ModelError
-from microslip.extended_motion import harmonic_backbone
-from microslip.flexibility import static_flexibility
-from microslip.harmonic import harmonic_problem
-from microslip.harmonic_response import LoadPath, describe, raise_load
-from microslip.joint import parse_joint
-from microslip.mode_pairs import bonded_modes, joint_modes, pick_mode
-from microslip.model import JointModel
-from microslip.modes import linear_modes
-from microslip.pipeline import run_lap_joint
-from microslip.plots.natural import natural_figure
-from microslip.results import dataset, summary
-from microslip.statics import prestress
+from microslip.model.flexibility import static_flexibility
+from microslip.model.joint import JointModel
+from microslip.model.modes import linear_modes
+from microslip.pipeline.run import run_lap_joint
+from microslip.results.backbone import matters
+from microslip.results.dataset import dataset, summary
+from microslip.show.plots.natural import natural_figure
 
 FRICTION = 0.25
 FINE = CycleControl(steps=2000, cycles=3, closure=1e-9)

@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from microslip.elasticity import Material, elastic_body
 from microslip.errors import ContactError, ModelError
-from microslip.mesh.lap_joint import LapGeometry, MeshControl, lap_joint_meshes
-from microslip.structure import lap_joint_structure
+from microslip.model.elasticity import Material, elastic_body
+from microslip.model.lap_mesh import LapGeometry, MeshControl, lap_joint_meshes
+from microslip.model.structure import lap_joint_structure
 
 FOLDER = Path(__file__).parent.parent / "benchmarks" / "calculix"
 sys.path.insert(0, str(FOLDER))

@@ -14,9 +14,9 @@ import pytest
 from typer.testing import CliRunner
 
 from microslip import __version__
-from microslip.cli import app, bending_frequency, degrees_of_freedom, seconds
-from microslip.joint import load_joint
-from microslip.structure import lap_joint_structure
+from microslip.cli.main import app, bending_frequency, degrees_of_freedom, seconds
+from microslip.describe.lap import load_joint
+from microslip.model.structure import lap_joint_structure
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "lap_joint.toml"
 
@@ -60,9 +60,9 @@ class Stages:
 def stages(monkeypatch):
     stages = Stages()
     for module, name in [
-        ("pipeline", "run_lap_joint"),
-        ("results", "write_results"),
-        ("summary", "print_summary"),
+        ("pipeline.run", "run_lap_joint"),
+        ("results.dataset", "write_results"),
+        ("show.terminal", "print_summary"),
     ]:
         fake = ModuleType(f"microslip.{module}")
         setattr(fake, name, getattr(stages, name))
@@ -93,7 +93,7 @@ def test_help_names_the_commands(command):
 def test_help_imports_nothing_heavy():
     heavy = ["pint", "pydantic", "numba", "skfem", "matplotlib", "xarray", "scipy", "numpy"]
     code = (
-        "import sys; from typer.testing import CliRunner; from microslip.cli import app; "
+        "import sys; from typer.testing import CliRunner; from microslip.cli.main import app; "
         "assert CliRunner().invoke(app, ['--help']).exit_code == 0; "
         f"print([name for name in {heavy} if name in sys.modules])"
     )
@@ -343,7 +343,7 @@ def test_bars_follow_the_work():
 
     from rich.console import Console
 
-    from microslip.progress import NullProgress, RichProgress, progress_on
+    from microslip.pipeline.progress import NullProgress, RichProgress, progress_on
 
     screen = StringIO()
     terminal = Console(file=screen, force_terminal=True, width=80)

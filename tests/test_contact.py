@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from microslip.contact.solver import ContactSolver
 from microslip.errors import ContactError
-from microslip.flexibility import Flexibility, with_compliance
+from microslip.model.flexibility import Flexibility, with_compliance
 
 SETTINGS = settings(
     max_examples=150, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow]

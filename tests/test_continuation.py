@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from microslip.continuation import (
+from microslip.numerics.continuation import (
     ContinuationError,
     StepControl,
     advance,

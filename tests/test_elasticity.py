@@ -10,7 +10,7 @@ from conftest import GEOMETRY, MATERIAL, joint_structure
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
-from microslip.elasticity import (
+from microslip.model.elasticity import (
     Body,
     Material,
     elastic_body,

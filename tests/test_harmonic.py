@@ -9,18 +9,7 @@ import pytest
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
-from microslip.continuation import (
-    ContinuationError,
-    StepControl,
-    first_point,
-    fold,
-    solve_at,
-    trace,
-    turned,
-)
-from microslip.errors import ContactError, MicroslipError
-from microslip.flexibility import with_compliance
-from microslip.harmonic import (
+from microslip.analyses.harmonic.equations import (
     derivative_times,
     evaluate,
     frequency_derivative,
@@ -30,7 +19,8 @@ from microslip.harmonic import (
     padded,
     with_harmonics,
 )
-from microslip.harmonic_response import (
+from microslip.analyses.harmonic.linear import Condensed, gmres
+from microslip.analyses.harmonic.response import (
     CONTROL,
     Adaptive,
     FrequencyPath,
@@ -43,10 +33,20 @@ from microslip.harmonic_response import (
     resonance_locus,
     resonance_peak,
 )
-from microslip.harmonic_solver import Condensed, gmres
-from microslip.statics import prestress
-from microslip.steady import steady_state
-from microslip.transient import period_error, time_scheme
+from microslip.analyses.statics.cycle import prestress
+from microslip.analyses.time.scheme import period_error, time_scheme
+from microslip.analyses.time.steady import steady_state
+from microslip.errors import ContactError, MicroslipError
+from microslip.model.flexibility import with_compliance
+from microslip.numerics.continuation import (
+    ContinuationError,
+    StepControl,
+    first_point,
+    fold,
+    solve_at,
+    trace,
+    turned,
+)
 
 LOAD = 2.4e-4
 """Moment over P L: widely slipping at resonance."""

@@ -11,15 +11,20 @@ import pytest
 import xarray as xr
 from rich.console import Console
 
-from microslip import harmonic_runs
 from microslip.contact.aft import sample_table
+from microslip.describe.lap import (
+    FEWEST_ADAPTIVE,
+    SAMPLES_OF_A_HARMONIC,
+    HarmonicAnalysis,
+    parse_joint,
+)
 from microslip.errors import ContactError, InputError
-from microslip.joint import FEWEST_ADAPTIVE, SAMPLES_OF_A_HARMONIC, HarmonicAnalysis, parse_joint
-from microslip.pipeline import LapRun, run_lap_joint
-from microslip.plots.harmonic import harmonic_figure
-from microslip.progress import NullProgress
-from microslip.results import dataset, summary, write_dataset
-from microslip.summary import print_summary
+from microslip.pipeline import harmonic as harmonic_runs
+from microslip.pipeline.progress import NullProgress
+from microslip.pipeline.run import LapRun, run_lap_joint
+from microslip.results.dataset import dataset, summary, write_dataset
+from microslip.show.plots.harmonic import harmonic_figure
+from microslip.show.terminal import print_summary
 
 SCALE = 2.03e-3
 JOINT = {

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from microslip.harmonic import harmonic_problem
-from microslip.harmonic_response import follow_frequency, raise_load
-from microslip.hill import hill_exponents
-from microslip.modes import linear_modes
-from microslip.steady import steady_state
-from microslip.transient import march, period_error, time_scheme
+from microslip.analyses.harmonic.equations import harmonic_problem
+from microslip.analyses.harmonic.hill import hill_exponents
+from microslip.analyses.harmonic.response import follow_frequency, raise_load
+from microslip.analyses.time.scheme import march, period_error, time_scheme
+from microslip.analyses.time.steady import steady_state
+from microslip.model.modes import linear_modes
 
 
 @pytest.mark.parametrize(("friction", "name"), [(50.0, "omega_stuck"), (0.0, "omega_sliding")])

@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from microslip.history import (
+from microslip.analyses.statics.cycle import quasi_static_cycle
+from microslip.analyses.time.history import (
     Recording,
     decay,
     dwell_response,
@@ -17,10 +18,9 @@ from microslip.history import (
     run_history,
     static_state,
 )
-from microslip.signals import stepped_sine
-from microslip.statics import quasi_static_cycle
-from microslip.steady import steady_state
-from microslip.transient import march, prestressed_state, time_scheme
+from microslip.analyses.time.scheme import march, prestressed_state, time_scheme
+from microslip.analyses.time.signals import stepped_sine
+from microslip.analyses.time.steady import steady_state
 
 STEPS = 150
 
@@ -219,7 +219,7 @@ def test_a_joint_that_opens_ends_its_history(small_reference):
 
 def test_a_step_that_does_not_solve_names_its_cycle(small_reference, monkeypatch):
     """Three good cycles, then an error: they are kept and the message says where."""
-    from microslip import history as module
+    from microslip.analyses.time import history as module
     from microslip.errors import ContactError
 
     calls = []

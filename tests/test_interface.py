@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from conftest import GEOMETRY, MATERIAL, joint_structure
 
-from microslip.elasticity import elastic_body
-from microslip.interface import matching_interface, nodal_areas
-from microslip.mesh.lap_joint import LapGeometry, MeshControl, lap_joint_meshes
+from microslip.model.elasticity import elastic_body
+from microslip.model.interface import matching_interface, nodal_areas
+from microslip.model.lap_mesh import LapGeometry, MeshControl, lap_joint_meshes
 
 
 @pytest.fixture(scope="module", params=[21, 51])

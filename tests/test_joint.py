@@ -14,9 +14,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import BaseModel
 
-from microslip import units
-from microslip.errors import InputError
-from microslip.excitation import (
+from microslip.describe import units
+from microslip.describe.excitation import (
     FreeDecay,
     MeasuredSignal,
     Sine,
@@ -24,7 +23,7 @@ from microslip.excitation import (
     SweptSine,
     prepare_histories,
 )
-from microslip.joint import (
+from microslip.describe.lap import (
     CycleAnalysis,
     HarmonicAnalysis,
     LapJoint,
@@ -33,6 +32,7 @@ from microslip.joint import (
     load_joint,
     parse_joint,
 )
+from microslip.errors import InputError
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "lap_joint.toml"
 

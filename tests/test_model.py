@@ -8,9 +8,9 @@ import scipy.sparse.linalg as spla
 from conftest import RAYLEIGH, joint_structure
 
 from microslip.errors import ModelError
-from microslip.flexibility import static_flexibility
-from microslip.model import Reducer
-from microslip.modes import bonding, linear_modes
+from microslip.model.flexibility import static_flexibility
+from microslip.model.joint import Reducer
+from microslip.model.modes import bonding, linear_modes
 
 PAIRS = np.arange(8, 43)
 NORMAL = 2 * PAIRS

@@ -7,13 +7,13 @@ import pytest
 import scipy.sparse as sp
 from conftest import GEOMETRY, bending_mode, build_reference, joint_structure
 
+from microslip.analyses.statics.cycle import prestress
 from microslip.errors import ModelError
-from microslip.flexibility import static_flexibility
-from microslip.interface import Interface
-from microslip.model import Reducer
-from microslip.modes import bonding, linear_modes, spectral_shift
-from microslip.statics import prestress
-from microslip.structure import Structure
+from microslip.model.flexibility import static_flexibility
+from microslip.model.interface import Interface
+from microslip.model.joint import Reducer
+from microslip.model.modes import bonding, linear_modes, spectral_shift
+from microslip.model.structure import Structure
 
 NONE = np.array([], dtype=int)
 

@@ -11,16 +11,16 @@ import pytest
 from matplotlib import colors
 from matplotlib.figure import Figure
 
-from microslip.joint import parse_joint
-from microslip.pipeline import LapRun, run_lap_joint
-from microslip.plots import FIGURES, figures_of, overview, save_figures
-from microslip.plots.history import history_figure
-from microslip.plots.hysteresis import hysteresis_figure
-from microslip.plots.prestress import prestress_figure
-from microslip.plots.response import response_figure
-from microslip.plots.selection import greatest_damping, scientific, spread
-from microslip.plots.states import COLOURS, draw_states
-from microslip.plots.style import DOUBLE, house_style, new_figure
+from microslip.describe.lap import parse_joint
+from microslip.pipeline.run import LapRun, run_lap_joint
+from microslip.show.plots import FIGURES, figures_of, overview, save_figures
+from microslip.show.plots.history import history_figure
+from microslip.show.plots.hysteresis import hysteresis_figure
+from microslip.show.plots.prestress import prestress_figure
+from microslip.show.plots.response import response_figure
+from microslip.show.plots.selection import greatest_damping, scientific, spread
+from microslip.show.plots.states import COLOURS, draw_states
+from microslip.show.plots.style import DOUBLE, house_style, new_figure
 
 JOINT = {
     "beams": {"length": "251.5 mm", "thickness": "12.5 mm", "overlap_half_length": "37.5 mm"},

@@ -9,17 +9,17 @@ import pytest
 import scipy.sparse.linalg as spla
 from scipy.optimize import brentq
 
-from microslip.backbone import EquivalentTable, equivalent_table, modal_quantities
-from microslip.errors import MicroslipError
-from microslip.modes import bonding
-from microslip.reduced import (
+from microslip.analyses.reduced.response import (
     all_amplitudes,
     forced_response,
     greatest_damping_load,
     two_mode_model,
 )
-from microslip.states import linear_states
-from microslip.statics import quasi_static_cycle
+from microslip.analyses.reduced.table import EquivalentTable, equivalent_table, modal_quantities
+from microslip.analyses.statics.cycle import quasi_static_cycle
+from microslip.analyses.statics.linear_states import linear_states
+from microslip.errors import MicroslipError
+from microslip.model.modes import bonding
 
 RAYLEIGH = (0.0, 7.3e-7)
 

@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 from scipy.stats import spearmanr
 
+from microslip.analyses.reduced.refined import missed, moment_offset, refined_table
+from microslip.analyses.reduced.response import CONVERGED, forced_response, two_mode_model
+from microslip.analyses.reduced.trust import error_indicator
+from microslip.analyses.statics.linear_states import linear_states
+from microslip.analyses.statics.prescribed import hold_mode, prescribed_cycle, sliding_modes
+from microslip.analyses.time.scheme import period_error, time_scheme
+from microslip.analyses.time.steady import steady_state
 from microslip.errors import MicroslipError
-from microslip.harmonics import harmonic
-from microslip.prescribed import hold_mode, prescribed_cycle, sliding_modes
-from microslip.reduced import CONVERGED, forced_response, two_mode_model
-from microslip.refined import missed, moment_offset, refined_table
-from microslip.states import linear_states
-from microslip.steady import steady_state
-from microslip.transient import period_error, time_scheme
-from microslip.trust import error_indicator
+from microslip.numerics.fourier import harmonic
 
 FRICTION = 0.25
 BAND = np.linspace(165, 190, 501)

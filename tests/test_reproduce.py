@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from microslip.cli import app
+from microslip.cli.main import app
+from microslip.describe.lap import load_joint
 from microslip.errors import ContactError, InputError
-from microslip.joint import load_joint
 from microslip.reproduce import registry, run, settings
 from microslip.reproduce.fig11 import case_errors
 from microslip.reproduce.fig16 import iterate, slope_at
@@ -290,8 +290,8 @@ class Drawn:
         self.name, self.log, self.failure = name, log, failure
 
     def __call__(self, study):
-        from microslip.plots.style import new_figure
         from microslip.reproduce.plate import Plate
+        from microslip.show.plots.style import new_figure
 
         self.log.append(self.name)
         if self.failure is not None:

@@ -13,11 +13,11 @@ import pytest
 import xarray as xr
 from rich.console import Console
 
-from microslip import histories
+from microslip.describe.lap import parse_joint
 from microslip.errors import InputError
-from microslip.joint import parse_joint
-from microslip.pipeline import LapRun, run_lap_joint
-from microslip.results import (
+from microslip.pipeline import histories
+from microslip.pipeline.run import LapRun, run_lap_joint
+from microslip.results.dataset import (
     contact_extent,
     dataset,
     replacing,
@@ -26,7 +26,7 @@ from microslip.results import (
     write_results,
     write_summary,
 )
-from microslip.summary import print_summary
+from microslip.show.terminal import print_summary
 
 STEPS = 60
 AMPLITUDES = [1e-3, 4e-3, 1.2e-2]
@@ -546,7 +546,7 @@ def test_histories_by_name_in_the_tree(timed: LapRun, timed_tree: xr.DataTree) -
 
 def test_mode_driven_history_is_as_close_to_opening(timed: LapRun) -> None:
     """The load of the mode over its opening load is that of the end moments over theirs."""
-    from microslip.statics import opening_load
+    from microslip.analyses.statics.cycle import opening_load
 
     a = timed.assembly
     (history,) = (h for h in timed.histories if h.drive == "mode")

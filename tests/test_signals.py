@@ -7,9 +7,9 @@ import pytest
 import pyuff
 from scipy.integrate import quad
 
+from microslip.analyses.time.signals import harmonic, read_signal, silence, stepped_sine, swept_sine
+from microslip.describe.units import LINE_FORCE
 from microslip.errors import InputError
-from microslip.signals import harmonic, read_signal, silence, stepped_sine, swept_sine
-from microslip.units import LINE_FORCE
 
 
 def test_harmonic_samples():

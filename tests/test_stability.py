@@ -7,10 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from microslip.analyses.time.floquet import (
+    DeviationNorm,
+    floquet_multipliers,
+    ritz_values,
+    translations,
+)
+from microslip.analyses.time.scheme import amplification, march, prestressed_state, time_scheme
+from microslip.analyses.time.steady import steady_state
 from microslip.errors import MicroslipError
-from microslip.stability import DeviationNorm, floquet_multipliers, ritz_values, translations
-from microslip.steady import steady_state
-from microslip.transient import amplification, march, prestressed_state, time_scheme
 
 STEPS = 150
 TINY = 1e-8

@@ -21,12 +21,12 @@ from conftest import (
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from microslip.analyses.statics.cycle import Cycle, opening_load, prestress, quasi_static_cycle
 from microslip.contact.planar import BACKWARD, FORWARD, SEPARATED, STICK
 from microslip.errors import ContactError, JointOpensError
-from microslip.flexibility import static_flexibility
-from microslip.mesh.lap_joint import LapGeometry
-from microslip.model import Reducer
-from microslip.statics import Cycle, opening_load, prestress, quasi_static_cycle
+from microslip.model.flexibility import static_flexibility
+from microslip.model.joint import Reducer
+from microslip.model.lap_mesh import LapGeometry
 
 LOADS = (2e-4, 7e-4, 4e-3, 3e-2)
 """M/(P L): little slip, the paper's peak, the tips touch again, wide opening."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from microslip.steady import steady_state
-from microslip.transient import march, time_scheme
+from microslip.analyses.time.scheme import march, time_scheme
+from microslip.analyses.time.steady import steady_state
 
 STEPS = 150
 LOADS = {"stick": 1e-5, "mixed": 1e-4, "slip": 4e-4}

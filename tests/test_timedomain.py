@@ -8,10 +8,8 @@ import numpy as np
 import pytest
 import scipy.sparse.linalg as spla
 
-from microslip.errors import JointOpensError
-from microslip.modes import bonding
-from microslip.states import linear_states
-from microslip.timedomain import (
+from microslip.analyses.statics.linear_states import linear_states
+from microslip.analyses.time.points import (
     Request,
     equivalent,
     harmonics_of,
@@ -21,6 +19,8 @@ from microslip.timedomain import (
     solve_request,
     steady_states,
 )
+from microslip.errors import JointOpensError
+from microslip.model.modes import bonding
 
 STEPS = 150
 

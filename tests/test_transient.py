@@ -8,22 +8,22 @@ import numpy as np
 import pytest
 import scipy.sparse.linalg as spla
 
-from microslip import transient
-from microslip.contact.planar import SEPARATED
-from microslip.errors import ContactError, MicroslipError
-from microslip.flexibility import static_flexibility
-from microslip.harmonics import harmonic
-from microslip.model import JointModel
-from microslip.modes import bonding
-from microslip.statics import opening_load, prestress
-from microslip.steady import steady_state
-from microslip.transient import (
+from microslip.analyses.statics.cycle import opening_load, prestress
+from microslip.analyses.time import scheme as transient
+from microslip.analyses.time.scheme import (
     amplification,
     march,
     period_error,
     prestressed_state,
     time_scheme,
 )
+from microslip.analyses.time.steady import steady_state
+from microslip.contact.planar import SEPARATED
+from microslip.errors import ContactError, MicroslipError
+from microslip.model.flexibility import static_flexibility
+from microslip.model.joint import JointModel
+from microslip.model.modes import bonding
+from microslip.numerics.fourier import harmonic
 
 CLAMP = 1e6
 RAYLEIGH = (0.0, 7.3e-7)

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from conftest import CLAMP, RAYLEIGH, build_reference
 
+from microslip.analyses.statics.cycle import prestress
+from microslip.analyses.time.scheme import march, prestressed_state, time_scheme
+from microslip.analyses.time.unreduced import full_scheme, march_full, prestressed_full_state
 from microslip.errors import ModelError
-from microslip.flexibility import static_flexibility
-from microslip.harmonics import harmonic
-from microslip.statics import prestress
-from microslip.transient import march, prestressed_state, time_scheme
-from microslip.unreduced import full_scheme, march_full, prestressed_full_state
+from microslip.model.flexibility import static_flexibility
+from microslip.numerics.fourier import harmonic
 
 STEPS, CYCLES = 150, 4
 POINTS = ((1e-4, 1.5e-3), (3e-4, 8e-3), (1e-3, 3e-2))

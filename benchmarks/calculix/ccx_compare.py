@@ -30,11 +30,11 @@ from same_elements import ccx_points, gauss_points, matched_model, penalty_flexi
 from threadpoolctl import threadpool_limits
 
 from microslip import load_joint
+from microslip.analyses.statics.cycle import prestress, quasi_static_cycle
 from microslip.errors import ContactError, MicroslipError
-from microslip.flexibility import static_flexibility
-from microslip.model import Reducer
-from microslip.statics import prestress, quasi_static_cycle
-from microslip.structure import lap_joint_structure
+from microslip.model.flexibility import static_flexibility
+from microslip.model.joint import Reducer
+from microslip.model.structure import lap_joint_structure
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 LOAD_SCALE = 1e-3

@@ -67,7 +67,7 @@ def write_deck(joint, material, loading, *, layer_mm=1.0):
     Parameters
     ----------
     joint : LinearJoint
-    material : microslip.elasticity.Material
+    material : microslip.model.elasticity.Material
         Plane strain.
     loading : Loading
     layer_mm : float

@@ -1,6 +1,6 @@
 """The joint on linear quadrilaterals: one node at every contact pair of the quadratic mesh.
 
-Each eight-node element of `microslip.mesh.lap_joint` is cut into four, at its mid-side nodes. Corner
+Each eight-node element of `microslip.model.lap_mesh` is cut into four, at its mid-side nodes. Corner
 and mid-side nodes of the interface are contact pairs there, so pairs and nodes coincide here. Loads
 are the consistent nodal forces of the linear shape functions, per metre of width, SI.
 """
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from microslip.errors import ModelError
-from microslip.mesh.lap_joint import lap_joint_meshes
+from microslip.model.lap_mesh import lap_joint_meshes
 
 
 @dataclass(frozen=True)

@@ -12,10 +12,10 @@ from __future__ import annotations
 import numpy as np
 import scipy.sparse as sp
 
-from microslip.flexibility import static_flexibility, with_compliance
-from microslip.interface import Interface
-from microslip.model import Reducer
-from microslip.structure import constrain
+from microslip.model.flexibility import static_flexibility, with_compliance
+from microslip.model.interface import Interface
+from microslip.model.joint import Reducer
+from microslip.model.structure import constrain
 
 
 def gauss_points(count):
@@ -69,7 +69,7 @@ def rectangle_mass(width, height, density):
 
 
 def linear_structure(joint, material, spring, points):
-    """`microslip.structure.Structure` of a `mesh.LinearJoint` with contact at integration points.
+    """`microslip.model.structure.Structure` of a `mesh.LinearJoint` with contact at integration points.
 
     Parameters
     ----------

@@ -12,18 +12,18 @@ from pathlib import Path
 import numpy as np
 
 from microslip import load_joint
-from microslip.backbones import (
+from microslip.analyses.backbone.cycles import (
     Backbone,
     amplitude_scale,
     geometric,
     prescribed_backbone,
     quasi_static_backbone,
 )
-from microslip.extended_motion import harmonic_backbone
-from microslip.harmonic import harmonic_problem
-from microslip.harmonic_response import LoadPath, describe, raise_load
-from microslip.mode_pairs import joint_modes
-from microslip.pipeline import JointAssembly, assemble_joint
+from microslip.analyses.backbone.extended_motion import harmonic_backbone
+from microslip.analyses.harmonic.equations import harmonic_problem
+from microslip.analyses.harmonic.response import LoadPath, describe, raise_load
+from microslip.analyses.statics.joint_modes import joint_modes
+from microslip.pipeline.run import JointAssembly, assemble_joint
 
 REFERENCE = Path(__file__).parents[2] / "examples" / "lap_joint.toml"
 

@@ -18,10 +18,10 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from microslip import assemble_joint, load_joint
-from microslip.harmonic import harmonic_problem
-from microslip.harmonic_response import Adaptive, HarmonicPoint, frequency_response
-from microslip.timedomain import Request, TimePoint, steady_states
-from microslip.transient import period_error, time_scheme
+from microslip.analyses.harmonic.equations import harmonic_problem
+from microslip.analyses.harmonic.response import Adaptive, HarmonicPoint, frequency_response
+from microslip.analyses.time.points import Request, TimePoint, steady_states
+from microslip.analyses.time.scheme import period_error, time_scheme
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "lap_joint.toml"
 C = 2.03e-3

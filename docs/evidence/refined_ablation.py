@@ -15,11 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import spearmanr
 
-from microslip.backbone import EquivalentTable, equivalent_table
-from microslip.joint import load_joint
-from microslip.pipeline import JointAssembly, assemble_joint
-from microslip.prescribed import hold_mode
-from microslip.reduced import (
+from microslip.analyses.reduced.refined import moment_offset, refined_table
+from microslip.analyses.reduced.response import (
     CONVERGED,
     Response,
     TwoModeModel,
@@ -27,11 +24,14 @@ from microslip.reduced import (
     forced_response,
     two_mode_model,
 )
-from microslip.refined import moment_offset, refined_table
-from microslip.statics import opening_load, quasi_static_cycle
-from microslip.threads import in_threads, workers
-from microslip.timedomain import Request, steady_states
-from microslip.trust import error_indicator
+from microslip.analyses.reduced.table import EquivalentTable, equivalent_table
+from microslip.analyses.reduced.trust import error_indicator
+from microslip.analyses.statics.cycle import opening_load, quasi_static_cycle
+from microslip.analyses.statics.prescribed import hold_mode
+from microslip.analyses.time.points import Request, steady_states
+from microslip.describe.lap import load_joint
+from microslip.numerics.execute import in_threads, workers
+from microslip.pipeline.run import JointAssembly, assemble_joint
 
 JOINT = Path(__file__).parents[2] / "examples" / "lap_joint.toml"
 FREQUENCY = np.arange(165.0, 190.5, 1.0)

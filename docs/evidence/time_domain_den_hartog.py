@@ -12,9 +12,9 @@ from pathlib import Path
 
 import numpy as np
 
+from microslip.analyses.time.scheme import march
+from microslip.analyses.time.steady import steady_state
 from microslip.contact.planar import STICK
-from microslip.steady import steady_state
-from microslip.transient import march
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "tests" / "benchmarks_physics"))
 from test_den_hartog import EXACT, OMEGA, P0, RATIO, STIFFNESS, amplitude, oscillator

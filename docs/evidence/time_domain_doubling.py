@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from microslip import assemble_joint, load_joint
-from microslip.steady import steady_state
-from microslip.transient import period_error, time_scheme
+from microslip.analyses.time.scheme import period_error, time_scheme
+from microslip.analyses.time.steady import steady_state
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "lap_joint.toml"
 C = 2.33e-3

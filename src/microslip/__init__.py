@@ -5,19 +5,19 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from microslip.joint import LapJoint, load_joint
-    from microslip.pipeline import LapRun, assemble_joint, run_lap_joint
+    from microslip.describe.lap import LapJoint, load_joint
+    from microslip.pipeline.run import LapRun, assemble_joint, run_lap_joint
 
 __version__ = "0.1.0"
 
 __all__ = ["LapJoint", "LapRun", "assemble_joint", "load_joint", "run_lap_joint"]
 
 _HOME = {
-    "LapJoint": "joint",
-    "load_joint": "joint",
-    "LapRun": "pipeline",
-    "assemble_joint": "pipeline",
-    "run_lap_joint": "pipeline",
+    "LapJoint": "describe.lap",
+    "load_joint": "describe.lap",
+    "LapRun": "pipeline.run",
+    "assemble_joint": "pipeline.run",
+    "run_lap_joint": "pipeline.run",
 }
 
 

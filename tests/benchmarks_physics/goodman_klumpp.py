@@ -17,9 +17,9 @@ import numpy as np
 import scipy.sparse as sp
 import skfem
 
-from microslip.elasticity import Material, elastic_body, traction_load
-from microslip.interface import Interface, matching_interface
-from microslip.structure import Structure, constrain
+from microslip.model.elasticity import Material, elastic_body, traction_load
+from microslip.model.interface import Interface, matching_interface
+from microslip.model.structure import Structure, constrain
 
 
 def pressed_cantilevers(

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from microslip.analyses.statics.cycle import Cycle, Prestress, prestress, quasi_static_cycle
 from microslip.contact.solver import ContactSolver, Solution
-from microslip.flexibility import Flexibility, static_flexibility, with_compliance
-from microslip.model import JointModel
-from microslip.statics import Cycle, Prestress, prestress, quasi_static_cycle
+from microslip.model.flexibility import Flexibility, static_flexibility, with_compliance
+from microslip.model.joint import JointModel
 
 
 def hand_made(position, area, W, loads, R=None, loads_q=None, port_port=None):

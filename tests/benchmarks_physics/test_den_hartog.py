@@ -12,11 +12,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from microslip.flexibility import static_flexibility
-from microslip.model import JointModel
-from microslip.statics import prestress
-from microslip.steady import steady_state
-from microslip.transient import march, prestressed_state, time_scheme
+from microslip.analyses.statics.cycle import prestress
+from microslip.analyses.time.scheme import march, prestressed_state, time_scheme
+from microslip.analyses.time.steady import steady_state
+from microslip.model.flexibility import static_flexibility
+from microslip.model.joint import JointModel
 
 MASS, STIFFNESS, MU = 2.5, 4e4, 0.3
 OMEGA = np.sqrt(STIFFNESS / MASS)

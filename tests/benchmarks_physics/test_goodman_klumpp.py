@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from goodman_klumpp import pressed_cantilevers
 
-from microslip.elasticity import Material
-from microslip.flexibility import static_flexibility
-from microslip.model import Reducer
-from microslip.statics import prestress, quasi_static_cycle
+from microslip.analyses.statics.cycle import prestress, quasi_static_cycle
+from microslip.model.elasticity import Material
+from microslip.model.flexibility import static_flexibility
+from microslip.model.joint import Reducer
 
 PRESSURE = 1e6
 

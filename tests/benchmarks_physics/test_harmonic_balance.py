@@ -11,12 +11,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from microslip.continuation import StepControl, solve_at
-from microslip.flexibility import static_flexibility
-from microslip.harmonic import harmonic_problem
-from microslip.harmonic_response import LoadPath, describe, raise_load
-from microslip.model import JointModel
-from microslip.statics import prestress
+from microslip.analyses.harmonic.equations import harmonic_problem
+from microslip.analyses.harmonic.response import LoadPath, describe, raise_load
+from microslip.analyses.statics.cycle import prestress
+from microslip.model.flexibility import static_flexibility
+from microslip.model.joint import JointModel
+from microslip.numerics.continuation import StepControl, solve_at
 
 MASS, STIFFNESS, MU, P0 = 2.5, 4e4, 0.3, 100.0
 OMEGA = np.sqrt(STIFFNESS / MASS)

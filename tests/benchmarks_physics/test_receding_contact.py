@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from conftest import MATERIAL, SPRING
 
-from microslip.flexibility import static_flexibility
-from microslip.mesh.lap_joint import LapGeometry, MeshControl
-from microslip.model import Reducer
-from microslip.statics import prestress
-from microslip.structure import lap_joint_structure
+from microslip.analyses.statics.cycle import prestress
+from microslip.model.flexibility import static_flexibility
+from microslip.model.joint import Reducer
+from microslip.model.lap_mesh import LapGeometry, MeshControl
+from microslip.model.structure import lap_joint_structure
 
 THICKNESS = 0.0125
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from microslip.contact import planar, tableau
 from microslip.errors import ContactError
-from microslip.flexibility import Flexibility
+from microslip.model.flexibility import Flexibility
 
 Array = NDArray[np.float64]
 

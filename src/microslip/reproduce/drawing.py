@@ -9,13 +9,13 @@ from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from numpy.typing import NDArray
 
-from microslip.harmonics import harmonic
-from microslip.model import JointModel
-from microslip.plots.states import COLOURS
-from microslip.plots.style import GREY, VERMILLION
-from microslip.statics import Cycle
-from microslip.steady import SteadyState
-from microslip.timedomain import phases
+from microslip.analyses.statics.cycle import Cycle
+from microslip.analyses.time.points import phases
+from microslip.analyses.time.steady import SteadyState
+from microslip.model.joint import JointModel
+from microslip.numerics.fourier import harmonic
+from microslip.show.plots.states import COLOURS
+from microslip.show.plots.style import GREY, VERMILLION
 
 Array = NDArray[np.float64]
 

@@ -8,15 +8,20 @@ from typing import Any
 
 import numpy as np
 
-from microslip.backbone import EquivalentTable
-from microslip.friction_force import friction_table
-from microslip.plots.style import DOUBLE, MM, SERIES, house_style, letters, new_figure
-from microslip.reduced import CONVERGED, TwoModeModel, forced_response, two_mode_model
+from microslip.analyses.reduced.response import (
+    CONVERGED,
+    TwoModeModel,
+    forced_response,
+    two_mode_model,
+)
+from microslip.analyses.reduced.table import EquivalentTable
 from microslip.reproduce.fig11 import time_frequencies
+from microslip.reproduce.friction_force import friction_table
 from microslip.reproduce.peaks import time_domain_peak
 from microslip.reproduce.plate import Plate
 from microslip.reproduce.study import Study
-from microslip.results import _beside_unconverged
+from microslip.results.dataset import _beside_unconverged
+from microslip.show.plots.style import DOUBLE, MM, SERIES, house_style, letters, new_figure
 
 OTHER_BETA = 4.44e-6
 """s, the second of the paper's two constants."""

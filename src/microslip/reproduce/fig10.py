@@ -6,11 +6,20 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import find_peaks
 
-from microslip.plots.style import BLACK, DOUBLE, DRIVES, GREY, MM, house_style, letters, new_figure
 from microslip.reproduce.plate import Plate, Trend
 from microslip.reproduce.settings import PAPER_RHO
 from microslip.reproduce.study import Study, dynamic_equivalent
 from microslip.reproduce.variants import read_table
+from microslip.show.plots.style import (
+    BLACK,
+    DOUBLE,
+    DRIVES,
+    GREY,
+    MM,
+    house_style,
+    letters,
+    new_figure,
+)
 
 MESH = 0.02
 """Steps of a curve below this share of its range come from pairs changing state one by one."""

@@ -8,14 +8,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from microslip.plots.style import BLACK, DOUBLE, MM, SERIES, house_style, letters, new_figure
-from microslip.reduced import CONVERGED, Response, forced_response, two_mode_model
+from microslip.analyses.reduced.response import CONVERGED, Response, forced_response, two_mode_model
+from microslip.analyses.time.points import TimePoint
 from microslip.reproduce.peaks import time_domain_peak
 from microslip.reproduce.plate import Number, Plate, Trend
 from microslip.reproduce.settings import PAPER_RHO
 from microslip.reproduce.study import Study
 from microslip.reproduce.variants import CONSISTENT, PRINTED, REFINED, Case, cases, respond
-from microslip.timedomain import TimePoint
+from microslip.show.plots.style import BLACK, DOUBLE, MM, SERIES, house_style, letters, new_figure
 
 LINEAR_OFFSETS = (-4.0, -1.0, -0.2, 0.0, 0.2, 1.0, 4.0)
 """Hz from the sliding frequency at which the frictionless joint is integrated."""

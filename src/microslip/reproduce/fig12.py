@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from microslip.plots.style import BLACK, DOUBLE, MM, house_style, letters, new_figure
 from microslip.reproduce.fig11 import case_style
 from microslip.reproduce.plate import Number, Plate
 from microslip.reproduce.settings import PAPER_RHO
 from microslip.reproduce.study import Study, dynamic_equivalent
 from microslip.reproduce.variants import CONSISTENT, PRINTED, REFINED, Case, cases, equivalent
+from microslip.show.plots.style import BLACK, DOUBLE, MM, house_style, letters, new_figure
 
 CHECKED = 175.0
 """Hz at which the paper gives errors."""

@@ -8,14 +8,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 
-from microslip.plots.style import (
-    BLACK,
-    DOUBLE,
-    MM,
-    house_style,
-    letters,
-    new_figure,
-)
 from microslip.reproduce.fig11 import case_style
 from microslip.reproduce.maps import ResponseMap, response_map
 from microslip.reproduce.peaks import Peak, time_domain_peak
@@ -23,6 +15,14 @@ from microslip.reproduce.plate import Number, Plate, Trend
 from microslip.reproduce.settings import PAPER_BEST_RHO
 from microslip.reproduce.study import Study
 from microslip.reproduce.variants import CONSISTENT, PRINTED, cases
+from microslip.show.plots.style import (
+    BLACK,
+    DOUBLE,
+    MM,
+    house_style,
+    letters,
+    new_figure,
+)
 
 
 @house_style

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip.plots.style import DOUBLE, MM, house_style, letters, new_figure
 from microslip.reproduce.fig10 import MESH
 from microslip.reproduce.maps import ResponseMap, response_map
 from microslip.reproduce.plate import Number, Plate, Trend
 from microslip.reproduce.study import Study
 from microslip.reproduce.variants import CONSISTENT, PRINTED
+from microslip.show.plots.style import DOUBLE, MM, house_style, letters, new_figure
 
 ALIGNED = 0.3
 """Hz within which greatest damping and resonance count as one."""

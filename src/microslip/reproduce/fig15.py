@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from microslip.plots.style import DOUBLE, MM, SERIES, house_style, letters, new_figure
 from microslip.reproduce.plate import Plate
 from microslip.reproduce.settings import PAPER_RHO
 from microslip.reproduce.study import Study
 from microslip.reproduce.variants import CONSISTENT, PRINTED, read_table, solutions
+from microslip.show.plots.style import DOUBLE, MM, SERIES, house_style, letters, new_figure
 
 FREQUENCIES = (160.0, 173.0, 175.0)
 """Hz, the paper's."""

@@ -12,7 +12,13 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from microslip.plots.style import (
+from microslip.reproduce.fig15 import FREQUENCIES
+from microslip.reproduce.maps import response_map, solution_counts
+from microslip.reproduce.plate import Number, Plate, Trend
+from microslip.reproduce.settings import PAPER_RHO
+from microslip.reproduce.study import Study
+from microslip.reproduce.variants import CONSISTENT, PRINTED, Case, fixed_point_map, solutions
+from microslip.show.plots.style import (
     BLUE,
     DOUBLE,
     MM,
@@ -21,12 +27,6 @@ from microslip.plots.style import (
     letters,
     new_figure,
 )
-from microslip.reproduce.fig15 import FREQUENCIES
-from microslip.reproduce.maps import response_map, solution_counts
-from microslip.reproduce.plate import Number, Plate, Trend
-from microslip.reproduce.settings import PAPER_RHO
-from microslip.reproduce.study import Study
-from microslip.reproduce.variants import CONSISTENT, PRINTED, Case, fixed_point_map, solutions
 
 ITERATES = 200
 """Plain iterations at most."""

@@ -8,15 +8,23 @@ from __future__ import annotations
 
 import numpy as np
 
+from microslip.analyses.statics.cycle import quasi_static_cycle
+from microslip.analyses.time.points import Request, solve_request
 from microslip.errors import MicroslipError
-from microslip.pipeline import JointAssembly, assemble_joint
-from microslip.plots.style import BLUE, COLUMN, MM, VERMILLION, house_style, letters, new_figure
+from microslip.numerics.execute import in_threads, workers
+from microslip.pipeline.run import JointAssembly, assemble_joint
 from microslip.reproduce.plate import Number, Plate
 from microslip.reproduce.settings import PAPER_RHO
 from microslip.reproduce.study import Study
-from microslip.statics import quasi_static_cycle
-from microslip.threads import in_threads, workers
-from microslip.timedomain import Request, solve_request
+from microslip.show.plots.style import (
+    BLUE,
+    COLUMN,
+    MM,
+    VERMILLION,
+    house_style,
+    letters,
+    new_figure,
+)
 
 FREQUENCY = 170.0
 """Hz, the paper's."""

@@ -7,8 +7,6 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from microslip.plots.states import handles
-from microslip.plots.style import DOUBLE, MM, clamp_edges, house_style, new_figure
 from microslip.reproduce.drawing import (
     QUARTERS,
     Interface,
@@ -19,7 +17,9 @@ from microslip.reproduce.drawing import (
 )
 from microslip.reproduce.plate import Number, Plate, Trend
 from microslip.reproduce.study import Study
-from microslip.results import contact_extent
+from microslip.results.dataset import contact_extent
+from microslip.show.plots.states import handles
+from microslip.show.plots.style import DOUBLE, MM, clamp_edges, house_style, new_figure
 
 MOMENT = 7e-4
 """M/(PL) at which the reference joint has the paper's contact at peak moment."""

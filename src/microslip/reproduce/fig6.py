@@ -5,8 +5,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from microslip.analyses.time.points import Request, phases, solve_request
+from microslip.analyses.time.scheme import period_error
+from microslip.analyses.time.steady import SteadyState
 from microslip.errors import MicroslipError
-from microslip.plots.style import (
+from microslip.numerics.execute import in_threads, workers
+from microslip.reproduce.plate import Number, Plate, Trend
+from microslip.reproduce.settings import PAPER_RHO
+from microslip.reproduce.study import Study
+from microslip.show.plots.style import (
     BLACK,
     COLUMN,
     LINES,
@@ -16,13 +23,6 @@ from microslip.plots.style import (
     letters,
     new_figure,
 )
-from microslip.reproduce.plate import Number, Plate, Trend
-from microslip.reproduce.settings import PAPER_RHO
-from microslip.reproduce.study import Study
-from microslip.steady import SteadyState
-from microslip.threads import in_threads, workers
-from microslip.timedomain import Request, phases, solve_request
-from microslip.transient import period_error
 
 FREQUENCY = 174.0
 """Hz, the paper's."""

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from microslip.plots.style import house_style
 from microslip.reproduce.drawing import dynamic_interface, static_interface
 from microslip.reproduce.fig5 import draw_cycles
 from microslip.reproduce.plate import Number, Plate, Trend
 from microslip.reproduce.settings import PAPER_RHO
 from microslip.reproduce.study import Study
+from microslip.show.plots.style import house_style
 
 FREQUENCY = 174.0
 """Hz, the paper's."""

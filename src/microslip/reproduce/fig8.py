@@ -7,8 +7,13 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip.friction_force import friction_modal_force
-from microslip.plots.style import (
+from microslip.reproduce.drawing import Interface, dynamic_interface, static_interface
+from microslip.reproduce.fig7 import FREQUENCY
+from microslip.reproduce.friction_force import friction_modal_force
+from microslip.reproduce.plate import Number, Plate, Trend
+from microslip.reproduce.settings import PAPER_RHO
+from microslip.reproduce.study import Study
+from microslip.show.plots.style import (
     BLACK,
     BLUE,
     DOUBLE,
@@ -19,11 +24,6 @@ from microslip.plots.style import (
     letters,
     new_figure,
 )
-from microslip.reproduce.drawing import Interface, dynamic_interface, static_interface
-from microslip.reproduce.fig7 import FREQUENCY
-from microslip.reproduce.plate import Number, Plate, Trend
-from microslip.reproduce.settings import PAPER_RHO
-from microslip.reproduce.study import Study
 
 STYLES = {
     "time domain": {"color": BLACK, "ls": "-"},

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from microslip.plots.style import BLACK, DOUBLE, DRIVES, MM, house_style, letters, new_figure
 from microslip.reproduce.plate import Number, Plate, Trend
 from microslip.reproduce.settings import PAPER_RHO
 from microslip.reproduce.study import Study, dynamic_equivalent
+from microslip.show.plots.style import BLACK, DOUBLE, DRIVES, MM, house_style, letters, new_figure
 
 CLEAR = 0.01
 """Where |k_eq| is less the stored energy passes through zero and has no relative error."""

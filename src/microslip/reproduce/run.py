@@ -13,14 +13,14 @@ from threadpoolctl import threadpool_limits
 
 from microslip import __version__
 from microslip.errors import MicroslipError
-from microslip.plots.style import save
-from microslip.progress import Progress
+from microslip.pipeline.progress import Progress
 from microslip.reproduce.gallery import gallery, tables
 from microslip.reproduce.plate import Plate
 from microslip.reproduce.registry import FIGURES, chosen
 from microslip.reproduce.settings import FULL, Settings
 from microslip.reproduce.study import Study
-from microslip.results import _plain, replacing
+from microslip.results.dataset import _plain, replacing
+from microslip.show.plots.style import save
 
 
 @dataclass

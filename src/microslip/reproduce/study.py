@@ -14,20 +14,25 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from microslip.backbone import DRIVES, EquivalentTable, equivalent_table
+from microslip.analyses.reduced.refined import moment_offset, refined_table
+from microslip.analyses.reduced.response import (
+    Response,
+    forced_response,
+    greatest_damping_load,
+    two_mode_model,
+)
+from microslip.analyses.reduced.table import DRIVES, EquivalentTable, equivalent_table
+from microslip.analyses.statics.cycle import Cycle, quasi_static_cycle
+from microslip.analyses.statics.prescribed import hold_mode
+from microslip.analyses.time.points import Request, TimePoint, equivalent, steady_states
+from microslip.describe.lap import LapJoint, load_joint
 from microslip.errors import MicroslipError
-from microslip.flexibility import static_flexibility
-from microslip.friction_force import friction_table
-from microslip.joint import LapJoint, load_joint
-from microslip.pipeline import JointAssembly, LapRun, assemble_joint, run_cycles
-from microslip.prescribed import hold_mode
-from microslip.progress import NullProgress, Progress
-from microslip.reduced import Response, forced_response, greatest_damping_load, two_mode_model
-from microslip.refined import moment_offset, refined_table
+from microslip.model.flexibility import static_flexibility
+from microslip.numerics.execute import workers
+from microslip.pipeline.progress import NullProgress, Progress
+from microslip.pipeline.run import JointAssembly, LapRun, assemble_joint, run_cycles
+from microslip.reproduce.friction_force import friction_table
 from microslip.reproduce.settings import FULL, PAPER_BEST_RHO, Settings
-from microslip.statics import Cycle, quasi_static_cycle
-from microslip.threads import workers
-from microslip.timedomain import Request, TimePoint, equivalent, steady_states
 
 Array = NDArray[np.float64]
 T = TypeVar("T")

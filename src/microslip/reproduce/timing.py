@@ -7,15 +7,24 @@ from typing import Any
 
 import numpy as np
 
-from microslip.plots.style import BLACK, BLUE, DOUBLE, GREY, MM, house_style, letters, new_figure
+from microslip.analyses.time.scheme import march, prestressed_state, time_scheme
+from microslip.numerics.execute import workers
 from microslip.reproduce.fig7 import FREQUENCY
 from microslip.reproduce.plate import Number, Plate
 from microslip.reproduce.published import PAPER_SECONDS
 from microslip.reproduce.settings import PAPER_RHO
 from microslip.reproduce.study import Study
 from microslip.reproduce.variants import PRINTED, respond
-from microslip.threads import workers
-from microslip.transient import march, prestressed_state, time_scheme
+from microslip.show.plots.style import (
+    BLACK,
+    BLUE,
+    DOUBLE,
+    GREY,
+    MM,
+    house_style,
+    letters,
+    new_figure,
+)
 
 STEADY = 0.01
 """Relative change of the dissipated energy between cycles that the paper calls steady."""

@@ -1,7 +1,7 @@
 """The reduced models that the figures compare: every variant with every table.
 
-The one place that knows how a variant is solved. A case is a variant of `microslip.reduced` with
-the table it reads; the first is what the paper prints, friction alone under the end moment.
+The one place that knows how a variant is solved. A case is a variant of
+`microslip.analyses.reduced.response` with the table it reads; the first is what the paper prints, friction alone under the end moment.
 """
 
 from __future__ import annotations
@@ -12,8 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip.backbone import DRIVES
-from microslip.reduced import (
+from microslip.analyses.reduced.response import (
     CONVERGED,
     VARIANTS,
     Response,
@@ -26,6 +25,7 @@ from microslip.reduced import (
     table_curve,
     two_mode_model,
 )
+from microslip.analyses.reduced.table import DRIVES
 from microslip.reproduce.study import Study
 
 Array = NDArray[np.float64]

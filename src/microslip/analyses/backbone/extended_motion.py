@@ -1,0 +1,325 @@
+"""The nonlinear mode by harmonic balance: extended periodic motion with several harmonics.
+
+    M x'' + (C - xi M) x' + K x + B^T r = clamp,     zeta = xi / (2 omega)
+
+(Krack, Computers & Structures 154 (2015) 59). ``-xi M x'`` only lowers alpha of the Rayleigh damping,
+so the equations are those of `harmonic.py` without a load. Such a system has no phase and, besides
+its vibration, its rest as a solution. Both ambiguities go when a spring ``kappa`` holds the mode's
+coordinate to ``(L/kappa) sin(theta)``:
+
+    kappa Phi (Phi^T M (x - x_prestress))  =  L sin(theta) M Phi       on the right-hand side,
+
+a force that vanishes in the first harmonic where ``Q_1 = L / kappa``, which fixes omega and xi. On
+higher harmonics of q alone, which are thousandths, the spring stays, as ``kappa / ((h² - 1) omega²)``.
+
+With ``z = F_1/Q_1``, the equation of the mode says ``omega² = omega_sl² + Re z`` and
+``xi = c + Im z / omega``. The outer iteration finds the z that gives itself; it depends on its
+guess through the real part, which changes the amplitude, so a secant along that part suffices.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip.analyses.backbone.cycles import Backbone, BackbonePoint, amplitude_scale, failed
+from microslip.analyses.harmonic.equations import HarmonicProblem, harmonic_problem
+from microslip.analyses.harmonic.linear import HarmonicSolver
+from microslip.analyses.harmonic.response import CONTROL, HarmonicPoint, LoadPath, describe
+from microslip.analyses.statics.cycle import Prestress
+from microslip.analyses.statics.joint_modes import MODE_PORT, JointMode, with_mode_port
+from microslip.analyses.statics.prescribed import modal_rest
+from microslip.model.joint import JointModel
+from microslip.numerics.continuation import ContinuationError, first_point, solve_at, trace
+
+Array = NDArray[np.float64]
+
+SPRING = 0.3
+"""kappa over omega_sl²."""
+
+SELF_CONSISTENT = 1e-8
+"""Change of z over omega² at which the outer iteration has converged."""
+
+MOST_ROUNDS = 25
+
+HALVINGS = 4
+"""So often the way to an amplitude that fails is halved."""
+
+STUCK = 1e-4
+"""First amplitude on the way from rest, over the one that opens the joint."""
+
+
+@dataclass(frozen=True)
+class SprungMode:
+    """A joint whose mode is held by a spring, as equations of harmonic balance.
+
+    Attributes
+    ----------
+    mode : JointMode
+    problem : HarmonicProblem
+    spring : float
+        kappa, 1/s².
+    """
+
+    mode: JointMode
+    problem: HarmonicProblem
+    spring: float
+
+
+def spring_mode(
+    model: JointModel,
+    start: Prestress,
+    mode: JointMode,
+    friction: float | Array,
+    *,
+    harmonics: int = 5,
+    compliance: Array | None = None,
+    spring: float = SPRING,
+) -> SprungMode:
+    """State the equations of a mode's motion.
+
+    Parameters
+    ----------
+    model : JointModel
+        With a port ``clamp``.
+    start : Prestress
+    mode : JointMode
+    friction : float or (m,) array
+    harmonics : int
+        Beside the mean.
+    compliance : (d m,) array, optional
+        Of an elastic contact, m/N.
+    spring : float
+        kappa over omega_sl².
+    """
+    kappa = spring * mode.omega**2
+    wide = with_mode_port(model, mode)
+    values, vectors = np.linalg.eigh(
+        np.diag(model.omega**2) + kappa * np.outer(mode.shape, mode.shape)
+    )
+    rest = modal_rest(model, start)
+    loads = wide.port_modes.copy()
+    # the spring is relaxed at prestress
+    loads[:, wide.port("clamp")] += kappa * mode.shape * (mode.shape @ rest) / start.clamp
+    sprung = replace(
+        wide,
+        omega=np.sqrt(np.maximum(values, 0.0)),
+        mode_v=model.mode_v @ vectors,
+        port_modes=vectors.T @ loads,
+    )
+    turned = (vectors.T @ rest)[: model.equilibrium_modes]
+    problem = harmonic_problem(
+        sprung,
+        replace(start, solution=replace(start.solution, q=turned)),
+        friction,
+        harmonics=harmonics,
+        port=MODE_PORT,
+        compliance=compliance,
+    )
+    return SprungMode(mode, problem, kappa)
+
+
+@dataclass(frozen=True)
+class Nearby:
+    """A motion to start from.
+
+    Attributes
+    ----------
+    unknowns : (n,) array
+        Of the harmonic balance.
+    amplitude : float
+        The load on the spring over its stiffness.
+    omega, xi : float
+        rad/s, and 1/s.
+    """
+
+    unknowns: Array
+    amplitude: float
+    omega: float
+    xi: float
+
+
+@dataclass(frozen=True)
+class ExtendedMotion:
+    """A periodic motion of one mode.
+
+    Attributes
+    ----------
+    amplitude : complex
+        First harmonic of the mode.
+    omega, xi : float
+        rad/s, and the negative damping that sustains it, 1/s.
+    nearby : Nearby
+        The motion as a start for others.
+    point : HarmonicPoint
+        Its load is the spring's.
+    rounds : int
+        Outer iterations.
+    """
+
+    amplitude: complex
+    omega: float
+    xi: float
+    nearby: Nearby
+    point: HarmonicPoint
+    rounds: int
+
+
+def extended_motion(
+    sprung: SprungMode,
+    amplitude: float,
+    solver: HarmonicSolver,
+    start: Nearby,
+) -> ExtendedMotion:
+    """The motion of one amplitude.
+
+    Parameters
+    ----------
+    sprung : SprungMode
+    amplitude : float
+    solver : HarmonicSolver
+        Kept from one motion to the next.
+    start : Nearby
+
+    Raises
+    ------
+    ContinuationError
+        Where harmonic balance does not converge, or the outer iteration.
+    """
+    mode, problem, kappa = sprung.mode, sprung.problem, sprung.spring
+    alpha, beta = problem.model.rayleigh
+    w, last, omega, xi = start.unknowns, start.amplitude, start.omega, start.xi
+    w2, port, load = mode.omega**2, problem.model.port(MODE_PORT), kappa * amplitude
+    z = complex(omega**2 - w2, omega * (xi - alpha - beta * w2))
+    tried: list[tuple[complex, complex]] = []
+    for rounds in range(1, MOST_ROUNDS + 1):
+        if not w2 + z.real > 0:
+            raise ContinuationError("the stiffness of the mode is not positive")
+        omega = float(np.sqrt(w2 + z.real))
+        xi = float(alpha + beta * w2 + z.imag / omega)
+        model = replace(problem.model, rayleigh=(alpha - xi, beta))
+        path = LoadPath(replace(problem, model=model), omega / (2 * np.pi), load)
+        path.solver = solver
+        try:
+            w, point = _solved(path, w, kappa * last, load)
+        except ContinuationError:
+            if not tried:
+                raise
+            # too far from the round before
+            z = 0.5 * (z + tried[-1][0])
+            continue
+        last = amplitude
+        Q = complex(point.output[1, port])
+        damping = alpha - xi + beta * (w2 + kappa)
+        found = load / Q - (w2 + kappa - omega**2 + 1j * omega * damping)
+        if abs(found - z) <= SELF_CONSISTENT * omega**2:
+            nearby = Nearby(w, amplitude, omega, xi)
+            return ExtendedMotion(Q, omega, xi, nearby, point, rounds)
+        tried.append((z, found))
+        z = _next(tried)
+    raise ContinuationError(
+        f"frequency and damping of the mode do not settle: {omega / (2 * np.pi):.6g} Hz and "
+        f"{xi / (2 * omega):.3g} came out last"
+    )
+
+
+def _solved(path: LoadPath, w: Array, before: float, load: float) -> tuple[Array, HarmonicPoint]:
+    """Solve at once from a solution nearby, or else follow the load from there."""
+    try:
+        w, _, iterations = solve_at(path, w, load, CONTROL)
+    except ContinuationError:
+        if before == load:
+            raise
+        low, high = sorted((before, load))
+        first = first_point(path, w, before, CONTROL, np.sign(load - before))
+        branch = trace(path, first, (low, high), CONTROL)
+        if branch.points[-1].p != load:
+            raise ContinuationError(
+                f"harmonic balance got to {branch.points[-1].p / load:.3g} of it ({branch.ended})"
+            ) from None
+        w, _, iterations = solve_at(path, branch.points[-1].u, load, CONTROL)
+    return w, describe(path.at(w, load), iterations, 0.0)
+
+
+def _next(tried: Sequence[tuple[complex, complex]]) -> complex:
+    """Next guess of ``z = g(z)``, g depending on the real part of z alone."""
+    z, g = tried[-1]
+    if len(tried) == 1:
+        return g
+    z0, g0 = tried[-2]
+    if z.real == z0.real:
+        return g
+    slope = (g - g0) / (z.real - z0.real)
+    if slope.real > 0.9:
+        return g
+    step = (g.real - z.real) / (1 - slope.real)
+    return complex(z.real + step, (g + slope * step).imag)
+
+
+def _reach(
+    sprung: SprungMode,
+    amplitude: float,
+    solver: HarmonicSolver,
+    start: Nearby,
+    first: float,
+    halvings: int,
+) -> ExtendedMotion:
+    """The motion of one amplitude, by way of amplitudes in between where it is too far away.
+
+    `first` stands for the amplitude of a start at rest.
+    """
+    try:
+        return extended_motion(sprung, amplitude, solver, start)
+    except ContinuationError:
+        between = float(np.sqrt(max(start.amplitude, first) * amplitude))
+        if halvings == 0 or between >= amplitude:
+            raise
+    half = _reach(sprung, between, solver, start, first, halvings - 1)
+    return _reach(sprung, amplitude, solver, half.nearby, first, halvings - 1)
+
+
+def harmonic_backbone(
+    model: JointModel,
+    start: Prestress,
+    mode: JointMode,
+    friction: float | Array,
+    amplitudes: Sequence[float] | Array,
+    *,
+    compliance: Array | None = None,
+    harmonics: int = 5,
+    advance: Callable[[], None] = lambda: None,
+) -> tuple[Backbone, list[str]]:
+    """Backbone of the nonlinear mode by harmonic balance.
+
+    Parameters and results as in `backbones.prescribed_backbone`; each amplitude starts from the
+    one below.
+    """
+    sprung = spring_mode(model, start, mode, friction, harmonics=harmonics, compliance=compliance)
+    alpha, beta = model.rayleigh
+    solver = HarmonicSolver()
+    omega = mode.stuck_omega
+    state = Nearby(sprung.problem.rest(), 0.0, omega, alpha + beta * omega**2)
+    scale = amplitude_scale(model, start, mode)
+    points, failures = [], []
+    for amplitude in sorted(float(a) for a in amplitudes):
+        try:
+            motion = _reach(sprung, amplitude, solver, state, STUCK * scale, HALVINGS)
+        except ContinuationError as error:
+            failures.append(failed(mode, "harmonic", amplitude, error))
+        else:
+            state = motion.nearby
+            points.append(
+                BackbonePoint(
+                    amplitude=abs(motion.amplitude),
+                    omega=motion.omega,
+                    damping_ratio=motion.xi / (2 * motion.omega),
+                    dissipated=motion.point.dissipated,
+                    residual=motion.point.residual,
+                    closure=0.0,
+                )
+            )
+        advance()
+    return Backbone(mode, "harmonic", tuple(points), scale), failures

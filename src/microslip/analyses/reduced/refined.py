@@ -1,0 +1,302 @@
+"""The refined reduced model: one coordinate, everything nonlinear tabulated against its amplitude.
+
+Projected on the sliding mode the equation of motion is exact,
+
+    (omega_sl² - omega² + i omega c) Q + F = Phi^T p M,
+
+whatever touches, slips or separates; only the modal contact force F has to be modelled. The paper
+takes it from cycles driven by the end moment. Here, in order of what each is worth:
+
+* F comes from cycles with q prescribed (`prescribed.py`): near resonance inertia, not the moment,
+  bends the joint, and q is nearly a pure sine because the inertia of the mode resists harmonics.
+* The moment bends the overlap directly as well, and what the interface sees of that is the mode's
+  own pattern: it offsets the amplitude, ``A = Q + c M``, ``F = omega_sl² kappa(|A|) A``.
+* The other modes have their inertia at a reference frequency between the sliding and the stuck one.
+* What is elastic in F has the material's loss, ``k_eq (1 + i omega beta)``.
+* An upper mode near a multiple of the first is in superharmonic resonance with the corners of the
+  contact force. Its harmonic ``eta`` obeys ``eta = eta_0 + S P`` under a load P on its port, and
+  the rest of its inertia is such a load, ``P = D eta``, ``D = h² omega² - omega_0² - i h omega c``;
+  so ``P = D eta_0/(1 - D S)``, and F changes by ``T P`` (real-linear in P). The table holds eta_0,
+  S and T of each chosen (mode, harmonic).
+
+Everything scales with the clamp force: amplitude over clamp is the only argument of the table.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import Akima1DInterpolator, PchipInterpolator
+
+from microslip.analyses.reduced.table import EquivalentTable, UpperHarmonics
+from microslip.analyses.statics.prescribed import (
+    ContactState,
+    HeldMode,
+    PrescribedCycle,
+    prescribed_cycle,
+)
+from microslip.errors import ContactError, MicroslipError
+from microslip.numerics.execute import in_threads, workers
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+HIGHEST = 13
+"""Highest harmonic of the first mode that may excite an upper one."""
+
+NOTICED = 0.13
+"""An upper harmonic is kept where the load of its inertia exceeds this share of F in the band; it
+changes F by a hundredth of that."""
+
+DAMPED = 0.5
+"""Upper modes are tested where gamma_eq is above this share of its greatest; constant outside."""
+
+TEST = 0.01
+"""Test loads on upper modes deflect them statically by this fraction of q over the harmonic."""
+
+
+def refined_table(
+    held: HeldMode,
+    smallest: float,
+    largest: float,
+    count: int = 48,
+    *,
+    steps: int = 200,
+    cycles: int = 4,
+    closure: float = 1e-4,
+    band: tuple[float, float] | None = None,
+    knots: int = 6,
+    threads: int | None = None,
+    advance: Callable[[], None] = lambda: None,
+) -> tuple[EquivalentTable, list[str]]:
+    """Tabulate the modal contact force against the amplitude of the sliding mode.
+
+    Parameters
+    ----------
+    held : HeldMode
+        Its upper modes are candidates for superharmonic resonance.
+    smallest, largest : float
+        Amplitudes of the sliding coordinate between which to tabulate.
+    count : int
+        Amplitudes in the table. Half of them are in geometric progression, the others go where
+        interpolation from the neighbours misses most.
+    steps, cycles : int
+        Load steps per cycle, and cycles at most.
+    closure : float
+        Change of the reactions between cycles, over the largest prestress reaction, that ends them.
+    band : tuple of float, optional
+        Circular frequencies in which upper harmonics matter; by default 0.93 to 1.1 times the
+        reference frequency.
+    knots : int
+        Amplitudes at which upper modes are tested, with half the steps; interpolated in between.
+    threads : int, optional
+    advance : callable
+        Called after every cycle.
+
+    Returns
+    -------
+    table : EquivalentTable
+        ``drive`` is ``"prescribed"``; ``load`` repeats the amplitude.
+    failures : list of str
+        Amplitudes that could not be solved; they are left out.
+    """
+    if not 0 < smallest < largest or count < 4:
+        raise MicroslipError(
+            f"a table from {smallest:g} to {largest:g} with {count} amplitudes: the first must be "
+            "positive and below the second, and at least 4 are needed"
+        )
+    workers_used = threads or workers()
+    failures: list[str] = []
+
+    def one(a: float) -> PrescribedCycle | str:
+        below = [c for c in solved if abs(c.q) < a] if len(solved) > 4 else []
+        try:
+            return prescribed_cycle(
+                held,
+                a,
+                steps=steps,
+                cycles=cycles,
+                closure=closure,
+                harmonics=HIGHEST,
+                start=below[-1].state if below else None,
+            )
+        except ContactError as error:
+            return f"prescribed cycle at amplitude {a:.4g}: {error}"
+
+    solved: list[PrescribedCycle] = []
+    wanted = list(np.geomspace(smallest, largest, count - count // 2))
+    while wanted:
+        found = []
+        for outcome in in_threads(one, wanted, workers_used):
+            if isinstance(outcome, str):
+                failures.append(outcome)
+            else:
+                found.append(outcome)
+            advance()
+        solved += found
+        solved.sort(key=lambda c: abs(c.q))
+        missing = min(count - len(solved) - len(failures), -(-count // 4))
+        wanted = _between(solved, missing) if len(solved) > 4 else []
+    if len(solved) < 2:
+        raise ContactError("fewer than two prescribed cycles solved: " + "; ".join(failures))
+    Q, F = np.array([c.q for c in solved]), np.array([c.force for c in solved])
+    w2 = held.sliding_omega**2
+    kappa = F / Q / w2
+    size = np.abs(Q)
+    table = EquivalentTable(
+        drive="prescribed",
+        clamp=held.prestress.clamp,
+        omega=held.sliding_omega,
+        load=size,
+        amplitude=size,
+        k_eq=kappa.real,
+        gamma_eq=kappa.imag,
+        cross=np.zeros(len(Q), complex),
+        dissipated=np.array([c.dissipated for c in solved]),
+        stored=0.5 * size**2 * kappa.real * w2,
+        uncertainty=missed(np.log(size), kappa),
+        upper=_upper_harmonics(
+            held, solved, band, knots, max(steps // 2, 4 * HIGHEST), workers_used
+        ),
+    )
+    return table, failures
+
+
+def missed(x: Array, y: Complex) -> Array:
+    """By how much interpolation from the other points misses each point, halved spacing allowed for.
+
+    Interpolation over twice the spacing errs about eight times as much.
+    """
+    error = np.zeros(len(x))
+    for i in range(1, len(x) - 1):
+        others = np.arange(len(x)) != i
+        real = Akima1DInterpolator(x[others], y[others].real)(x[i])
+        imag = Akima1DInterpolator(x[others], y[others].imag)(x[i])
+        error[i] = abs(real + 1j * imag - y[i]) / 8
+    error[[0, -1]] = error[[1, -2]]
+    return error
+
+
+def _between(solved: Sequence[PrescribedCycle], count: int) -> list[float]:
+    """Amplitudes half way between those whose neighbours predict them worst."""
+    if count <= 0:
+        return []
+    size = np.array([abs(c.q) for c in solved])
+    x = np.log(size)
+    error = missed(x, np.array([c.force / c.q for c in solved]))
+    score = np.maximum(error[:-1], error[1:]) * (np.diff(x) > 1e-3)
+    chosen = np.argsort(-score)[:count]
+    return [float(np.sqrt(size[i] * size[i + 1])) for i in chosen]
+
+
+def moment_offset(held: HeldMode, amplitude: float) -> float:
+    """``c``: amplitude of the mode that bends the interface as a unit moment does directly.
+
+    From two cycles at an amplitude small enough to stick, without and with a moment.
+    """
+    alone = prescribed_cycle(held, amplitude, steps=40, cycles=2)
+    moment = 0.5 * amplitude * held.sliding_omega**2 / held.load_on_sliding
+    both = prescribed_cycle(held, amplitude, steps=40, cycles=2, moment=moment)
+    coefficient = alone.force / alone.q
+    return float(((both.force - coefficient * both.q) / (coefficient * moment)).real)
+
+
+@dataclass(frozen=True)
+class _Reaction:
+    """How a cycle answers a load on one upper harmonic: S, and T for its real and imaginary part."""
+
+    S: complex
+    T: tuple[complex, complex]
+
+
+def _upper_harmonics(
+    held: HeldMode,
+    solved: Sequence[PrescribedCycle],
+    band: tuple[float, float] | None,
+    knots: int,
+    steps: int,
+    threads: int,
+) -> UpperHarmonics | None:
+    gamma = np.array([(c.force / c.q).imag for c in solved])
+    w0 = held.reference_omega
+    omegas = np.linspace(*(band or (0.93 * w0, 1.1 * w0)), 60)
+    kept = _resonant(held, solved[int(np.argmax(gamma))], omegas)
+    if not kept:
+        return None
+    damped = np.flatnonzero(gamma > DAMPED * gamma.max())
+    chosen = damped[np.unique(np.linspace(0, len(damped) - 1, min(knots, len(damped))).astype(int))]
+    rows = list(in_threads(lambda i: _reactions(held, solved[i], kept, steps), chosen, threads))
+    x = np.log([abs(c.q) for c in solved])
+    at = x[chosen]
+
+    def spread(values: list[list[complex]]) -> Complex:
+        """From the tested amplitudes to all; constant outside."""
+        v = np.array(values)
+        if len(at) == 1:
+            return np.tile(v, (len(x), 1))
+        inside = np.clip(x, at[0], at[-1])
+        return PchipInterpolator(at, v.real)(inside) + 1j * PchipInterpolator(at, v.imag)(inside)
+
+    return UpperHarmonics(
+        order=np.array([h for _, h in kept]),
+        omega=held.upper_omega[[n for n, _ in kept]],
+        reference_omega=w0,
+        motion=np.array([[c.upper[n, h - 1] / abs(c.q) for n, h in kept] for c in solved]),
+        compliance=spread([[r.S for r in row] for row in rows]),
+        in_phase=spread([[r.T[0] for r in row] for row in rows]),
+        quadrature=spread([[r.T[1] for r in row] for row in rows]),
+    )
+
+
+def _resonant(held: HeldMode, cycle: PrescribedCycle, omegas: Array) -> list[tuple[int, int]]:
+    """The (mode, harmonic) whose inertia loads the mode noticeably somewhere in a band.
+
+    ``P = D eta_0/(1 - D S)`` with the compliance S of the sliding state.
+    """
+    w0 = held.reference_omega
+    alpha, beta = held.model.rayleigh
+    found = []
+    for mode, own in enumerate(held.upper_omega):
+        for order in range(2, HIGHEST + 1):
+            loss = 1j * order * omegas * (alpha + beta * own**2)
+            D = order**2 * omegas**2 - w0**2 - loss
+            load = D * cycle.upper[mode, order - 1] / (1 - D / (own**2 - w0**2))
+            if np.abs(load).max() > NOTICED * abs(cycle.force):
+                found.append((mode, order))
+    return found
+
+
+def _reactions(
+    held: HeldMode, cycle: PrescribedCycle, pairs: Sequence[tuple[int, int]], steps: int
+) -> list[_Reaction]:
+    """Answers of a cycle to test loads, in phase and in quadrature, on each (mode, harmonic)."""
+    q = abs(cycle.q)
+
+    def run(loads: dict[tuple[int, int], complex], start: ContactState) -> PrescribedCycle:
+        return prescribed_cycle(
+            held,
+            q,
+            steps=steps,
+            cycles=2,
+            closure=0.0,
+            upper=loads,
+            harmonics=HIGHEST,
+            start=start,
+        )
+
+    base = run({}, cycle.state)
+    found = []
+    for mode, order in pairs:
+        stiff = held.upper_omega[mode] ** 2 - held.reference_omega**2
+        load = TEST * q / order**2 * stiff
+        motion, force = [], []
+        for unit in (1.0, 1j):
+            moved = run({(mode, order): load * unit}, base.state)
+            change = moved.upper[mode, order - 1] - base.upper[mode, order - 1]
+            motion.append(change / (load * unit))
+            force.append((moved.force / moved.q * base.q - base.force) / load)
+        found.append(_Reaction(0.5 * (motion[0] + motion[1]), (force[0], force[1])))
+    return found

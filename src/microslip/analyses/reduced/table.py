@@ -1,0 +1,152 @@
+"""Equivalent stiffness and damping against amplitude, from steady quasi-static cycles.
+
+With ``q = Phi_sl^T M (x - x_prestress)`` and the modal contact force ``f = Phi_sl^T F_c`` (contact
+force beyond the linear sliding state), projection of static equilibrium on the sliding mode gives
+``omega_sl² q + f = Phi_sl^T F`` exactly, whatever touches, slips or separates. First harmonics over
+the steady cycle:
+
+    k_eq + i gamma_eq = F_1 / (omega_sl² Q_1)          dimensionless
+
+(theory: W_s = pi Re F_1, W_c = pi Im F_1 in the phase of q, so k_eq = W_s / (pi q omega_sl²)).
+Everything depends on the load only through amplitude over clamp force.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip.analyses.statics.cycle import Cycle
+from microslip.analyses.statics.linear_states import LinearStates
+from microslip.model.joint import JointModel
+from microslip.numerics.fourier import harmonic
+
+Array = NDArray[np.float64]
+
+DRIVES = {"moment": "moment", "mode": "sliding"}
+"""Port that each drive acts on: the end moment (the paper), or the modal inertia load M Phi_sl."""
+
+
+@dataclass(frozen=True)
+class UpperHarmonics:
+    """Upper modes in superharmonic resonance, against the amplitude of the sliding mode.
+
+    See `refined.py`. Per chosen (mode, harmonic) s and amplitude n:
+
+    Attributes
+    ----------
+    order : (s,) int array
+        Harmonic h.
+    omega : (s,) array
+        Circular frequency of the mode, rad/s.
+    reference_omega : float
+        omega_0, at which the table already has the mode's inertia.
+    motion : (n, s) complex array
+        eta_0 over the amplitude.
+    compliance : (n, s) complex array
+        S, s².
+    in_phase, quadrature : (n, s) complex arrays
+        T for the real and the imaginary part of the load.
+    """
+
+    order: NDArray[np.int64]
+    omega: Array
+    reference_omega: float
+    motion: NDArray[np.complex128]
+    compliance: NDArray[np.complex128]
+    in_phase: NDArray[np.complex128]
+    quadrature: NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class EquivalentTable:
+    """Equivalent stiffness and damping of the sliding mode against its amplitude.
+
+    Attributes
+    ----------
+    drive : str
+        ``"moment"``, ``"mode"``, or ``"prescribed"`` for the refined model.
+    clamp, omega : float
+        Clamp force (N/m) that the amplitudes belong to, and omega_sl (rad/s).
+    load : (n,) array
+        Amplitude of the driving load, in the unit of its port.
+    amplitude : (n,) array
+        ``|Q_1|``, first harmonic of the sliding coordinate, m sqrt(kg) per sqrt(m) of width;
+        ascending.
+    k_eq, gamma_eq : (n,) arrays
+        Divided by omega_sl².
+    cross : (n,) complex array
+        Force on the second coordinate (the part of the stuck mode M-orthogonal to the sliding
+        mode) over ``omega_sl² Q_1``.
+    dissipated, stored : (n,) arrays
+        Friction work per cycle and mean stored energy ``q W_s / (2 pi)``, J per metre of width.
+    upper : UpperHarmonics, optional
+        Of the refined model.
+    uncertainty : (n,) array, optional
+        Error of interpolation of ``k_eq + i gamma_eq``; of the refined model.
+    """
+
+    drive: str
+    clamp: float
+    omega: float
+    load: Array
+    amplitude: Array
+    k_eq: Array
+    gamma_eq: Array
+    cross: NDArray[np.complex128]
+    dissipated: Array
+    stored: Array
+    upper: UpperHarmonics | None = None
+    uncertainty: Array | None = None
+
+
+def modal_quantities(cycle: Cycle, model: JointModel, states: LinearStates) -> tuple[Array, Array]:
+    """Sliding coordinate q and modal contact force f over a cycle, both ``(s + 1,)``."""
+    q = cycle.output[:, model.port("sliding")]
+    push = 1.0 if cycle.port == "sliding" else states.load_on_sliding[cycle.port]
+    return q, push * cycle.load - states.sliding_omega**2 * q
+
+
+def equivalent_table(
+    cycles: Sequence[Cycle], model: JointModel, states: LinearStates, clamp: float, drive: str
+) -> EquivalentTable:
+    """Table of equivalent stiffness and damping from steady cycles of one drive.
+
+    Parameters
+    ----------
+    cycles : sequence of Cycle
+        Any order.
+    model : JointModel
+        With ports ``sliding`` and ``stuck``.
+    states : LinearStates
+    clamp : float
+        N/m.
+    drive : str
+        Key of `DRIVES`.
+    """
+    c = states.overlap
+    s = np.sqrt(1 - c**2)
+    omega2 = states.sliding_omega**2
+    second2 = (states.stuck_omega**2 - c**2 * omega2) / s**2
+    rows = []
+    for cycle in cycles:
+        q, f = modal_quantities(cycle, model, states)
+        push = c if cycle.port == "sliding" else states.load_on_stuck[cycle.port]
+        push_sl = 1.0 if cycle.port == "sliding" else states.load_on_sliding[cycle.port]
+        other = (cycle.output[:, model.port("stuck")] - c * q) / s
+        f_other = (push - c * push_sl) / s * cycle.load - second2 * other
+        Q, F = harmonic(q, cycle.theta), harmonic(f, cycle.theta)
+        ratio = F / Q / omega2
+        cross = harmonic(f_other, cycle.theta) / Q / omega2
+        stored = 0.5 * abs(Q) ** 2 * ratio.real * omega2
+        rows.append(
+            (cycle.amplitude, abs(Q), ratio.real, ratio.imag, cross, cycle.dissipated, stored)
+        )
+    rows.sort(key=lambda row: row[1])
+    load, amplitude, k, g, cross, dissipated, stored = map(np.array, zip(*rows, strict=True))
+    return EquivalentTable(
+        drive, clamp, states.sliding_omega, load, amplitude, k, g, cross, dissipated, stored
+    )

@@ -1,0 +1,419 @@
+"""Cycles in which the motion of one mode is prescribed and the other modes have their inertia.
+
+A joint that vibrates near a resonance moves along one mode, ``q = A sin(theta)``, and everything
+else follows. What follows is not quasi-static: at circular frequency ``omega_0`` the rest of the
+structure has the stiffness ``K - omega_0² M``. Cycles here march the contact through one period
+with that stiffness, as statics does with K, and so keep its cost:
+
+    (K - omega_0² M + kappa M Phi Phi^T M) x + B^T r = (omega_sl² - omega_0² + kappa) A sin(theta) M Phi
+                                                      + M(t) p + sum of loads on upper modes
+
+with ``Phi`` a mode of the sliding state. A ``kappa`` of a hundred times omega_sl² holds q to its
+course. The modal contact force follows from the equation of the mode itself,
+``F = load - (omega_sl² - omega_0² + kappa) q``.
+
+The inertia is exact for the first harmonic only. Upper modes whose frequency lies near a multiple
+of the first are given the rest of theirs as a load on their own port, see `refined.py`.
+
+Rigid motions that slide the beams past each other keep their static stiffness: they are nearly at
+rest, and their steady offset has no inertia.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip.analyses.statics.cycle import Prestress
+from microslip.analyses.statics.joint_modes import bonded_modes
+from microslip.analyses.statics.linear_states import LinearStates
+from microslip.contact.path import march
+from microslip.contact.planar import SEPARATED, STICK
+from microslip.contact.solver import CERTIFICATE, ContactSolver, singularity_named
+from microslip.errors import ContactError
+from microslip.model.flexibility import Flexibility
+from microslip.model.joint import JointModel
+from microslip.numerics.fourier import harmonic
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+HOLD = 100.0
+"""Stiffness that holds the mode to its course, over omega_sl²."""
+
+RAMP = 10
+"""Load steps from one cycle's start to another's."""
+
+
+@dataclass(frozen=True)
+class HeldMode:
+    """A joint one of whose modes is held, ready for `prescribed_cycle`.
+
+    Attributes
+    ----------
+    model : JointModel
+        With one more port per upper mode, after its own.
+    flexibility : Flexibility
+        At the reference frequency, the prestress exact.
+    prestress : Prestress
+    friction : (m,) array
+    sliding_omega, reference_omega, hold : float
+        omega_sl, omega_0 (rad/s) and ``omega_sl² - omega_0² + kappa``.
+    load_on_sliding : float
+        ``Phi^T p`` of a unit moment.
+    upper_omega : (u,) array
+        Upper modes of the sliding state, rad/s.
+    port : str
+        Port of the mode: its inertia load and its coordinate.
+    """
+
+    model: JointModel
+    flexibility: Flexibility
+    prestress: Prestress
+    friction: Array
+    sliding_omega: float
+    reference_omega: float
+    hold: float
+    load_on_sliding: float
+    upper_omega: Array
+    port: str = "sliding"
+
+
+@dataclass(frozen=True)
+class ContactState:
+    """Where a cycle ends, and another may start.
+
+    Attributes
+    ----------
+    status : (m,) int8 array
+    r, q, v : arrays
+    load : (p,) array
+        Amplitudes of all ports.
+    """
+
+    status: NDArray[np.int8]
+    r: Array
+    q: Array
+    v: Array
+    load: Array
+
+
+@dataclass(frozen=True)
+class PrescribedCycle:
+    """First harmonics over one cycle with q prescribed.
+
+    Attributes
+    ----------
+    q, force : complex
+        ``Q_1`` and the modal contact force ``F_1``.
+    upper : (u, h) complex array
+        Harmonics of the upper modes, column ``h - 1`` for harmonic h.
+    dissipated : float
+        Friction work, J per metre of width.
+    closure : float
+        Change of the reactions over the last cycle, over the largest prestress reaction.
+    residual : float
+        Largest complementarity residual.
+    state : ContactState
+    """
+
+    q: complex
+    force: complex
+    upper: Complex
+    dissipated: float
+    closure: float
+    residual: float
+    state: ContactState
+
+
+def sliding_modes(model: JointModel, start: Prestress) -> tuple[Array, Array]:
+    """Modes of the joint model with the touching pairs bonded in the normal direction.
+
+    Returns circular frequencies and mode shapes in the free-interface modes, mass-normalised;
+    rigid sliding comes first, then the sliding mode itself.
+    """
+    return bonded_modes(model, start.bonded(1))
+
+
+def walking_modes(model: JointModel) -> NDArray[np.bool_]:
+    """Rigid modes that slide the bodies past each other and move nothing else."""
+    d = model.dimension
+    normal = np.abs(model.mode_v[::d]).max(axis=0)
+    sideways = np.abs(model.mode_v[1::d]).max(axis=0)
+    rigid = np.arange(len(model.omega)) < model.equilibrium_modes
+    return rigid & (normal < 1e-3 * sideways)
+
+
+def hold_mode(
+    model: JointModel,
+    start: Prestress,
+    states: LinearStates,
+    friction: float | Array,
+    reference_omega: float,
+    *,
+    upper: int = 0,
+    compliance: Array | None = None,
+) -> HeldMode:
+    """Prepare cycles with the sliding mode prescribed.
+
+    Parameters
+    ----------
+    model : JointModel
+        With ports ``clamp``, ``moment`` and ``sliding``.
+    start : Prestress
+    states : LinearStates
+    friction : float or (m,) array
+    reference_omega : float
+        Circular frequency at which the rest of the joint has its inertia, rad/s; 0 for statics.
+    upper : int
+        Modes above the sliding mode that get a port.
+    compliance : (d m,) array, optional
+        Contact compliance of an elastic contact, m/N.
+    """
+    return hold_port(
+        model,
+        start,
+        "sliding",
+        states.sliding_omega,
+        friction,
+        reference_omega,
+        upper=upper,
+        compliance=compliance,
+        load_on_mode=states.load_on_sliding["moment"],
+    )
+
+
+def hold_port(
+    model: JointModel,
+    start: Prestress,
+    port: str,
+    omega: float,
+    friction: float | Array,
+    reference_omega: float,
+    *,
+    static: NDArray[np.bool_] | None = None,
+    upper: int = 0,
+    compliance: Array | None = None,
+    load_on_mode: float = 0.0,
+) -> HeldMode:
+    """Prepare cycles with any mode of the sliding state prescribed.
+
+    Parameters
+    ----------
+    model : JointModel
+        With ports ``clamp``, ``moment`` and `port`.
+    start : Prestress
+    port : str
+        Inertia load ``M Phi`` of the mode.
+    omega : float
+        Its circular frequency, rad/s.
+    friction : float or (m,) array
+    reference_omega : float
+        As in `hold_mode`.
+    static : (k,) bool array, optional
+        Free-interface modes without inertia; by default those that slide the bodies past each
+        other.
+    upper, compliance
+        As in `hold_mode`.
+    load_on_mode : float
+        ``Phi^T p`` of a unit moment.
+    """
+    w0, w = reference_omega, omega
+    g = model.port_modes[:, model.port(port)]
+    omegas, shapes = sliding_modes(model, start)
+    own = int(np.argmax(np.abs(shapes.T @ g)))
+    chosen = slice(own + 1, own + 1 + upper)
+    wide = _with_modal_ports(model, shapes[:, chosen])
+    inertia = np.where(walking_modes(model) if static is None else static, 0.0, w0**2)
+    stiffness = np.diag(model.omega**2 - inertia) + HOLD * w**2 * np.outer(g, g)
+    values, vectors = np.linalg.eigh(stiffness)
+    soft = int(np.sum(values < 1e-4 * np.median(model.omega) ** 2))
+    mode_v, ports = wide.mode_v @ vectors, vectors.T @ wide.port_modes
+    v, p, give = mode_v[:, soft:], ports[soft:], 1 / values[soft:]
+    W = wide.residual + (v * give) @ v.T
+    if compliance is not None:
+        W = W + np.diag(compliance)
+    flexibility = Flexibility(
+        W=np.ascontiguousarray(0.5 * (W + W.T)),
+        R=np.ascontiguousarray(mode_v[:, :soft]),
+        stiffness=values[:soft],
+        loads_v=wide.port_v + (v * give) @ p,
+        loads_q=np.ascontiguousarray(ports[:soft]),
+        loads_loads=wide.port_port + (p.T * give) @ p,
+    )
+    rest = vectors.T @ modal_rest(model, start)
+    return HeldMode(
+        model=wide,
+        flexibility=_clamped_at_rest(flexibility, start, rest[:soft], wide.port("clamp")),
+        prestress=replace(start, solution=replace(start.solution, q=rest[:soft])),
+        friction=np.broadcast_to(np.asarray(friction, float), (model.pairs,)).copy(),
+        sliding_omega=w,
+        reference_omega=w0,
+        hold=w**2 - w0**2 + HOLD * w**2,
+        load_on_sliding=load_on_mode,
+        upper_omega=omegas[chosen],
+        port=port,
+    )
+
+
+def _with_modal_ports(model: JointModel, shapes: Array) -> JointModel:
+    count = shapes.shape[1]
+    return replace(
+        model,
+        ports=(*model.ports, *(f"upper {i}" for i in range(count))),
+        port_modes=np.hstack([model.port_modes, shapes]),
+        port_v=np.hstack([model.port_v, np.zeros((len(model.port_v), count))]),
+        port_port=np.pad(model.port_port, ((0, count), (0, count))),
+    )
+
+
+def modal_rest(model: JointModel, start: Prestress) -> Array:
+    """Modal coordinates under the clamp."""
+    e, s = model.equilibrium_modes, start.solution
+    force = model.port_modes[e:, model.port("clamp")] * start.clamp - model.mode_v[:, e:].T @ s.r
+    return np.concatenate([s.q, force / model.omega[e:] ** 2])
+
+
+def _clamped_at_rest(f: Flexibility, start: Prestress, q: Array, clamp: int) -> Flexibility:
+    """The clamp's columns replaced so that the prestress, a rest without inertia, solves them."""
+    s = start.solution
+    loads_v, loads_q = f.loads_v.copy(), f.loads_q.copy()
+    loads_v[:, clamp] = (s.v + f.W @ s.r - f.R @ q) / start.clamp
+    loads_q[:, clamp] = (f.stiffness * q + f.R.T @ s.r) / start.clamp
+    return replace(f, loads_v=loads_v, loads_q=loads_q)
+
+
+def at_rest(held: HeldMode) -> ContactState:
+    """The prestressed state."""
+    s = held.prestress.solution
+    load = np.zeros(len(held.model.ports))
+    load[held.model.port("clamp")] = held.prestress.clamp
+    status = np.where(held.prestress.touching, STICK, SEPARATED).astype(np.int8)
+    return ContactState(status, s.r.copy(), s.q.copy(), s.v.copy(), load)
+
+
+@singularity_named()
+def prescribed_cycle(
+    held: HeldMode,
+    amplitude: float,
+    *,
+    steps: int = 300,
+    cycles: int = 4,
+    closure: float = 1e-5,
+    moment: complex = 0.0,
+    upper: Mapping[tuple[int, int], complex] | None = None,
+    harmonics: int = 1,
+    start: ContactState | None = None,
+) -> PrescribedCycle:
+    """March cycles with ``q = amplitude sin(theta)`` until they close.
+
+    Parameters
+    ----------
+    held : HeldMode
+    amplitude : float
+        Of the mode, m sqrt(kg) per sqrt(m) of width.
+    steps, cycles : int
+        Load steps per cycle, and cycles at most.
+    closure : float
+        Cycles stop when no reaction changes by more than this between them.
+    moment : complex
+        First harmonic of the end moment, its phase against q.
+    upper : mapping of (mode, harmonic) to complex, optional
+        Loads on upper modes.
+    harmonics : int
+        How many harmonics of the upper modes to return.
+    start : ContactState, optional
+        Where to start; at rest when left out.
+
+    Raises
+    ------
+    ContactError
+        Where a step does not solve.
+    """
+    f, model = held.flexibility, held.model
+    state = at_rest(held) if start is None else start
+    theta = 2 * np.pi * np.arange(steps + 1) / steps
+    path = np.zeros((steps + 1, len(model.ports)))
+    path[:, model.port("clamp")] = held.prestress.clamp
+    path[:, model.port(held.port)] = held.hold * amplitude * np.sin(theta)
+    path[:, model.port("moment")] = (moment * np.exp(1j * theta)).imag
+    for (mode, order), load in (upper or {}).items():
+        path[:, model.port(f"upper {mode}")] += (load * np.exp(1j * order * theta)).imag
+    solver = ContactSolver(
+        f,
+        held.friction,
+        np.full(model.pairs, np.abs(held.prestress.solution.r).max()),
+        state.status,
+    )
+    solver.r[:], solver.q[:], solver.v[:] = state.r, state.q, state.v
+    vt_old = state.v[1 :: model.dimension].copy()
+    ramp = state.load + np.linspace(0, 1, RAMP + 1)[:, None] * (path[0] - state.load)
+    if not np.array_equal(state.load, path[0]):
+        _along(solver, f, ramp, vt_old)
+    top = np.abs(held.prestress.solution.r).max()
+    change, last = np.inf, None
+    for _ in range(cycles):
+        r, q, residual, work = _along(solver, f, path, vt_old)
+        change = np.inf if last is None else float(np.abs(r - last).max() / top)
+        if change <= closure:
+            break
+        last = r
+    output = path @ f.loads_loads.T + q @ f.loads_q - r @ f.loads_v
+    s, clamp = held.prestress.solution, model.port("clamp")
+    output -= f.loads_loads[clamp] * held.prestress.clamp + s.q @ f.loads_q - s.r @ f.loads_v
+    y = output[:, model.port(held.port)]
+    force = path[:, model.port(held.port)] - held.hold * y
+    force = force + held.load_on_sliding * path[:, model.port("moment")]
+    first = len(model.ports) - len(held.upper_omega)
+    tops = [harmonic(output[:, first:], theta, h) for h in range(1, harmonics + 1)]
+    return PrescribedCycle(
+        q=complex(harmonic(y, theta)),
+        force=complex(harmonic(force, theta)),
+        upper=np.array(tops).T,
+        dissipated=float(work),
+        closure=change,
+        residual=residual,
+        state=ContactState(
+            solver.status.copy(), solver.r.copy(), solver.q.copy(), solver.v.copy(), path[-1]
+        ),
+    )
+
+
+def _along(
+    solver: ContactSolver, f: Flexibility, path: Array, vt_old: Array
+) -> tuple[Array, Array, float, float]:
+    """Reactions, coordinates, worst residual and friction work of a path."""
+    n, m = len(path), len(solver.status)
+    r, v, q = np.zeros((n, 2 * m)), np.zeros((n, 2 * m)), np.zeros((n, len(solver.q)))
+    r[0], v[0], q[0] = solver.r, solver.v, solver.q
+    residual, work = np.zeros(n), np.zeros((n, m, 2))
+    failed = march(
+        solver.problem,
+        solver.memory,
+        np.ascontiguousarray(f.loads_v),
+        np.ascontiguousarray(f.loads_q),
+        path,
+        vt_old,
+        solver.status,
+        solver.r,
+        solver.q,
+        solver.v,
+        r,
+        v,
+        q,
+        np.zeros((n, m), np.int8),
+        np.zeros(n, np.int64),
+        residual,
+        np.zeros(n, np.int64),
+        work,
+    )
+    if failed >= 0 or not residual.max() <= CERTIFICATE:
+        step = failed if failed >= 0 else int(np.argmax(residual))
+        raise ContactError(
+            f"contact not solved at step {step} of {n - 1} of a prescribed cycle: residual "
+            f"{residual[step]:.1e}; try more load steps or a smaller amplitude"
+        )
+    return r, q, float(residual.max()), float(work[1:, :, 0].sum())

@@ -1,0 +1,294 @@
+"""Stability of a steady state: Floquet multipliers of largest modulus.
+
+A small deviation from a periodic motion becomes, one period of the load later, its image under the
+linearised period map; the eigenvalues mu of that map are the Floquet multipliers. The motion is
+stable where all lie inside the unit circle. Multipliers of a linear joint are those of its modes,
+
+    mu = exp((-zeta omega +- i omega_d) T)
+
+Two ways to them, both projections of the map on a few directions (Ritz values):
+
+- `ritz_values`: from pairs of deviations and images that a search for the steady state leaves
+  behind. Free, and rough: those deviations are neither small nor chosen.
+- `floquet_multipliers`: Arnoldi's method (Saad, Numerical Methods for Large Eigenvalue Problems,
+  6.2; for period maps Lust et al., SIAM J. Sci. Comput. 19 (1998) 1188), where each product with
+  the linearised map is one more period, marched from a deviation.
+
+Two kinds of direction are no vibration; they are marked and have no part in the verdict.
+*Translations*: a joint that slips widely is held sideways by soft springs at its far ends only. Its
+bodies creep past each other, and slide to and fro together, with multipliers as near to 1 as those
+springs and their damping are weak. *Locked-in tractions*: pairs that stick all the time keep any
+traction they were given, multiplier 1, and pairs on the verge of slip keep it or not depending on
+the sign of the deviation, so that the map has no derivative there and the number found, often
+above 1, is no rate of growth: friction bounds it. Hardly anything moves in such a direction, and all
+but a hundredth of its energy is in the tractions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip.analyses.time.scheme import State, TimeScheme, march, prestressed_state
+from microslip.errors import MicroslipError
+from microslip.model.joint import JointModel
+
+if TYPE_CHECKING:
+    from microslip.analyses.time.steady import SteadyState
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+DEVIATION = 1e-4
+"""Size of the deviations over that of the vibration, in the norm of `DeviationNorm`."""
+
+CLOSE = 1e-3
+"""Arnoldi ends once the leading multipliers are known to this."""
+
+NEGLIGIBLE = 1e-2
+"""Secant directions that are this much smaller than the largest are left out."""
+
+LINEAR_FIELDS = ("eta", "rate", "acceleration", "modal_force", "residual_v", "r", "v", "r_before")
+"""Fields of a `State` that may be combined linearly."""
+
+
+@dataclass(frozen=True)
+class Multipliers:
+    """Floquet multipliers of a steady state, largest modulus first.
+
+    Attributes
+    ----------
+    values : (k,) complex array
+        Conjugate pairs are both listed.
+    residual : (k,) array
+        Norm of ``L z - mu z`` of the direction z of unit norm.
+    translation : (k,) array
+        Share of the direction, in the squared norm, that moves the bodies sideways against the
+        springs at their far ends.
+    traction : (k,) array
+        Share that is in tractions instead of motion.
+    cycles : int
+        Periods marched.
+    """
+
+    values: Complex
+    residual: Array
+    translation: Array
+    traction: Array
+    cycles: int
+
+    @property
+    def vibration(self) -> NDArray[np.bool_]:
+        """Which directions are neither translations nor locked-in tractions."""
+        return np.asarray((self.translation < 0.5) & (self.traction < 0.5))
+
+    @property
+    def largest(self) -> float:
+        """Largest modulus of a vibration; nan where none was found."""
+        kept = np.abs(self.values[self.vibration])
+        return float(kept.max()) if len(kept) else float("nan")
+
+    @property
+    def verdict(self) -> str:
+        """``stable``, ``unstable``, or ``undecided`` where the residual reaches the unit circle."""
+        modulus, margin = np.abs(self.values[self.vibration]), self.residual[self.vibration]
+        if (modulus - margin > 1).any():
+            return "unstable"
+        if len(modulus) and (modulus + margin < 1).all():
+            return "stable"
+        return "undecided"
+
+
+class DeviationNorm:
+    """Size of a deviation of states, from its energy.
+
+        |z|² = sum_j (max(omega_j, omega_load) eta_j)² + |eta'|² + r^T W_res r
+
+    Twice the energy of the free bodies, but that modes softer than the load are weighed as if they
+    were as stiff as it: their position matters although it stores nothing.
+
+    Parameters
+    ----------
+    scheme : TimeScheme
+    omega : float
+        Of the load, rad/s.
+    """
+
+    def __init__(self, scheme: TimeScheme, omega: float) -> None:
+        self.model = scheme.model
+        self.weight = np.maximum(scheme.model.omega, omega)
+
+    def motion(self, z: State) -> Array:
+        """Weighted positions and rates of the modes."""
+        return np.concatenate([self.weight * z.eta, z.rate])
+
+    def gram(self, one: Sequence[State], other: Sequence[State]) -> Array:
+        """Scalar products of two lists of deviations."""
+        a = np.array([self.motion(z) for z in one])
+        b = np.array([self.motion(z) for z in other])
+        r_a, r_b = np.array([z.r for z in one]), np.array([z.r for z in other])
+        return np.asarray(a @ b.T + r_a @ self.model.residual @ r_b.T)
+
+    def size(self, z: State) -> float:
+        """Norm of a deviation."""
+        return float(np.sqrt(max(self.gram([z], [z])[0, 0], 0.0)))
+
+
+def ritz_values(deviations: Sequence[Array], images: Sequence[Array]) -> Complex:
+    """Multipliers from deviations and their images, largest modulus first.
+
+    The map that takes one to the other best in the sense of least squares, on the span of the
+    deviations.
+
+    Parameters
+    ----------
+    deviations, images : sequences of (n,) arrays
+        In coordinates whose squares sum to an energy.
+
+    Examples
+    --------
+    >>> map = np.diag([0.9, -0.5, 0.1])
+    >>> z = [np.array([1.0, 1.0, 0.0]), np.array([2.0, -1.0, 0.0])]
+    >>> ritz_values(z, [map @ x for x in z]).real.round(6).tolist()
+    [0.9, -0.5]
+    """
+    if not len(deviations):
+        return np.zeros(0, complex)
+    size = [np.linalg.norm(z) for z in deviations]
+    Z = np.column_stack([z / s for z, s in zip(deviations, size, strict=True) if s > 0])
+    A = np.column_stack([z / s for z, s in zip(images, size, strict=True) if s > 0])
+    U, sigma, Vt = np.linalg.svd(Z, full_matrices=False)
+    kept = sigma > NEGLIGIBLE * sigma[0]
+    projected = (U[:, kept].T @ A @ Vt[kept].T) / sigma[kept]
+    return _by_modulus(np.linalg.eigvals(projected))
+
+
+def floquet_multipliers(
+    scheme: TimeScheme,
+    steady: SteadyState,
+    *,
+    count: int = 4,
+    max_cycles: int = 30,
+    deviation: float = DEVIATION,
+    seed: int = 0,
+) -> Multipliers:
+    """Multipliers of largest modulus by Arnoldi's method on the period map.
+
+    Parameters
+    ----------
+    scheme : TimeScheme
+        The one `steady` was found with.
+    steady : SteadyState
+    count : int
+        Ends when so many leading multipliers of vibrations have residuals below `CLOSE`.
+    max_cycles : int
+        Periods to march at most.
+    deviation : float
+        Size of the deviations over that of the vibration.
+    seed : int
+        Of the random deviation at the start.
+
+    Raises
+    ------
+    MicroslipError
+        Where the steady state did not converge: its neighbourhood says nothing.
+    """
+    if not steady.converged:
+        raise MicroslipError(
+            f"no stability at {steady.frequency:g} Hz: the steady state is not converged (last "
+            f"change {steady.change:.1e}); allow more cycles"
+        )
+    omega = 2 * np.pi * steady.frequency
+    norm = DeviationNorm(scheme, omega)
+    orbit = steady.cycle.state
+    step = deviation * norm.size(_combined([1.0, -1.0], [orbit, prestressed_state(scheme)]))
+    wave = steady.cycle.load
+    image = march(scheme, orbit, wave).state
+
+    def product(z: State) -> State:
+        moved = march(scheme, _combined([1.0, step], [orbit, z]), wave).state
+        return _combined([1 / step, -1 / step], [moved, image])
+
+    z = product(_random_motion(scheme, norm, omega, seed))
+    basis = [_combined([1 / norm.size(z)], [z])]
+    H = np.zeros((max_cycles + 1, max_cycles))
+    size = 0
+    while True:
+        z = product(basis[-1])
+        for _ in range(2):  # twice is enough: once loses orthogonality
+            share = norm.gram(basis, [z])[:, 0]
+            H[: size + 1, size] += share
+            z = _combined([1.0, *-share], [z, *basis])
+        H[size + 1, size] = norm.size(z)
+        size += 1
+        exhausted = H[size, size - 1] < 1e-12 * np.abs(H).max()
+        found = _ritz(H, basis, norm, size, cycles=size + 2)
+        kept = found.residual[found.vibration][:count]
+        close = len(kept) == count and kept.max() < CLOSE
+        if close or exhausted or size + 2 >= max_cycles:
+            return found
+        basis.append(_combined([1 / H[size, size - 1]], [z]))
+
+
+def _ritz(
+    H: Array, basis: Sequence[State], norm: DeviationNorm, size: int, cycles: int
+) -> Multipliers:
+    values, vectors = np.linalg.eig(H[:size, :size])
+    order = np.argsort(-np.abs(values), kind="stable")
+    values, vectors = values[order], vectors[:, order]
+    vectors = vectors / np.linalg.norm(vectors, axis=0)
+    sideways = np.tile(translations(norm.model), 2)
+    energy = np.abs(np.array([norm.motion(z) for z in basis]).T @ vectors) ** 2
+    return Multipliers(
+        values=values.astype(complex),
+        residual=np.abs(H[size, size - 1] * vectors[-1]),
+        translation=energy[sideways].sum(axis=0),
+        traction=1 - energy.sum(axis=0),
+        cycles=cycles,
+    )
+
+
+def translations(model: JointModel) -> NDArray[np.bool_]:
+    """Modes that move the bodies sideways as rigid ones, held by the far ends' springs only."""
+    normal = np.abs(model.mode_v[:: model.dimension]).max(axis=0)
+    sideways = np.abs(model.mode_v[1 :: model.dimension]).max(axis=0)
+    rigid = np.arange(len(model.omega)) < model.equilibrium_modes
+    return np.asarray(rigid & (normal < 1e-3 * sideways))
+
+
+def _random_motion(scheme: TimeScheme, norm: DeviationNorm, omega: float, seed: int) -> State:
+    """Rates of unit norm, random over the modes of the sliding state, less at high frequency.
+
+    Rates of free bodies would let them into each other.
+    """
+    model = scheme.model
+    bonded = scheme.prestress.bonded(1)
+    psi = model.mode_v[bonded]
+    stiffness = np.diag(model.omega**2) + psi.T @ np.linalg.solve(
+        model.residual[np.ix_(bonded, bonded)], psi
+    )
+    squared, shapes = np.linalg.eigh(0.5 * (stiffness + stiffness.T))
+    share = np.random.default_rng(seed).standard_normal(len(squared))
+    share *= omega**2 / np.maximum(squared, omega**2)
+    rest = prestressed_state(scheme)
+    nothing = {name: np.zeros_like(getattr(rest, name)) for name in LINEAR_FIELDS}
+    rate = shapes @ share
+    return replace(rest, **{**nothing, "rate": rate / np.linalg.norm(rate)})
+
+
+def _combined(shares: Sequence[float], states: Sequence[State]) -> State:
+    """Sum of states, with the contact states of the first."""
+    mixed = {
+        name: sum(s * getattr(z, name) for s, z in zip(shares, states, strict=True))
+        for name in LINEAR_FIELDS
+    }
+    return replace(states[0], **mixed)
+
+
+def _by_modulus(values: NDArray[np.generic]) -> Complex:
+    values = np.asarray(values, dtype=complex)
+    return np.asarray(values[np.argsort(-np.abs(values), kind="stable")])

@@ -1,0 +1,387 @@
+"""Time integration of the joint model with exact contact.
+
+The scheme is that of `contact/timestep.py`: second order, unconditionally stable for the linear
+joint, dissipative at high frequency only (numerical damping ratio of a mode
+``alpha (omega dt)²/2 ...`` to leading order; alpha = 0.05 by default). Implicit steps lengthen the
+period by ``(omega dt)²/12 (1 + ...)``: see `period_error`, and compare methods at a frequency
+corrected for it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip.analyses.statics.cycle import Prestress
+from microslip.contact import tableau
+from microslip.contact.planar import SEPARATED, STICK
+from microslip.contact.solver import CERTIFICATE, TOLERANCE, singularity_named
+from microslip.contact.timestep import step_through
+from microslip.errors import ContactError, MicroslipError
+from microslip.model.joint import JointModel
+
+Array = NDArray[np.float64]
+
+ALPHA = 0.05
+
+
+@dataclass(frozen=True)
+class TimeScheme:
+    """A joint model made ready for one step size and one driven port.
+
+    Attributes
+    ----------
+    model : JointModel
+    prestress : Prestress
+    friction : (m,) array
+    dt, alpha : float
+        Step (s) and numerical dissipation.
+    port : str
+        Driven port.
+    W : (d m, d m) array
+        Flexibility over one step.
+    """
+
+    model: JointModel
+    prestress: Prestress
+    friction: Array
+    dt: float
+    alpha: float
+    port: str
+    W: Array
+    kernel: Mapping[str, Array] = field(repr=False)
+
+
+@dataclass(frozen=True)
+class State:
+    """Everything the next step depends on; frozen, marching returns a new one.
+
+    Attributes
+    ----------
+    eta, rate, acceleration, modal_force : (k,) arrays
+    residual_v : (d m,) array
+        Residual part of the relative displacement.
+    r, v : (d m,) arrays
+    r_before : (m,) array
+        Normal reactions one step before `r`; they tell an impact from a smooth opening.
+    status : (m,) int8 array
+    """
+
+    eta: Array
+    rate: Array
+    acceleration: Array
+    modal_force: Array
+    residual_v: Array
+    r: Array
+    v: Array
+    r_before: Array
+    status: NDArray[np.int8]
+
+
+@dataclass(frozen=True)
+class March:
+    """Result of marching: samples at every step, the first is the state at entry.
+
+    Attributes
+    ----------
+    time : (n,) array
+        s.
+    load : (n,) array
+    output : (n, p) array
+        Outputs of all ports, change from prestress.
+    state : State
+        At the end.
+    friction_work : (m,) array
+        J per metre of width.
+    external, modal_damping, normal_work : float
+        Work of the load, of material damping in the modes, and of the normal reactions (an error of
+        discretisation), J per metre of width.
+    residual_damping : float
+        Work that the reactions do on the residual part, J per metre of width: its material damping
+        over a full steady cycle; else the change of the energy stored there is in it as well.
+    iterations, residual : (n,) arrays
+    r, v, status : arrays or empty
+        Histories, where asked for.
+    """
+
+    time: Array
+    load: Array
+    output: Array
+    state: State
+    friction_work: Array
+    external: float
+    modal_damping: float
+    residual_damping: float
+    normal_work: float
+    iterations: NDArray[np.int64]
+    residual: Array
+    r: Array
+    v: Array
+    status: NDArray[np.int8]
+
+    @property
+    def dissipated(self) -> float:
+        """Friction work, J per metre of width."""
+        return float(self.friction_work.sum())
+
+
+def scheme_constants(alpha: float) -> tuple[float, float, float]:
+    """Constants gamma, beta and ``1 - alpha`` of the scheme."""
+    return 0.5 + alpha, 0.25 * (1 + alpha) ** 2, 1 - alpha
+
+
+def period_error(omega_dt: float, alpha: float = ALPHA) -> float:
+    """Relative lengthening of the period of an undamped linear oscillator by the scheme.
+
+    From the eigenvalues of its amplification matrix; ``(omega dt)²/12`` for alpha = 0 and small
+    steps.
+
+    Examples
+    --------
+    >>> round(period_error(2 * np.pi / 150, 0.0) / ((2 * np.pi / 150) ** 2 / 12), 3)
+    1.0
+    """
+    values = np.linalg.eigvals(amplification(omega_dt, alpha))
+    principal = values[np.argmax(np.abs(values) * (np.abs(values.imag) > 1e-12))]
+    return float(omega_dt / abs(np.angle(principal)) - 1)
+
+
+def amplification(omega_dt: float, alpha: float) -> Array:
+    """Amplification matrix of the scheme on ``(x, dt x', dt² x'')`` of an undamped oscillator."""
+    gamma, beta, a1 = scheme_constants(alpha)
+    w2 = omega_dt**2
+    position = np.array([1.0, 1.0, 0.5 - beta])
+    rate = np.array([0.0, 1.0, 1 - gamma])
+    acceleration = -(a1 * w2 * position + alpha * w2 * np.array([1.0, 0, 0])) / (1 + a1 * beta * w2)
+    return np.array([position + beta * acceleration, rate + gamma * acceleration, acceleration])
+
+
+def time_scheme(
+    model: JointModel,
+    prestress: Prestress,
+    friction: float | Array,
+    dt: float,
+    *,
+    port: str = "moment",
+    alpha: float = ALPHA,
+    compliance: Array | None = None,
+) -> TimeScheme:
+    """Prepare time integration.
+
+    Parameters
+    ----------
+    model : JointModel
+        With a port ``clamp``.
+    prestress : Prestress
+        Where motion starts from; its clamp force is held.
+    friction : float or (m,) array
+    dt : float
+        Step, s.
+    port : str
+        Driven port.
+    alpha : float
+        Numerical dissipation, 0 to 1/3.
+    compliance : (d m,) array, optional
+        Contact compliance, m/N (elastic contact).
+    """
+    if not dt > 0:
+        raise MicroslipError(f"time step {dt:g} s must be positive")
+    gamma, beta, a1 = scheme_constants(alpha)
+    damping = model.modal_damping()
+    tau = model.rayleigh[1]
+    denominator = 1 + a1 * (gamma * dt * damping + beta * dt**2 * model.omega**2)
+    per_force = a1 * beta * dt**2 / denominator
+    residual = model.residual + (np.diag(compliance) if compliance is not None else 0.0)
+    W = residual / (1 + tau / dt) + (model.mode_v * per_force) @ model.mode_v.T
+    driven, clamp = model.port(port), model.port("clamp")
+    P = prestress.clamp
+    kernel = {
+        "psi_t": np.ascontiguousarray(model.mode_v.T),
+        "damping": damping,
+        "drive_modes": np.ascontiguousarray(model.port_modes[:, driven]),
+        "drive_v": np.ascontiguousarray(model.port_v[:, driven]),
+        "constant_modes": model.port_modes[:, clamp] * P,
+        "constant_v": model.port_v[:, clamp] * P,
+        "out_modes": np.ascontiguousarray(model.port_modes),
+        "out_v": np.ascontiguousarray(model.port_v.T),
+        "out_load": np.vstack([model.port_port[clamp] * P, model.port_port[driven]]),
+    }
+    return TimeScheme(
+        model=model,
+        prestress=prestress,
+        friction=np.broadcast_to(np.asarray(friction, float), (model.pairs,)).copy(),
+        dt=float(dt),
+        alpha=float(alpha),
+        port=port,
+        W=np.ascontiguousarray(0.5 * (W + W.T)),
+        kernel=kernel,
+    )
+
+
+def prestressed_state(scheme: TimeScheme, amplitude: float = 0.0, omega: float = 1.0) -> State:
+    """At rest under the clamp, or passing through it with the velocity of a harmonic motion.
+
+    Parameters
+    ----------
+    scheme : TimeScheme
+    amplitude : float
+        Amplitude of the sliding coordinate (port ``sliding``).
+    omega : float
+        Its circular frequency, rad/s.
+    """
+    model, solution = scheme.model, scheme.prestress.solution
+    contact = model.mode_v.T @ solution.r
+    force = scheme.kernel["constant_modes"] - contact
+    e = model.equilibrium_modes
+    eta = np.concatenate([solution.q, force[e:] / model.omega[e:] ** 2])
+    rate = np.zeros_like(eta)
+    if amplitude:
+        rate = model.port_modes[:, model.port("sliding")] * (amplitude * omega)
+    return State(
+        eta=eta,
+        rate=rate,
+        acceleration=np.zeros_like(eta),
+        modal_force=force,
+        residual_v=solution.v - model.mode_v @ eta,
+        r=solution.r.copy(),
+        v=solution.v.copy(),
+        r_before=solution.r[::2].copy(),
+        status=np.where(scheme.prestress.touching, STICK, SEPARATED).astype(np.int8),
+    )
+
+
+def contact_memory(scheme: TimeScheme) -> tableau.Memory:
+    """Working memory of the contact solver for marches on one scheme, one at a time."""
+    return tableau.memory(scheme.model.pairs, 0)
+
+
+@singularity_named()
+def march(
+    scheme: TimeScheme,
+    state: State,
+    load: Array,
+    *,
+    keep: bool = False,
+    memory: tableau.Memory | None = None,
+    start_time: float = 0.0,
+) -> March:
+    """Integrate over ``len(load) - 1`` steps from `state`.
+
+    Parameters
+    ----------
+    scheme : TimeScheme
+    state : State
+    load : (n,) array
+        Amplitude of the driven port at every step, ``load[0]`` at the state itself.
+    keep : bool
+        Keep reactions, relative displacements and contact states of every step.
+    memory : Memory, optional
+        From `contact_memory`, handed from march to march: saves factorising the contact problem
+        each time. Results agree to rounding.
+    start_time : float
+        Time at the state, s: of a march that goes on another one, so that errors name its own time.
+
+    Raises
+    ------
+    ContactError
+        Where a step does not solve: names the time and the load.
+    """
+    load = np.ascontiguousarray(load, dtype=float)
+    if not np.isfinite(load).all():
+        raise MicroslipError(f"the load is not finite at step {int(np.argmin(np.isfinite(load)))}")
+    m, N = scheme.model.pairs, len(state.v)
+    n = len(load)
+    rows = n if keep else 0
+    k = scheme.kernel
+    eta, rate, acceleration = state.eta.copy(), state.rate.copy(), state.acceleration.copy()
+    modal_force, s = state.modal_force.copy(), state.residual_v.copy()
+    r, v, status = state.r.copy(), state.v.copy(), state.status.copy()
+    r_before = state.r_before.copy()
+    vt_old = v[1::2].copy()
+    force = np.full(m, np.abs(scheme.prestress.solution.r).max())
+    problem = tableau.problem(
+        scheme.W, np.zeros((N, 0)), np.zeros(0), scheme.friction, force, TOLERANCE
+    )
+    memory = contact_memory(scheme) if memory is None else memory
+    tableau.follow(problem, memory, status)
+    outputs = np.zeros((n, len(scheme.model.ports)))
+    rest = _output(scheme, prestressed_state(scheme), 0.0)
+    outputs[0] = _output(scheme, state, load[0])
+    works, friction = np.zeros(5), np.zeros(m)
+    r_out, v_out = np.zeros((rows, N)), np.zeros((rows, N))
+    status_out = np.zeros((rows, m), np.int8)
+    if keep:
+        r_out[0], v_out[0], status_out[0] = r, v, status
+    iterations, residual = np.zeros(n, np.int64), np.zeros(n)
+    failed = step_through(
+        problem,
+        memory,
+        k["psi_t"],
+        scheme.model.omega,
+        k["damping"],
+        scheme.model.rayleigh[1],
+        scheme.alpha,
+        scheme.dt,
+        k["drive_modes"],
+        k["drive_v"],
+        k["constant_modes"],
+        k["constant_v"],
+        load,
+        scheme.model.port(scheme.port),
+        k["out_modes"],
+        k["out_v"],
+        k["out_load"],
+        eta,
+        rate,
+        acceleration,
+        modal_force,
+        s,
+        vt_old,
+        status,
+        r,
+        v,
+        r_before,
+        outputs,
+        works,
+        friction,
+        r_out,
+        v_out,
+        status_out,
+        iterations,
+        residual,
+    )
+    if failed >= 0 or not residual.max() <= CERTIFICATE:
+        step = failed if failed >= 0 else int(np.argmax(residual))
+        worst = int(np.argmax(np.abs(r[::2])))
+        raise ContactError(
+            f"contact not solved at t = {start_time + step * scheme.dt:.6g} s (step {step}, load "
+            f"{load[step]:.4g}, pair {worst} at x = {scheme.model.position[worst]:.4g} m carries "
+            "most): try more steps per cycle"
+        )
+    if not np.isfinite(eta).all():
+        raise MicroslipError("time integration gave a number that is not finite")
+    return March(
+        time=np.asarray(scheme.dt * np.arange(n), dtype=float),
+        load=load,
+        output=outputs - rest,
+        state=State(eta, rate, acceleration, modal_force, s, r, v, r_before, status),
+        friction_work=friction,
+        external=float(works[0]),
+        modal_damping=float(works[3]),
+        residual_damping=float(works[4]),
+        normal_work=float(works[2]),
+        iterations=iterations,
+        residual=residual,
+        r=r_out,
+        v=v_out,
+        status=status_out,
+    )
+
+
+def _output(scheme: TimeScheme, state: State, load: float) -> Array:
+    k = scheme.kernel
+    constant = k["out_load"][0] + k["out_load"][1] * load
+    return constant + k["out_modes"].T @ state.eta - k["out_v"] @ state.r

@@ -1,0 +1,245 @@
+"""Steady state under harmonic load: marching, or Anderson acceleration of the period map.
+
+The period map takes the state at one passage of the load's phase to the next. Its fixed point is
+the steady state. Marching converges at the rate of the slowest transient (hundreds of cycles for a
+lightly damped joint); the accelerated search combines the last few states so that their combined
+change is least (Anderson; Walker & Ni, SIAM J. Numer. Anal. 49 (2011) 1715), in the energy norm of
+the modes, which removes the few slow transients in about as many cycles as there are of them.
+"""
+
+from __future__ import annotations
+
+import time as clock
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip.analyses.time.floquet import LINEAR_FIELDS, ritz_values, translations
+from microslip.analyses.time.scheme import (
+    March,
+    State,
+    TimeScheme,
+    contact_memory,
+    march,
+    prestressed_state,
+)
+from microslip.errors import ContactError
+from microslip.numerics.fourier import harmonic
+
+Array = NDArray[np.float64]
+
+DEPTH = 10
+"""States that the accelerated search combines."""
+
+SECANTS = 12
+"""States and images that the estimate of the multipliers is made from."""
+
+CONFIRMED = 3.0
+"""The cycle after the search may change by this many times the tolerance."""
+
+
+@dataclass(frozen=True)
+class SteadyState:
+    """Steady (or last) cycle under ``A sin(omega t)``.
+
+    Attributes
+    ----------
+    frequency, load : float
+        Hz, and amplitude of the driven port.
+    cycle : March
+        The last cycle, histories kept; its output starts at phase `phase`.
+    phase : float
+        Phase of the load at the start of the cycle, rad.
+    amplitude : complex
+        First harmonic of the sliding coordinate against the load's sine.
+    change : float
+        Relative change of the state over the last cycle, energy norm.
+    energy_change : float
+        Relative change of the dissipated energy between the last two cycles.
+    cycles : int
+    converged : bool
+    seconds : float
+    history : (cycles,) array
+        `change` of every cycle.
+    unsolved : int
+        Cycles that had to be repeated with the plain iteration.
+    multipliers : (k,) complex array
+        Floquet multipliers as far as the search has met them, largest modulus first; those of the
+        bodies sliding sideways as rigid ones are not among them. Estimates:
+        `stability.floquet_multipliers` refines them.
+    """
+
+    frequency: float
+    load: float
+    cycle: March
+    phase: float
+    amplitude: complex
+    change: float
+    energy_change: float
+    cycles: int
+    converged: bool
+    seconds: float
+    history: Array
+    unsolved: int
+    multipliers: NDArray[np.complex128]
+
+
+def steady_state(
+    scheme: TimeScheme,
+    frequency: float,
+    load: float,
+    *,
+    guess: complex = 0.0,
+    accelerate: bool = True,
+    tolerance: float = 1e-5,
+    max_cycles: int = 400,
+    start: State | None = None,
+) -> SteadyState:
+    """Find the steady state at one frequency.
+
+    Parameters
+    ----------
+    scheme : TimeScheme
+        Its step must divide the period: ``1 / (frequency dt)`` steps per cycle.
+    frequency : float
+        Hz.
+    load : float
+        Amplitude of the driven port.
+    guess : complex
+        First harmonic of the sliding coordinate, e.g. of the reduced model.
+    accelerate : bool
+        Anderson acceleration; False marches.
+    tolerance : float
+        Relative change of the state over a cycle at which it is steady. A joint that slips widely
+        walks: both halves of a cycle push the beams past each other, against soft springs only.
+        This walk is left out of the measure, so that it neither hides a steady vibration nor is
+        extrapolated.
+    max_cycles : int
+    start : State, optional
+        A state at phase 0 to start from instead of the guess.
+    """
+    steps = round(1 / (frequency * scheme.dt))
+    omega = 2 * np.pi * frequency
+    phase = 0.0 if start is not None or guess == 0 else float(-np.angle(guess))
+    state = start if start is not None else prestressed_state(scheme, abs(guess), omega)
+    theta = phase + 2 * np.pi * np.arange(steps + 1) / steps
+    wave = load * np.sin(theta)
+    began = clock.perf_counter()
+    contact = contact_memory(scheme)
+    memory = _Memory(scheme, DEPTH if accelerate else 0)
+    history: list[float] = []
+    dissipated = [0.0, np.inf]
+    unsolved = 0
+    for _ in range(max_cycles):
+        try:
+            cycle = march(scheme, state, wave, memory=contact)
+        except ContactError:
+            if memory.plain is None:
+                raise
+            unsolved += 1
+            state = memory.restart()
+            continue
+        change = memory.distance(state, cycle.state)
+        history.append(change)
+        memory.keep(state, cycle.state)
+        dissipated = [dissipated[1], cycle.dissipated]
+        if change <= tolerance:
+            after = march(scheme, cycle.state, wave, keep=True, memory=contact)
+            history.append(memory.distance(cycle.state, after.state))
+            if history[-1] <= CONFIRMED * tolerance:
+                break
+        state = memory.next(state, cycle.state)
+    else:
+        after = march(scheme, cycle.state, wave, keep=True, memory=contact)
+        history.append(memory.distance(cycle.state, after.state))
+    cycle, change = after, history[-1]
+    reference = max(abs(cycle.dissipated), 1e-300)
+    Q = harmonic(cycle.output[:, scheme.model.port("sliding")], theta)
+    return SteadyState(
+        frequency=frequency,
+        load=load,
+        cycle=cycle,
+        phase=phase,
+        amplitude=complex(Q),
+        change=change,
+        energy_change=abs(cycle.dissipated - dissipated[1]) / reference,
+        cycles=len(history) + unsolved,
+        converged=change <= CONFIRMED * tolerance,
+        seconds=clock.perf_counter() - began,
+        history=np.array(history),
+        unsolved=unsolved,
+        multipliers=memory.multipliers(),
+    )
+
+
+class _Memory:
+    """Last states and their changes, and the combination of least change.
+
+    Changes are measured in the energy of the modes, without the position of modes that slide the
+    bodies past each other rigidly.
+    """
+
+    def __init__(self, scheme: TimeScheme, depth: int) -> None:
+        walking = translations(scheme.model)
+        self.weight = np.where(walking, 0.0, np.maximum(scheme.model.omega, 1.0))
+        self.vibration = np.tile(~walking, 2)
+        self.rest = prestressed_state(scheme)
+        self.depth = depth
+        self.images: list[State] = []
+        self.changes: list[Array] = []
+        self.plain: State | None = None
+        self.secants: list[tuple[Array, Array]] = []
+
+    def _energy_coordinates(self, state: State) -> Array:
+        return np.concatenate([self.weight * (state.eta - self.rest.eta), state.rate])
+
+    def distance(self, before: State, after: State) -> float:
+        a, b = self._energy_coordinates(before), self._energy_coordinates(after)
+        return float(np.linalg.norm(b - a)) / max(float(np.linalg.norm(b)), 1e-300)
+
+    def keep(self, before: State, after: State) -> None:
+        """Remember a state and its image for the multipliers."""
+        pair = self._energy_coordinates(before), self._energy_coordinates(after)
+        self.secants.append((pair[0][self.vibration], pair[1][self.vibration]))
+        del self.secants[:-SECANTS]
+
+    def multipliers(self) -> NDArray[np.complex128]:
+        """Ritz values of the period map on the differences of successive states."""
+        steps = [
+            (b[0] - a[0], b[1] - a[1])
+            for a, b in zip(self.secants[:-1], self.secants[1:], strict=True)
+        ]
+        return ritz_values([x for x, _ in steps], [y for _, y in steps])
+
+    def next(self, before: State, after: State) -> State:
+        self.plain = after
+        if self.depth == 0:
+            return after
+        change = self._energy_coordinates(after) - self._energy_coordinates(before)
+        self.images.append(after)
+        self.changes.append(change)
+        del self.images[: -self.depth], self.changes[: -self.depth]
+        count = len(self.changes)
+        if count == 1:
+            return after
+        last = self.changes[-1]
+        differences = np.column_stack([last - c for c in self.changes[:-1]])
+        weights = np.linalg.lstsq(differences, last, rcond=1e-8)[0]
+        share = np.append(weights, 1 - weights.sum())
+        if np.abs(share).max() > 1e4:
+            self.restart()
+            return after
+        mixed = {
+            name: sum(w * getattr(image, name) for w, image in zip(share, self.images, strict=True))
+            for name in LINEAR_FIELDS
+        }
+        return replace(after, **mixed)
+
+    def restart(self) -> State:
+        self.images.clear()
+        self.changes.clear()
+        plain = self.plain
+        assert plain is not None
+        self.plain = None
+        return plain

@@ -1,0 +1,431 @@
+"""Entries of ``[[analysis.history]]``: what loads the joint over time, and what is kept of it.
+
+Each kind of signal is a section of its own, told apart by its key ``signal``. All give the end
+moment (N m per metre of width) at every step; ``drive = "mode"`` turns it into the inertia load of
+the sliding mode that is as close to opening the joint.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
+
+from microslip.describe.quantities import (
+    Count,
+    Drive,
+    Frequencies,
+    Frequency,
+    LineMoment,
+    Number,
+    Positions,
+    Rule,
+    Section,
+    StepsPerCycle,
+    Time,
+    evenly,
+)
+from microslip.errors import InputError
+
+if TYPE_CHECKING:
+    from typing import Self
+
+Array = NDArray[np.float64]
+
+STEPS = 150
+"""Time steps per cycle where the file gives neither them nor the step."""
+
+FEWEST_STEPS = 20
+"""Fewer time steps per cycle say nothing about contact."""
+
+
+def _text(value: object) -> str:
+    if not isinstance(value, str | Path) or not str(value).strip():
+        raise ValueError('must be the name of a file, for example "load.csv"')
+    return str(value)
+
+
+class Excitation(Section):
+    """Keys that every history has.
+
+    Attributes
+    ----------
+    name : str, optional
+        Of the history in results; the kind of signal where left out.
+    drive : {"moment", "mode"}
+        End moments, or inertia load of the sliding mode.
+    steps, time_step : int, float, optional
+        Time steps per cycle of the highest frequency, of the signal or of the sliding mode, or
+        the step itself, s.
+    positions : tuple of float, optional
+        Where slip and gap are kept at every step, m; the edge of the clamp where left out.
+    field_samples : int
+        How many times contact states and tractions of all pairs are kept.
+    field_from, field_to : float, optional
+        Part of the history that these samples are spread over, s.
+    """
+
+    name: str | None = Field(default=None, pattern="^[A-Za-z][A-Za-z0-9_-]*$", max_length=40)
+    drive: Drive = "moment"
+    steps: StepsPerCycle | None = None
+    time_step: Time | None = Field(default=None, gt=0)
+    positions: Positions | None = None
+    field_samples: Count = Field(default=400, ge=0, le=100_000)
+    field_from: Time | None = Field(default=None, ge=0)
+    field_to: Time | None = Field(default=None, gt=0)
+
+    @property
+    def label(self) -> str:
+        """Name of the history."""
+        return self.name or self.kind
+
+    @property
+    def kind(self) -> str:
+        """Kind of signal."""
+        kind: str = self.signal  # type: ignore[attr-defined]
+        return kind
+
+    @property
+    def highest_frequency(self) -> float | None:
+        """Highest frequency of the signal, Hz; None where it has none of its own."""
+        return None
+
+    def resolution(self, sliding: float) -> float:
+        """Time step, s.
+
+        Parameters
+        ----------
+        sliding : float
+            Sliding frequency of the joint, Hz.
+        """
+        frequency = self.resolved_frequency(sliding)
+        dt = self.time_step or 1 / (frequency * (self.steps or STEPS))
+        self.check_step(frequency)
+        return dt
+
+    def resolved_frequency(self, sliding: float) -> float:
+        """What `steps` are counted per cycle of, Hz: a motion from rest excites the joint's mode.
+
+        Parameters
+        ----------
+        sliding : float
+            Sliding frequency of the joint, Hz.
+        """
+        return max(self.highest_frequency or 0.0, sliding)
+
+    def check_step(self, frequency: float) -> None:
+        """Raise `Rule` where the given step resolves a cycle too coarsely."""
+        longest = 1 / (FEWEST_STEPS * frequency)
+        if self.time_step is not None and self.time_step > longest * (1 + 1e-9):
+            raise Rule(
+                "time_step",
+                f"gives {1 / (frequency * self.time_step):.3g} steps per cycle at {frequency:.4g} "
+                f"Hz; at least {FEWEST_STEPS} are needed: at most {longest:.3g} s",
+            )
+
+    def load(self, moment: float, sliding: float) -> Array:
+        """End moment at every step from t = 0, N m per metre of width.
+
+        Parameters
+        ----------
+        moment : float
+            Amplitude.
+        sliding : float
+            Sliding frequency of the joint, Hz.
+        """
+        raise NotImplementedError
+
+    @model_validator(mode="after")
+    def _one_step(self) -> Self:
+        if self.steps is not None and self.time_step is not None:
+            raise Rule("time_step", "fixes the step: remove steps")
+        if self.highest_frequency is not None:
+            self.check_step(self.highest_frequency)
+        if self.field_to is not None and self.field_to <= (self.field_from or 0.0):
+            raise Rule("field_to", f"must be after field_from, {self.field_from or 0:g} s")
+        return self
+
+
+LOADS = ("moment", "moment_over_clamp_force_length", "rho")
+
+
+class LoadedExcitation(Excitation):
+    """An excitation with an amplitude: exactly one of three keys, as in ``[load]``."""
+
+    moment: LineMoment | None = Field(default=None, gt=0)
+    moment_over_clamp_force_length: Number | None = Field(default=None, gt=0)
+    rho: Number | None = Field(default=None, gt=0)
+
+    @property
+    def load_key(self) -> str | None:
+        """Which key gives the amplitude; None where none does."""
+        return next((key for key in LOADS if getattr(self, key) is not None), None)
+
+    def check_load(self) -> None:
+        """Raise `Rule` unless exactly one key gives the amplitude."""
+        given = [key for key in LOADS if getattr(self, key) is not None]
+        if len(given) != 1:
+            found = " and ".join(given) if given else "none"
+            raise Rule("", f"give exactly one of {', '.join(LOADS)}; found {found}")
+
+
+class _Driven(LoadedExcitation):
+    @model_validator(mode="after")
+    def _one_load(self) -> Self:
+        self.check_load()
+        return self
+
+
+class Sine(_Driven):
+    """A sine of constant frequency that starts at rest."""
+
+    signal: Literal["sine"]
+    frequency: Frequency = Field(gt=0)
+    cycles: Number = Field(gt=0, le=1e6)
+
+    @property
+    def highest_frequency(self) -> float:
+        """Its frequency, Hz."""
+        return self.frequency
+
+    def load(self, moment: float, sliding: float) -> Array:
+        """``M sin(2 pi f t)``."""
+        from microslip.analyses.time.signals import harmonic
+
+        return harmonic(moment, self.frequency, self.cycles, self.resolution(sliding))[1]
+
+
+class SteppedSine(_Driven):
+    """A sine that dwells at one frequency after the other, in the order written."""
+
+    signal: Literal["stepped_sine"]
+    frequencies: Frequencies | None = None
+    from_: Frequency | None = Field(default=None, gt=0, alias="from")
+    to: Frequency | None = Field(default=None, gt=0)
+    count: Count | None = Field(default=None, ge=2, le=10_000)
+    cycles: Number = Field(gt=0, le=1e6)
+
+    def band(self) -> tuple[float, ...]:
+        """The frequencies in the order they are dwelt at, Hz."""
+        if self.frequencies is not None:
+            return self.frequencies
+        assert self.from_ is not None
+        assert self.to is not None
+        assert self.count is not None
+        return evenly(self.from_, self.to, self.count)
+
+    @property
+    def highest_frequency(self) -> float | None:
+        """Highest of the frequencies, Hz."""
+        complete = self.frequencies or (self.from_ and self.to and self.count)
+        return max(self.band()) if complete else None
+
+    def load(self, moment: float, sliding: float) -> Array:
+        """``M sin`` with continuous phase."""
+        from microslip.analyses.time.signals import stepped_sine
+
+        return stepped_sine(moment, self.band(), self.cycles, self.resolution(sliding))[1]
+
+    @model_validator(mode="after")
+    def _one_band(self) -> Self:
+        check_band(self.frequencies, (self.from_, self.to, self.count))
+        return self
+
+
+def check_band(frequencies: tuple[float, ...] | None, band: tuple[float | None, ...]) -> None:
+    """Raise `Rule` unless either the list or all of from, to and count are given."""
+    if frequencies is not None and any(x is not None for x in band):
+        raise Rule("frequencies", "lists the frequencies: remove from, to and count")
+    if frequencies is None and any(x is None for x in band):
+        raise Rule("frequencies", "give a list of frequencies, or from, to and count")
+
+
+class SweptSine(_Driven):
+    """A sine whose frequency runs from one value to another, up or down."""
+
+    signal: Literal["swept_sine"]
+    from_: Frequency = Field(gt=0, alias="from")
+    to: Frequency = Field(gt=0)
+    duration: Time = Field(gt=0)
+    sweep: Literal["linear", "log"] = "linear"
+
+    @property
+    def highest_frequency(self) -> float:
+        """The higher end, Hz."""
+        return max(self.from_, self.to)
+
+    def load(self, moment: float, sliding: float) -> Array:
+        """``M sin(phase)``."""
+        from microslip.analyses.time.signals import swept_sine
+
+        return swept_sine(
+            moment, self.from_, self.to, self.duration, self.resolution(sliding), self.sweep
+        )[1]
+
+
+class FreeDecay(LoadedExcitation):
+    """Free vibration after a start: from the mode's motion, or let go from a load.
+
+    ``start = "mode"`` passes through rest with the velocity of ``modal_amplitude``; ``"static"``
+    is let go from the load held still (first loading, with friction), ``"steady"`` from the
+    steady state under the load at ``frequency``, when the load passes through zero.
+    """
+
+    signal: Literal["free_decay"]
+    start: Literal["mode", "static", "steady"]
+    modal_amplitude: Number | None = Field(default=None, gt=0)
+    frequency: Frequency | None = Field(default=None, gt=0)
+    duration: Time = Field(gt=0)
+
+    @property
+    def highest_frequency(self) -> float | None:
+        """Of the steady state it starts from, Hz."""
+        return self.frequency
+
+    def resolved_frequency(self, sliding: float) -> float:
+        """Of the steady state, whose period the step must divide, else of the sliding mode, Hz."""
+        if self.frequency is None:
+            return sliding
+        steps = self.steps or STEPS
+        if steps * self.frequency < FEWEST_STEPS * sliding:
+            raise Rule(
+                "steps",
+                f"{steps} per cycle at {self.frequency:g} Hz are fewer than {FEWEST_STEPS} per "
+                f"cycle of the sliding mode, {sliding:.4g} Hz: give more",
+            )
+        return self.frequency
+
+    def load(self, moment: float, sliding: float) -> Array:
+        """Nothing, but what was held before the first step."""
+        from microslip.analyses.time.signals import silence
+
+        load = silence(self.duration, self.resolution(sliding))[1]
+        if self.start == "static":
+            load[0] = moment
+        return load
+
+    @model_validator(mode="after")
+    def _fits_start(self) -> Self:
+        wanted = {"mode": {"modal_amplitude"}, "static": set(), "steady": {"frequency"}}[self.start]
+        for key in ("modal_amplitude", "frequency"):
+            if key in wanted and getattr(self, key) is None:
+                raise Rule(key, f'start = "{self.start}" needs it')
+            if key not in wanted and getattr(self, key) is not None:
+                raise Rule(key, f'has no meaning for start = "{self.start}": remove it')
+        if self.start == "steady" and self.time_step is not None:
+            raise Rule("time_step", 'start = "steady" needs whole steps per cycle: give steps')
+        if self.start != "mode":
+            self.check_load()
+        elif self.load_key is not None:
+            raise Rule(self.load_key, 'has no meaning for start = "mode": remove it')
+        return self
+
+
+class MeasuredSignal(Excitation):
+    """A load from a file: CSV with units, or dataset 58 of a universal file."""
+
+    signal: Literal["measured"]
+    file: Annotated[str, BeforeValidator(_text)]
+    column: str | None = Field(default=None, min_length=1)
+    dataset: Count | None = Field(default=None, ge=1)
+    unit: str | None = Field(default=None, min_length=1)
+    scale: Number = 1.0
+
+    @field_validator("file")
+    @classmethod
+    def _beside_the_joint_file(cls, file: str, info: ValidationInfo) -> str:
+        folder = (info.context or {}).get("folder", "")
+        path = Path(folder) / file
+        if not path.is_file():
+            raise ValueError(f"{path}: no such file")
+        return str(path)
+
+    def load(self, moment: float, sliding: float) -> Array:
+        """The signal, resampled to the step."""
+        from microslip.analyses.time.signals import read_signal
+
+        return (
+            self.scale
+            * read_signal(
+                self.file,
+                self.resolution(sliding),
+                column=self.column,
+                dataset=self.dataset,
+                unit=self.unit,
+            )[1]
+        )
+
+    @model_validator(mode="after")
+    def _fits_format(self) -> Self:
+        from microslip.analyses.time.signals import is_universal
+
+        universal = is_universal(self.file)
+        if universal and self.column is not None:
+            raise Rule("column", "is for CSV files; a universal file has numbered datasets")
+        if not universal and self.dataset is not None:
+            raise Rule("dataset", "is for universal files (.uff, .unv); a CSV file has columns")
+        return self
+
+
+AnyExcitation = Annotated[
+    Sine | SteppedSine | SweptSine | FreeDecay | MeasuredSignal, Field(discriminator="signal")
+]
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """An entry of the file with its load at every step.
+
+    Attributes
+    ----------
+    entry : Excitation
+    dt : float
+        s.
+    cycle_steps : int
+        Steps per cycle of the highest frequency, of the signal or of the sliding mode.
+    load : (n,) array
+        End moment: of unit amplitude where the entry has an amplitude, else the load itself.
+    """
+
+    entry: Excitation
+    dt: float
+    cycle_steps: int
+    load: Array
+
+    @property
+    def blocks(self) -> int:
+        """Into how many pieces the march is cut."""
+        return max(1, -(-(len(self.load) - 1) // self.cycle_steps))
+
+
+def prepare_histories(entries: Sequence[Excitation], sliding: float) -> list[Prepared]:
+    """Read all signals, before anything that takes long.
+
+    Parameters
+    ----------
+    entries : sequence of Excitation
+    sliding : float
+        Sliding frequency of the joint, Hz.
+
+    Raises
+    ------
+    InputError
+        Names the history and what is wrong with its signal or step.
+    """
+    prepared = []
+    for entry in entries:
+        try:
+            dt = entry.resolution(sliding)
+            cycle_steps = round(1 / (entry.resolved_frequency(sliding) * dt))
+            prepared.append(Prepared(entry, dt, cycle_steps, entry.load(1.0, sliding)))
+        except Rule as error:
+            key = f".{error.key}" if error.key else ""
+            raise InputError(f"analysis.history {entry.label!r}{key}: {error}") from None
+        except InputError as error:
+            raise InputError(f"analysis.history {entry.label!r}: {error}") from None
+    return prepared

@@ -1,0 +1,68 @@
+"""Types of the keys of a joint file: quantities with units, counts, lists, and their sections."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+
+from microslip.describe import units
+
+
+def _one_or_more(value: Any) -> tuple[Any, ...]:
+    values = tuple(value) if isinstance(value, list | tuple) else (value,)
+    if not 1 <= len(values) <= 1000:
+        raise ValueError("must be one value or a list of 1 to 1000")
+    return values
+
+
+Number = Annotated[float, BeforeValidator(units.NUMBER.parse), units.NUMBER]
+Length = Annotated[float, BeforeValidator(units.LENGTH.parse), units.LENGTH]
+Modulus = Annotated[float, BeforeValidator(units.MODULUS.parse), units.MODULUS]
+Density = Annotated[float, BeforeValidator(units.DENSITY.parse), units.DENSITY]
+LineForce = Annotated[float, BeforeValidator(units.LINE_FORCE.parse), units.LINE_FORCE]
+LineMoment = Annotated[float, BeforeValidator(units.LINE_MOMENT.parse), units.LINE_MOMENT]
+LineStiffness = Annotated[float, BeforeValidator(units.LINE_STIFFNESS.parse), units.LINE_STIFFNESS]
+AreaStiffness = Annotated[float, BeforeValidator(units.AREA_STIFFNESS.parse), units.AREA_STIFFNESS]
+Time = Annotated[float, BeforeValidator(units.TIME.parse), units.TIME]
+Rate = Annotated[float, BeforeValidator(units.RATE.parse), units.RATE]
+Frequency = Annotated[float, BeforeValidator(units.FREQUENCY.parse), units.FREQUENCY]
+Count = Annotated[int, Field(strict=True)]
+OneOrMore = BeforeValidator(_one_or_more)
+Ratios = Annotated[tuple[Annotated[Number, Field(gt=0)], ...], OneOrMore]
+Moments = Annotated[tuple[Annotated[LineMoment, Field(gt=0)], ...], OneOrMore]
+Rhos = Annotated[tuple[Annotated[Number, Field(ge=0)], ...], OneOrMore]
+Positions = Annotated[tuple[Length, ...], OneOrMore]
+Frequencies = Annotated[
+    tuple[Annotated[Frequency, Field(gt=0)], ...],
+    Field(min_length=1, max_length=10_000),
+    OneOrMore,
+]
+Drive = Literal["moment", "mode"]
+StepsPerCycle = Annotated[Count, Field(ge=20, le=100_000)]
+
+
+class Rule(ValueError):
+    """A rule between keys was broken; `key` is the one to change, seen from its model."""
+
+    def __init__(self, key: str, message: str) -> None:
+        super().__init__(message)
+        self.key = key
+
+
+class Section(BaseModel):
+    """One table of a joint file: immutable, and no key that is not known."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)
+
+
+def evenly(start: float, stop: float, count: int) -> tuple[float, ...]:
+    """`count` values from `start` to `stop`, both met exactly.
+
+    Examples
+    --------
+    >>> evenly(170.0, 171.0, 3)
+    (170.0, 170.5, 171.0)
+    """
+    step = (stop - start) / (count - 1)
+    return (*(start + i * step for i in range(count - 1)), stop)

@@ -1,0 +1,211 @@
+"""The joint model: all that any analysis needs to know of a structure, and its reduction.
+
+Free-interface modes (kept dynamic) plus the residual flexibility of everything truncated, seen at
+the contact pairs and at the ports. This is the massless-boundary form of component mode synthesis
+(Monjaraz-Tec, Gross & Krack, Computers & Structures 260 (2022) 106698):
+
+    eta'' + c eta' + omega² eta + Psi^T r = G^T a
+    v = Psi eta + V_res a - W_res r
+    y = G^T eta + P_res a - V_res^T r
+
+A port is a load vector ``p`` and, by reciprocity, the output ``y = p^T x``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip.errors import ModelError
+from microslip.model.modes import LinearModes, factorise, linear_modes, spectral_shift
+from microslip.model.structure import Structure
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class JointModel:
+    """Reduced model of a joint with free contact pairs; per metre of width in 2D, SI units.
+
+    With modal coordinates ``eta`` (k), port amplitudes ``a`` (p) and reactions ``r`` (d m):
+
+        eta'' + (alpha + beta omega²) eta' + omega² eta = port_modes^T a - mode_v^T r
+        v = mode_v eta + port_v a - residual r          relative displacement of the pairs
+        y = port_modes^T eta + port_port a - port_v^T r  output conjugate to each port
+
+    Attributes
+    ----------
+    position, area : (m,) arrays
+        Of the contact pairs, m.
+    dimension : int
+        Components per contact pair.
+    omega : (k,) array
+        Circular frequencies of the kept free-interface modes, rad/s.
+    equilibrium_modes : int
+        The first so many modes (rigid-body or nearly so) are unknowns in static equilibrium.
+    mode_v : (d m, k) array
+        Relative displacements of the modes.
+    residual : (d m, d m) array
+        Residual flexibility at the pairs, m/N.
+    ports : tuple of str
+        Names of the ports.
+    port_modes : (k, p) array
+        Ports seen by the modes.
+    port_v : (d m, p) array
+        Residual relative displacement per unit port load.
+    port_port : (p, p) array
+        Residual flexibility between ports.
+    rayleigh : tuple of float
+        alpha (1/s) and beta (s).
+    """
+
+    position: Array
+    area: Array
+    dimension: int
+    omega: Array
+    equilibrium_modes: int
+    mode_v: Array
+    residual: Array
+    ports: tuple[str, ...]
+    port_modes: Array
+    port_v: Array
+    port_port: Array
+    rayleigh: tuple[float, float]
+
+    @property
+    def pairs(self) -> int:
+        """Number of contact pairs."""
+        return len(self.position)
+
+    def port(self, name: str) -> int:
+        """Column of a port; raises `ModelError` naming the ports there are."""
+        if name not in self.ports:
+            raise ModelError(f"no port {name!r}; this model has {', '.join(self.ports)}")
+        return self.ports.index(name)
+
+    def modal_damping(self) -> Array:
+        """``alpha + beta omega²`` of each mode, 1/s."""
+        alpha, beta = self.rayleigh
+        return alpha + beta * self.omega**2
+
+    def truncated(self, modes: int) -> JointModel:
+        """Keep fewer modes dynamic; the rest joins the residual flexibility."""
+        if not self.equilibrium_modes <= modes <= len(self.omega):
+            raise ModelError(
+                f"cannot keep {modes} modes: between {self.equilibrium_modes} and "
+                f"{len(self.omega)} are possible"
+            )
+        cut = slice(modes, None)
+        flexibility = 1 / self.omega[cut] ** 2
+        v, g = self.mode_v[:, cut], self.port_modes[cut]
+        return replace(
+            self,
+            omega=self.omega[:modes],
+            mode_v=self.mode_v[:, :modes],
+            residual=self.residual + (v * flexibility) @ v.T,
+            port_modes=self.port_modes[:modes],
+            port_v=self.port_v + (v * flexibility) @ g,
+            port_port=self.port_port + (g.T * flexibility) @ g,
+        )
+
+    def bonded_frequencies(self, bonded: NDArray[np.int64], count: int) -> Array:
+        """Natural frequencies (Hz) of the reduced model with components of v bonded.
+
+        ``r = W_res,bb^-1 Psi_b eta`` adds the stiffness ``Psi_b^T W_res,bb^-1 Psi_b``. Compared
+        with the same modes of the full structure it measures the error of the reduction.
+        """
+        psi = self.mode_v[bonded]
+        stiffness = np.diag(self.omega**2) + psi.T @ np.linalg.solve(
+            self.residual[np.ix_(bonded, bonded)], psi
+        )
+        values = np.linalg.eigvalsh(0.5 * (stiffness + stiffness.T))[:count]
+        return np.sqrt(np.maximum(values, 0)) / (2 * np.pi)
+
+
+class Reducer:
+    """Reduction of a structure: one factorisation, any number of ports.
+
+    Parameters
+    ----------
+    structure : Structure
+    modes : int
+        Number of free-interface modes kept dynamic.
+    rayleigh : tuple of float
+        alpha, beta.
+    """
+
+    def __init__(self, structure: Structure, modes: int, rayleigh: tuple[float, float]) -> None:
+        if modes >= structure.dofs - 1:
+            raise ModelError(f"cannot keep {modes} modes of {structure.dofs} degrees of freedom")
+        self.structure = structure
+        self.rayleigh = rayleigh
+        self.modes: LinearModes = linear_modes(structure, np.array([], dtype=np.int64), modes)
+        self._shift = spectral_shift(structure)
+        self._solve = factorise(structure.stiffness + self._shift * structure.mass)
+        self.equilibrium_modes = _nearly_rigid(self.modes.omega)
+        self._mass_modes = structure.mass @ self.modes.shapes
+
+    def residual_response(self, loads: Array) -> Array:
+        """Static response of the truncated modes to load vectors (columns)."""
+        rigid = slice(0, self.equilibrium_modes)
+        shapes, mass_shapes = self.modes.shapes, self._mass_modes
+        elastic = loads - mass_shapes[:, rigid] @ (shapes[:, rigid].T @ loads)
+        x = self._solve(np.ascontiguousarray(elastic))
+        x -= shapes[:, rigid] @ (mass_shapes[:, rigid].T @ x)
+        kept = slice(self.equilibrium_modes, None)
+        weight = 1 / (self.modes.omega[kept] ** 2 + self._shift)
+        return x - (shapes[:, kept] * weight) @ (shapes[:, kept].T @ loads)
+
+    def model(self, ports: Mapping[str, Array]) -> JointModel:
+        """Joint model with the given ports (name to load vector)."""
+        interface = self.structure.interface
+        relative = interface.relative
+        count = relative.shape[0]
+        vectors = np.column_stack(list(ports.values()))
+        x = self.residual_response(np.hstack([relative.T.toarray(), vectors]))
+        v = relative @ x
+        residual = v[:, :count]
+        port_port = vectors.T @ x[:, count:]
+        return JointModel(
+            position=interface.position,
+            area=interface.area,
+            dimension=interface.dimension,
+            omega=self.modes.omega,
+            equilibrium_modes=self.equilibrium_modes,
+            mode_v=relative @ self.modes.shapes,
+            residual=0.5 * (residual + residual.T),
+            ports=tuple(ports),
+            port_modes=self.modes.shapes.T @ vectors,
+            port_v=v[:, count:],
+            port_port=0.5 * (port_port + port_port.T),
+            rayleigh=self.rayleigh,
+        )
+
+    def with_ports(self, model: JointModel, ports: Mapping[str, Array]) -> JointModel:
+        """The same model with more ports, without solving for the interface again."""
+        vectors = np.column_stack(list(ports.values()))
+        old = np.column_stack([self.structure.loads[name] for name in model.ports])
+        x = self.residual_response(vectors)
+        mixed = old.T @ x
+        port_port = vectors.T @ x
+        return replace(
+            model,
+            ports=(*model.ports, *ports),
+            port_modes=np.hstack([model.port_modes, self.modes.shapes.T @ vectors]),
+            port_v=np.hstack([model.port_v, self.structure.interface.relative @ x]),
+            port_port=np.block(
+                [[model.port_port, mixed], [mixed.T, 0.5 * (port_port + port_port.T)]]
+            ),
+        )
+
+
+def _nearly_rigid(omega: Array) -> int:
+    """How many of the lowest modes are so soft that statics must treat them as unknowns.
+
+    Any mode may be treated so (it changes nothing but the conditioning); the rule takes those
+    whose flexibility is more than 1e4 times that of the median kept mode's.
+    """
+    return int(np.sum(omega**2 < 1e-4 * np.median(omega) ** 2))

@@ -1,0 +1,82 @@
+"""Backbones by name: rows of the summary, and a dataset."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+
+from microslip.analyses.backbone.cycles import IDLE, Backbone, material_damping
+from microslip.results.labels import MODAL, variable
+
+if TYPE_CHECKING:
+    from microslip.pipeline.run import LapRun
+
+
+def backbone_rows(result: LapRun) -> Iterator[dict[str, Any]]:
+    """One entry of the summary per mode, method and amplitude."""
+    for backbone in result.backbones:
+        mode = backbone.mode
+        for point in backbone.points:
+            yield {
+                "mode": mode.number,
+                "method": backbone.method,
+                "modal_amplitude": point.amplitude,
+                "amplitude_over_opening": point.amplitude / backbone.scale,
+                "frequency_hz": point.omega / (2 * np.pi),
+                "damping_ratio": point.damping_ratio,
+                "material_damping_ratio": material_damping(result.model, point.omega),
+                "dissipated_energy_j_per_m": point.dissipated,
+                "residual_max": point.residual,
+                "closure": point.closure,
+                "sliding_frequency_hz": mode.frequency,
+                "stuck_frequency_hz": mode.stuck_frequency,
+                "interface_matters": matters(backbone),
+            }
+
+
+def matters(backbone: Backbone) -> bool:
+    """Whether the interface can change the frequency of the mode noticeably."""
+    return abs(backbone.mode.stiffening) > IDLE
+
+
+def backbone_dataset(result: LapRun) -> xr.Dataset:
+    """All backbones, one curve each; nan beyond the points of a curve."""
+    curves, count = result.backbones, max(len(b.points) for b in result.backbones)
+    grid, each = ("curve", "point"), ("curve",)
+
+    def stack(name: str) -> np.ndarray:
+        values = np.full((len(curves), count), np.nan)
+        for row, backbone in zip(values, curves, strict=True):
+            row[: len(backbone.points)] = [getattr(p, name) for p in backbone.points]
+        return values
+
+    data = {
+        "modal_amplitude": variable(grid, stack("amplitude"), MODAL, "amplitude of the mode"),
+        "frequency": variable(grid, stack("omega") / (2 * np.pi), "Hz", "natural frequency"),
+        "damping_ratio": variable(grid, stack("damping_ratio"), "1", "damping ratio"),
+        "dissipated_energy": variable(grid, stack("dissipated"), "J/m", "friction work per cycle"),
+        "residual": variable(grid, stack("residual"), "1", "residual of the contact problem"),
+        "closure": variable(
+            grid, stack("closure"), "1", "change of the reactions over the last cycle"
+        ),
+        "sliding_frequency": variable(
+            each, [b.mode.frequency for b in curves], "Hz", "natural frequency, sliding state"
+        ),
+        "stuck_frequency": variable(
+            each, [b.mode.stuck_frequency for b in curves], "Hz", "natural frequency, stuck state"
+        ),
+        "opening_amplitude": variable(
+            each,
+            [b.scale for b in curves],
+            MODAL,
+            "amplitude at which the inertia of the mode opens the joint",
+        ),
+    }
+    coords = {
+        "mode": variable(each, [b.mode.number for b in curves], "1", "mode of the joint"),
+        "method": variable(each, [b.method for b in curves], "1", "method"),
+    }
+    return xr.Dataset(data, coords)

@@ -1,0 +1,238 @@
+"""Results of harmonic balance by name: every response as a row, and all of them as a dataset."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+
+from microslip.analyses.harmonic.hill import HillExponents
+from microslip.analyses.harmonic.response import HarmonicPoint
+from microslip.analyses.time.points import equivalent_of
+from microslip.contact.planar import SEPARATED
+from microslip.pipeline.harmonic import HarmonicRun
+from microslip.results.labels import MODAL, pair_position, variable
+
+if TYPE_CHECKING:
+    from microslip.pipeline.run import LapRun
+
+Entry = tuple[HarmonicRun, int, HarmonicPoint, HillExponents | None]
+
+
+def entries(result: LapRun) -> Iterator[Entry]:
+    """Every response with its load, its branch and its stability."""
+    for run in result.harmonic:
+        yield from (
+            (run, branch, point, stability)
+            for branch, point, stability in zip(
+                run.response.branch_of, run.points, run.stability, strict=True
+            )
+        )
+
+
+def harmonic_rows(result: LapRun) -> list[dict[str, Any]]:
+    """Entries of the summary, load by load in order along the branches."""
+    return [_row(result, *entry) for entry in entries(result)]
+
+
+def _row(
+    result: LapRun,
+    run: HarmonicRun,
+    branch: int,
+    point: HarmonicPoint,
+    stability: HillExponents | None,
+) -> dict[str, Any]:
+    found = equivalent_of(point.amplitude, point.frequency, point.load, result.model, result.states)
+    slowest = None if stability is None or not len(stability.exponents) else _slowest(stability)
+    return {
+        "rho": run.rho,
+        "moment_over_clamp_force_length": run.load / result.assembly.moment_unit,
+        "frequency_hz": point.frequency,
+        "modal_amplitude": abs(point.amplitude),
+        "phase_rad": point.phase,
+        "dissipated_energy_j_per_m": point.dissipated,
+        "stored_energy_j_per_m": found.stored,
+        "k_eq": found.k_eq,
+        "gamma_eq": found.gamma_eq,
+        "external_work_j_per_m": point.external_work,
+        "material_damping_j_per_m": point.material_work,
+        "normal_work_j_per_m": point.normal_work,
+        "branch": branch,
+        "stable": None if stability is None else stability.stable,
+        "growth_rate_per_s": None if slowest is None else slowest.real,
+        "joint_opens": opens(point),
+        "harmonics": point.harmonics,
+        "tail": point.tail,
+        "walk_m_per_cycle": point.walk,
+        "residual_max": point.residual,
+        "iterations": point.iterations,
+        "seconds": point.seconds,
+    }
+
+
+def opens(point: HarmonicPoint) -> bool:
+    """Whether at some time no pair touches."""
+    return bool((point.status == SEPARATED).all(axis=0).any())
+
+
+def _slowest(stability: HillExponents) -> complex:
+    """The exponent that grows fastest or decays slowest."""
+    return complex(stability.exponents[np.argmax(stability.exponents.real)])
+
+
+def fold_rows(result: LapRun) -> list[dict[str, Any]]:
+    """Where the branches turn round."""
+    return [
+        {
+            "rho": run.rho,
+            "moment_over_clamp_force_length": run.load / result.assembly.moment_unit,
+            "frequency_hz": fold.frequency,
+            "modal_amplitude": abs(fold.amplitude),
+            "phase_rad": fold.phase,
+            "harmonics": fold.harmonics,
+            "residual_max": fold.residual,
+        }
+        for run in result.harmonic
+        for fold in run.response.folds
+    ]
+
+
+_COLUMNS = {
+    "modal_amplitude": ("modal_amplitude", MODAL, "first harmonic of q"),
+    "phase": ("phase_rad", "rad", "phase of q to the load"),
+    "k_eq": ("k_eq", "1", "equivalent stiffness over omega_sl^2"),
+    "gamma_eq": ("gamma_eq", "1", "equivalent damping over omega_sl^2"),
+    "dissipated_energy": ("dissipated_energy_j_per_m", "J/m", "friction work per cycle"),
+    "stored_energy": ("stored_energy_j_per_m", "J/m", "mean stored energy of the contact"),
+    "external_work": ("external_work_j_per_m", "J/m", "work of the load per cycle"),
+    "material_damping": ("material_damping_j_per_m", "J/m", "loss in the material per cycle"),
+    "normal_work": (
+        "normal_work_j_per_m",
+        "J/m",
+        "work of the normal reactions per cycle: an error of truncation",
+    ),
+    "growth_rate": ("growth_rate_per_s", "1/s", "real part of the least stable exponent"),
+    "tail": ("tail", "1", "share of the last two harmonics in the vibrating reactions"),
+    "walk": ("walk_m_per_cycle", "m", "drift of the bodies past each other per cycle"),
+    "residual_max": ("residual_max", "1", "largest residual over the largest prestress reaction"),
+    "seconds": ("seconds", "s", "time it took"),
+}
+_COUNTS = {
+    "branch": ("branch", "which branch of its load the response is on"),
+    "harmonics": ("harmonics", "harmonics beside the mean"),
+    "iterations": ("iterations", "Newton steps"),
+}
+STABILITY = {False: 0, True: 1, None: 2}
+
+
+def harmonic_dataset(result: LapRun) -> xr.Dataset:
+    """All responses, the branches as they were followed, and their folds."""
+    rows, folds = harmonic_rows(result), fold_rows(result)
+    points = [point for _, _, point, _ in entries(result)]
+    each = ("point",)
+    sliding = result.model.port("sliding")
+    most = max((point.harmonics for point in points), default=0)
+    Q = np.full((len(points), most + 1), np.nan + 0j)
+    for k, point in enumerate(points):
+        Q[k, : point.harmonics + 1] = point.output[:, sliding]
+
+    def column(of: list[dict[str, Any]], key: str) -> Any:
+        return np.array([np.nan if row[key] is None else row[key] for row in of], dtype=float)
+
+    area = result.model.area
+    data = {
+        **{
+            name: variable(each, column(rows, key), unit, label)
+            for name, (key, unit, label) in _COLUMNS.items()
+        },
+        **{
+            name: variable(each, np.array([r[key] for r in rows], dtype=np.int64), "1", label)
+            for name, (key, label) in _COUNTS.items()
+        },
+        "stable": variable(
+            each,
+            np.array([STABILITY[row["stable"]] for row in rows], np.int8),
+            "1",
+            "whether small disturbances decay",
+            flag_values=np.array([0, 1, 2], np.int8),
+            flag_meanings="unstable stable unknown",
+        ),
+        "joint_opens": variable(
+            each,
+            np.array([row["joint_opens"] for row in rows], np.int8),
+            "1",
+            "whether at some time no pair touches",
+        ),
+        "q_harmonics": variable(
+            ("point", "harmonic", "part"),
+            np.stack([Q.real, Q.imag], axis=-1),
+            MODAL,
+            "mean and harmonics of q: q = mean + sum Im(Q_h exp(i h theta)); nan beyond the last",
+        ),
+        "dissipation": variable(
+            ("point", "pair"),
+            np.array([point.friction_work / area for point in points]).reshape(-1, len(area)),
+            "J/m^2",
+            "friction work per cycle and area",
+        ),
+        "fold_amplitude": variable(
+            ("fold",), column(folds, "modal_amplitude"), MODAL, "first harmonic of q at the fold"
+        ),
+        **_branches(result),
+    }
+    unit = result.assembly.moment_unit
+    coords = pair_position(result) | {
+        "frequency": variable(each, column(rows, "frequency_hz"), "Hz", "frequency of the load"),
+        "rho": variable(each, column(rows, "rho"), "1", "rho = C mu P L / M"),
+        "moment": variable(
+            each,
+            column(rows, "moment_over_clamp_force_length") * unit,
+            "N m/m",
+            "amplitude of the end moment",
+        ),
+        "harmonic": variable(("harmonic",), np.arange(most + 1), "1", "0 is the mean"),
+        "part": variable(("part",), ["real", "imaginary"], "1", "part of the complex number"),
+        "fold_frequency": variable(
+            ("fold",), column(folds, "frequency_hz"), "Hz", "frequency of the fold"
+        ),
+        "fold_moment": variable(
+            ("fold",),
+            column(folds, "moment_over_clamp_force_length") * unit,
+            "N m/m",
+            "amplitude of the end moment at the fold",
+        ),
+    }
+    return xr.Dataset(data, coords)
+
+
+def _branches(result: LapRun) -> dict[str, xr.Variable]:
+    """The branches as they were followed, one after the other."""
+    ways = [
+        (run.load, number, frequency, amplitude)
+        for run in result.harmonic
+        for number, (frequency, amplitude) in enumerate(run.curves)
+    ]
+    dims = ("branch_point",)
+
+    def joined(parts: list[Any]) -> Any:
+        return np.concatenate(parts) if parts else np.zeros(0)
+
+    sizes = [len(frequency) for _, _, frequency, _ in ways]
+    amplitude = joined([q for *_, q in ways])
+    return {
+        "branch_moment": variable(
+            dims, np.repeat([load for load, *_ in ways], sizes), "N m/m", "end moment of the branch"
+        ),
+        "branch_number": variable(
+            dims, np.repeat([n for _, n, *_ in ways], sizes), "1", "which branch of its load"
+        ),
+        "branch_frequency": variable(
+            dims, joined([f for _, _, f, _ in ways]), "Hz", "frequency along the branch"
+        ),
+        "branch_amplitude": variable(
+            dims, np.abs(amplitude), MODAL, "first harmonic of q along the branch"
+        ),
+        "branch_phase": variable(dims, np.angle(amplitude), "rad", "phase of q along the branch"),
+    }

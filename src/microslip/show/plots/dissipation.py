@@ -1,0 +1,57 @@
+"""Where along the interface the energy goes (the paper's figure 8a)."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from microslip.pipeline.run import LapRun
+from microslip.show.plots.selection import main_drive, name_of, spread, unit_position
+from microslip.show.plots.style import (
+    COLUMN,
+    LINES,
+    MM,
+    SERIES,
+    clamp_edges,
+    house_style,
+    new_figure,
+)
+
+
+@house_style
+def dissipation_figure(result: LapRun) -> Figure | None:
+    """Dissipated energy per length over its total, so that each curve has the area one."""
+    drive = main_drive(result)
+    if not drive or not any(c.dissipated > 0 for c in result.cycles[drive]):
+        return None
+    figure = new_figure(COLUMN, 85 * MM)
+    draw_dissipation(figure.subplots(), result, drive)
+    figure.legend(loc="outside lower center", ncols=2)
+    return figure
+
+
+def draw_dissipation(ax: Axes, result: LapRun, drive: str) -> None:
+    """The same on given axes, which leave out what is off them at the very tips."""
+    x = unit_position(result)
+    inner = np.abs(x) < 0.95 * np.abs(x).max()
+    top = 0.0
+    for i, index in enumerate(spread(result, drive)):
+        cycle = result.cycles[drive][index]
+        if not cycle.dissipated > 0:
+            continue
+        density = cycle.friction_work / result.model.area / cycle.dissipated
+        density *= result.joint.clamp.half_length
+        top = max(top, density[inner].max())
+        ax.plot(
+            x,
+            density,
+            color=SERIES[i % len(SERIES)]["color"],
+            ls=LINES[i % len(LINES)],
+            label=name_of(result, drive, index),
+        )
+    clamp_edges(ax)
+    ax.set_xlim(x[0], x[-1])
+    ax.set_ylim(0, 1.1 * top if top > 0 else None)
+    ax.set_xlabel("position $x/L_p$")
+    ax.set_ylabel(r"dissipation density $L_p\,\mathrm{d}E/\mathrm{d}x\,/\,E$")

@@ -1,0 +1,86 @@
+"""One history: the motion with its envelope, the slip, and where the energy went."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from microslip.analyses.time.history import History, extremes
+from microslip.pipeline.run import LapRun
+from microslip.show.plots.selection import unit_position
+from microslip.show.plots.style import (
+    BLACK,
+    BLUE,
+    DOUBLE,
+    GREEN,
+    GREY,
+    MM,
+    ORANGE,
+    VERMILLION,
+    house_style,
+    letters,
+    new_figure,
+)
+
+MOST_CYCLES = 150
+"""A trace of more cycles is drawn as the band between the extremes of each."""
+
+
+@house_style
+def history_figure(result: LapRun, history: History) -> Figure:
+    """Sliding coordinate, slip at the first chosen position, energies, all over time."""
+    figure = new_figure(DOUBLE, 145 * MM)
+    axes = figure.subplots(3, 1, sharex=True)
+    q = history.output[:, result.model.port("sliding")]
+    _draw_trace(axes[0], history, q, BLUE)
+    at, top = extremes(history.time, q, history.cycle_steps)
+    for side in (slice(0, None, 2), slice(1, None, 2)):
+        axes[0].plot(at[side], top[side], color=BLACK, lw=0.9)
+    axes[0].set_ylabel(r"$q$ (kg$^{1/2}$ m$^{1/2}$)")
+    axes[0].set_title("sliding coordinate and its envelope", loc="left")
+    x = unit_position(result)[history.watched[0]]
+    _draw_trace(axes[1], history, 1e6 * history.slip[:, 0], GREEN)
+    axes[1].set_ylabel("slip (µm)")
+    axes[1].set_title(rf"slip at $x$ = {x:.3g} $L_p$", loc="left")
+    _draw_energies(axes[2], history)
+    axes[2].set_xlabel("time (s)")
+    axes[2].set_xlim(0, max(history.time[-1], history.dt))
+    letters(axes)
+    figure.legend(*axes[2].get_legend_handles_labels(), loc="outside lower center", ncols=5)
+    figure.suptitle(_title(history))
+    return figure
+
+
+def _title(history: History) -> str:
+    words = {"moment": ", driven by end moments", "mode": ", driven by the inertia of the mode"}
+    drive = "" if history.kind == "free_decay" else words[history.drive]
+    end = "" if history.complete and not history.failure else ", ended early"
+    return f"{history.name}: {history.kind.replace('_', ' ')}{drive}{end}"
+
+
+def _draw_trace(ax: Axes, history: History, y: np.ndarray, colour: str) -> None:
+    """A line, or the band it fills where its cycles are too many to be seen."""
+    cycle = history.cycle_steps
+    whole = len(y) // cycle
+    if whole <= MOST_CYCLES:
+        ax.plot(history.time, y, color=colour, lw=0.8)
+        return
+    parts = y[: whole * cycle].reshape(whole, cycle)
+    middle = history.time[cycle // 2 : whole * cycle : cycle]
+    ax.fill_between(middle, parts.min(axis=1), parts.max(axis=1), color=colour, lw=0.3)
+
+
+def _draw_energies(ax: Axes, history: History) -> None:
+    e = history.energies
+    material = e.modal_damping + e.residual_damping
+    for y, label, style in (
+        (e.external, "work of the load", {"color": BLACK, "ls": "-"}),
+        (e.friction, "friction", {"color": VERMILLION, "ls": "--"}),
+        (material, "material damping", {"color": ORANGE, "ls": "-."}),
+        (e.mechanical, "kinetic and strain energy", {"color": BLUE, "ls": ":"}),
+        (e.scheme + e.normal, "time steps", {"color": GREY, "ls": (0, (1, 3))}),
+    ):
+        ax.plot(e.time, y, label=label, **style)
+    ax.set_ylabel("energy (J/m)")
+    ax.set_title("energies since $t$ = 0", loc="left")

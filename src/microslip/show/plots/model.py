@@ -1,0 +1,156 @@
+"""The joint as it is computed: mesh, clamp, end moments, supports and dimensions."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
+from matplotlib.patches import FancyArrowPatch
+
+from microslip.pipeline.run import LapRun
+from microslip.show.plots.style import (
+    BLACK,
+    BLUE,
+    DOUBLE,
+    MM,
+    VERMILLION,
+    house_style,
+    letters,
+    new_figure,
+)
+
+_FILLS = ("#9fd0ee", "#f0e3c0")
+_DIMENSION = {"arrowstyle": "<->", "lw": 0.6, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 6}
+_FORCE = {
+    "arrowstyle": "-|>",
+    "lw": 0.7,
+    "color": BLUE,
+    "shrinkA": 0,
+    "shrinkB": 0,
+    "mutation_scale": 5,
+}
+
+
+@house_style
+def model_figure(result: LapRun) -> Figure | None:
+    """The whole joint, and its overlap from near; None for a structure without a mesh."""
+    if not result.structure.meshes:
+        return None
+    figure = new_figure(DOUBLE, 88 * MM)
+    whole, near = figure.subplots(2, 1, height_ratios=[1.0, 1.8])
+    draw_model(whole, result)
+    draw_overlap(near, result)
+    whole.set_title("the whole joint", loc="left")
+    near.set_title("the overlap", loc="left")
+    letters((whole, near))
+    return figure
+
+
+def draw_model(ax: Axes, result: LapRun) -> None:
+    """The whole joint to scale: mesh, end moments, supports, clamp, lengths in mm."""
+    beams = result.joint.beams
+    length, half, t = (1e3 * v for v in (beams.length, beams.overlap_half_length, beams.thickness))
+    far = length - half
+    size = max(t, 0.025 * far)
+    _mesh(ax, result, 0.1)
+    for side in (-1.0, 1.0):
+        _moment(ax, side * far, side * t / 2, side, size)
+        _support(ax, side * far, side * t / 2, size)
+    _clamp(ax, result, 5)
+    _dimension(ax, -far, half, -t - 1.6 * size, f"$L={length:g}$ mm")
+    _dimension(ax, -half, half, t + 1.5 * size, f"$2L_o={2 * half:g}$ mm", above=True)
+    ax.set_xlim(-far - 2.4 * size, far + 2.4 * size)
+    ax.set_ylim(-t - 3.4 * size, t + 3.2 * size)
+    _bare(ax)
+
+
+def draw_overlap(ax: Axes, result: LapRun) -> None:
+    """The overlap to scale: mesh, clamp traction, contact pairs."""
+    joint = result.joint
+    half, t = 1e3 * joint.beams.overlap_half_length, 1e3 * joint.beams.thickness
+    clamp = 1e3 * joint.clamp.half_length
+    margin = 0.95 * half
+    _mesh(ax, result, 0.2)
+    _clamp(ax, result, 13)
+    ax.plot([-half, half], [0, 0], color=VERMILLION, lw=1.4, solid_capstyle="butt")
+    ax.text(
+        half + 0.06 * margin,
+        -0.55 * t,
+        f"{result.model.pairs} contact\npairs",
+        color=VERMILLION,
+        va="center",
+    )
+    force = joint.clamp.force / 1e6
+    ax.text(0, 1.75 * t, f"$P={force:g}$ MN/m", color=BLUE, ha="center", va="bottom")
+    _dimension(ax, -clamp, clamp, -1.9 * t, f"$2L_p={2 * clamp:g}$ mm")
+    x = -half - 0.5 * margin
+    ax.annotate("", (x, 0), (x, -t), arrowprops=_DIMENSION)
+    ax.text(x, 0.12 * t, f"{t:g} mm", ha="center", va="bottom")
+    ax.set_xlim(-half - margin, half + margin)
+    ax.set_ylim(-3.0 * t, 2.5 * t)
+    _bare(ax)
+
+
+def _bare(ax: Axes) -> None:
+    ax.set_aspect("equal")
+    ax.set_axis_off()
+
+
+def _mesh(ax: Axes, result: LapRun, width: float) -> None:
+    for mesh, fill in zip(result.structure.meshes, _FILLS, strict=False):
+        quads = 1e3 * mesh.p[:, mesh.t].transpose(2, 1, 0)
+        ax.add_collection(
+            PolyCollection(list(quads), facecolors=fill, edgecolors="#404040", linewidths=width)
+        )
+
+
+def _clamp(ax: Axes, result: LapRun, count: int) -> None:
+    """Arrows of the clamp traction on both outer faces."""
+    t = 1e3 * result.joint.beams.thickness
+    clamp = 1e3 * result.joint.clamp.half_length
+    for side in (-1.0, 1.0):
+        for x in np.linspace(-clamp, clamp, count):
+            ax.annotate("", (x, side * t), (x, side * 1.65 * t), arrowprops=_FORCE)
+        ax.plot([-clamp, clamp], [side * 1.65 * t] * 2, color=BLUE, lw=0.7)
+
+
+def _moment(ax: Axes, x: float, y: float, side: float, size: float) -> None:
+    """Curved arrow of the end moment, positive: the joint bends concave up."""
+    ax.add_patch(
+        FancyArrowPatch(
+            (x + side * 0.3 * size, y - 1.3 * size),
+            (x + side * 0.3 * size, y + 1.5 * size),
+            connectionstyle=f"arc3,rad={side * 0.7}",
+            arrowstyle="-|>",
+            mutation_scale=7,
+            color=VERMILLION,
+            lw=1.0,
+        )
+    )
+    ax.text(
+        x - side * 0.9 * size, y + 1.6 * size, "$M$", color=VERMILLION, ha="center", va="center"
+    )
+
+
+def _support(ax: Axes, x: float, y: float, size: float) -> None:
+    """Roller below a point: held vertically, free horizontally but for weak springs."""
+    foot = [x, x - 0.45 * size, x + 0.45 * size]
+    ax.fill(foot, [y, y - 0.85 * size, y - 0.85 * size], fc="white", ec=BLACK, lw=0.7, zorder=3)
+    ax.plot([x - 0.6 * size, x + 0.6 * size], [y - 1.1 * size] * 2, color=BLACK, lw=0.7)
+    ax.plot([x], [y], "o", color=BLACK, ms=2.2, zorder=4)
+
+
+def _dimension(
+    ax: Axes, start: float, stop: float, y: float, text: str, above: bool = False
+) -> None:
+    """Dimension line with its text above or below the middle."""
+    ax.annotate("", (start, y), (stop, y), arrowprops=_DIMENSION)
+    ax.annotate(
+        text,
+        (0.5 * (start + stop), y),
+        (0, 2 if above else -2),
+        textcoords="offset points",
+        ha="center",
+        va="bottom" if above else "top",
+    )

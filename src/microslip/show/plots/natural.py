@@ -1,0 +1,109 @@
+"""Backbones: natural frequency and damping ratio of modes of the joint against amplitude."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from microslip.analyses.backbone.cycles import Backbone
+from microslip.pipeline.run import LapRun
+from microslip.show.plots.backbone import AMPLITUDE
+from microslip.show.plots.style import (
+    BLACK,
+    BLUE,
+    COLUMN,
+    DOUBLE,
+    GREY,
+    MM,
+    VERMILLION,
+    house_style,
+    letters,
+    new_figure,
+)
+
+MOST_MODES = 4
+"""Columns of the figure; further modes are in the results only."""
+
+WIDE = 10.0
+"""Ratio of the largest to the smallest damping ratio beyond which their axis is logarithmic."""
+
+STYLES: dict[str, dict[str, Any]] = {
+    "quasi_static": {
+        "color": BLUE,
+        "linestyle": "--",
+        "marker": "s",
+        "label": "quasi-static modal analysis",
+    },
+    "prescribed": {
+        "color": VERMILLION,
+        "linestyle": "-",
+        "marker": "o",
+        "label": "nonlinear mode, motion prescribed",
+    },
+    "harmonic": {
+        "color": BLACK,
+        "linestyle": "none",
+        "marker": "D",
+        "mfc": "none",
+        "mew": 0.8,
+        "ms": 4.5,
+        "label": "nonlinear mode, harmonic balance",
+    },
+}
+
+
+@house_style
+def natural_figure(result: LapRun) -> Figure | None:
+    """One column per mode: frequency on top, damping ratio below."""
+    solved = [b for b in result.backbones if b.points]
+    numbers = list(dict.fromkeys(b.mode.number for b in solved))[:MOST_MODES]
+    if not numbers:
+        return None
+    figure = new_figure(COLUMN if len(numbers) == 1 else DOUBLE, 115 * MM)
+    grid = figure.subplots(2, len(numbers), sharex="col", squeeze=False)
+    for k, number in enumerate(numbers):
+        mine = [b for b in solved if b.mode.number == number]
+        draw_frequency(grid[0, k], mine)
+        draw_damping(grid[1, k], mine)
+        grid[0, k].set_title(f"mode {number}", loc="left")
+        grid[1, k].set_xlabel(AMPLITUDE if len(numbers) < 3 else r"$|q|$  (kg$^{1/2}$ m$^{1/2}$)")
+    grid[0, 0].set_ylabel("natural frequency (Hz)")
+    grid[1, 0].set_ylabel("damping ratio (%)")
+    if len(numbers) > 1:
+        letters(grid.ravel())
+    entries = dict(zip(*grid[0, 0].get_legend_handles_labels()[::-1], strict=True))
+    figure.legend(
+        entries.values(),
+        entries.keys(),
+        loc="outside lower center",
+        ncols=1 if len(numbers) == 1 else 2,
+    )
+    return figure
+
+
+def draw_frequency(ax: Axes, backbones: list[Backbone]) -> None:
+    """Natural frequency, Hz, and those of the two linear states."""
+    for backbone in backbones:
+        ax.plot(backbone.amplitude, backbone.frequency, **_style(backbone))
+    mode = backbones[0].mode
+    ax.axhline(mode.stuck_frequency, color=GREY, lw=0.8, ls="-.", label="stuck joint")
+    ax.axhline(mode.frequency, color=GREY, lw=0.8, ls=":", label="sliding joint")
+    ax.set_xscale("log")
+
+
+def draw_damping(ax: Axes, backbones: list[Backbone]) -> None:
+    """Damping ratio, %, logarithmic where it spans more than a factor of `WIDE`."""
+    for backbone in backbones:
+        ax.plot(backbone.amplitude, 100 * backbone.damping_ratio, **_style(backbone))
+    ax.set_xscale("log")
+    values = np.concatenate([backbone.damping_ratio for backbone in backbones])
+    if values.max() > WIDE * values.min() > 0:
+        ax.set_yscale("log")
+        ax.yaxis.set_major_formatter("{x:g}")
+
+
+def _style(backbone: Backbone) -> dict[str, Any]:
+    return {**STYLES[backbone.method], "markevery": max(len(backbone.points) // 12, 1)}

@@ -1,0 +1,69 @@
+"""One picture of a whole run."""
+
+from __future__ import annotations
+
+from matplotlib.figure import Figure
+from matplotlib.gridspec import SubplotSpec
+
+from microslip.pipeline.run import LapRun
+from microslip.show.plots.backbone import AMPLITUDE, draw_equivalent
+from microslip.show.plots.model import draw_model, draw_overlap
+from microslip.show.plots.response import TITLES, draw_response
+from microslip.show.plots.response import handles as response_handles
+from microslip.show.plots.selection import greatest_damping, main_drive, name_of
+from microslip.show.plots.states import draw_states
+from microslip.show.plots.states import handles as state_handles
+from microslip.show.plots.style import DOUBLE, MM, house_style, new_figure
+
+
+@house_style
+def overview(result: LapRun) -> Figure:
+    """Joint, contact states, equivalent stiffness and damping, response; a panel may be empty."""
+    figure = new_figure(DOUBLE, 165 * MM)
+    grid = figure.add_gridspec(2, 2)
+    _joint(figure, grid[0, 0], result)
+    drive = main_drive(result)
+    if drive:
+        index = greatest_damping(result, drive)
+        states = figure.add_subplot(grid[0, 1])
+        draw_states(states, result, drive, index)
+        states.set_title(f"(b)  contact over a cycle, {name_of(result, drive, index)}", loc="left")
+        states.legend(
+            handles=state_handles(), loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2
+        )
+        _equivalent(figure, grid[1, 0], result)
+    if result.responses and result.frictionless is not None:
+        variant = result.responses[-1].variant
+        response = figure.add_subplot(grid[1, 1])
+        draw_response(response, result, variant)
+        title = f"(d)  forced response, {TITLES.get(variant, variant)}"
+        response.set_title(title, loc="left")
+        response.legend(
+            handles=response_handles(result),
+            loc="upper center",
+            bbox_to_anchor=(0.5, -0.16),
+            ncols=2,
+        )
+    return figure
+
+
+def _joint(figure: Figure, place: SubplotSpec, result: LapRun) -> None:
+    if not result.structure.meshes:
+        return
+    cells = place.subgridspec(2, 1, height_ratios=[1.0, 1.5])
+    whole, near = figure.add_subplot(cells[0]), figure.add_subplot(cells[1])
+    draw_model(whole, result)
+    draw_overlap(near, result)
+    whole.set_title("(a)  the joint and its overlap", loc="left")
+
+
+def _equivalent(figure: Figure, place: SubplotSpec, result: LapRun) -> None:
+    cells = place.subgridspec(2, 1)
+    top = figure.add_subplot(cells[0])
+    bottom = figure.add_subplot(cells[1], sharex=top)
+    draw_equivalent(top, result, "k_eq")
+    draw_equivalent(bottom, result, "gamma_eq")
+    top.set_title("(c)  stiffness and damping against amplitude", loc="left")
+    top.tick_params(labelbottom=False)
+    bottom.set_xlabel(AMPLITUDE)
+    bottom.legend(*top.get_legend_handles_labels(), loc="upper center", bbox_to_anchor=(0.5, -0.36))

@@ -1,0 +1,207 @@
+"""Forced response over frequency, per unit load (the paper's figures 11 and 13).
+
+Where steady states were found by time integration or by harmonic balance they are laid over the
+curves, with the phase below; those of the time domain at their frequency corrected for the period
+error.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from microslip.analyses.reduced.response import CONVERGED, Response
+from microslip.analyses.time.points import TimePoint
+from microslip.pipeline.harmonic import HarmonicRun
+from microslip.pipeline.run import LapRun
+from microslip.results.dataset import frictionless_peak
+from microslip.show.plots import harmonic
+from microslip.show.plots.harmonic import lag
+from microslip.show.plots.selection import scientific
+from microslip.show.plots.style import (
+    COLUMN,
+    DOUBLE,
+    GREY,
+    MM,
+    SERIES,
+    house_style,
+    letters,
+    new_figure,
+)
+
+TITLES = {
+    "printed": "model as the paper prints it",
+    "consistent": "consistent model",
+    "refined": "refined model",
+}
+
+
+@house_style
+def response_figure(result: LapRun) -> Figure | None:
+    """One panel per variant, every load, over the frictionless peak."""
+    variants = list(dict.fromkeys(r.variant for r in result.responses))
+    if not variants or result.frictionless is None:
+        return None
+    rows = 2 if result.time_domain or result.harmonic else 1
+    figure = new_figure(DOUBLE if len(variants) > 1 else COLUMN, (90 if rows == 1 else 140) * MM)
+    grid = figure.subplots(
+        rows, len(variants), sharex=True, sharey="row", squeeze=False, height_ratios=[3, 2][:rows]
+    )
+    for k, variant in enumerate(variants):
+        draw_response(grid[0, k], result, variant)
+        grid[0, k].set_title(TITLES.get(variant, variant), loc="left")
+        if rows == 2:
+            draw_phase(grid[1, k], result, variant)
+            grid[1, k].set_title("phase", loc="left")
+            grid[0, k].set_xlabel("")
+    for ax in grid[:, 1:].ravel():
+        ax.set_ylabel("")
+    if grid.size > 1:
+        letters(grid.ravel())
+    entries = handles(result)
+    columns = 2 if len(variants) == 1 else 6 if len(entries) < 6 else 3
+    figure.legend(handles=entries, loc="outside lower center", ncols=columns)
+    return figure
+
+
+def draw_response(ax: Axes, result: LapRun, variant: str) -> None:
+    """Curves of one variant.
+
+    Points without an answer are crosses below; where the answer jumps from one branch of a fold to
+    the other between two frequencies, a dotted line joins them.
+    """
+    for i, response in enumerate(r for r in result.responses if r.variant == variant):
+        size = np.abs(response.amplitude) / frictionless_peak(result, response.load)
+        good = response.flag == CONVERGED
+        line = np.where(good, size, np.nan)
+        style = SERIES[i % len(SERIES)]
+        ax.plot(
+            *_broken(response.frequency, line, _jumps(response)),
+            color=style["color"],
+            marker=style["marker"],
+            markevery=(7 * i, max(len(size) // 9, 1)),
+        )
+        for k in _jumps(response):
+            ends = slice(k, k + 2)
+            ax.plot(response.frequency[ends], line[ends], color=style["color"], lw=0.7, ls=":")
+        bad = np.flatnonzero(~good)
+        if len(bad):
+            ax.plot(
+                response.frequency[bad[:: max(len(bad) // 25, 1)]],
+                np.full(len(bad[:: max(len(bad) // 25, 1)]), 0.02 + 0.025 * i),
+                "x",
+                color=style["color"],
+                ms=3,
+                mew=0.7,
+                transform=ax.get_xaxis_transform(),
+            )
+        peak = frictionless_peak(result, response.load)
+        _draw_points(ax, result, response.load, style, _over(peak))
+        for run in _runs(result, response.load):
+            harmonic.draw_points(ax, run, style, harmonic.size_over(peak))
+    ax.set_yscale("log")
+    band = result.responses[0].frequency
+    ax.set_xlim(band[0], band[-1])
+    ax.set_xlabel("frequency (Hz)")
+    ax.set_ylabel("$|q|/M$ over its frictionless peak")
+
+
+def draw_phase(ax: Axes, result: LapRun, variant: str) -> None:
+    """Phase of the sliding coordinate to the load, curves of one variant and time domain."""
+    for i, response in enumerate(r for r in result.responses if r.variant == variant):
+        style = SERIES[i % len(SERIES)]
+        good = response.flag == CONVERGED
+        phase = np.where(good, lag(np.angle(response.amplitude)), np.nan)
+        ax.plot(
+            *_broken(response.frequency, phase, _jumps(response)),
+            color=style["color"],
+            marker=style["marker"],
+            markevery=(7 * i, max(len(phase) // 9, 1)),
+        )
+        _draw_points(
+            ax, result, response.load, style, lambda p: float(lag(np.angle(p.steady.amplitude)))
+        )
+        for run in _runs(result, response.load):
+            harmonic.draw_points(ax, run, style, lambda q: float(lag(np.angle(q))))
+    ax.set_yticks(-np.array([0, 45, 90, 135, 180]))
+    ax.set_ylim(-190, 10)
+    ax.set_xlabel("frequency (Hz)")
+    ax.set_ylabel("phase of $q$ (degrees)")
+
+
+def _runs(result: LapRun, load: float) -> list[HarmonicRun]:
+    return [run for run in result.harmonic if run.load == load]
+
+
+def _over(peak: float) -> Callable[[TimePoint], float]:
+    return lambda point: abs(point.steady.amplitude) / peak
+
+
+def _draw_points(
+    ax: Axes,
+    result: LapRun,
+    load: float,
+    style: dict[str, Any],
+    value: Callable[[TimePoint], float],
+) -> None:
+    """Steady states of one load: open circles; open squares where they are not steady."""
+    points = [p for p in result.time_domain if p.steady.load == load]
+    for steady, mark in ((True, STEADY), (False, NOT_STEADY)):
+        shown = [p for p in points if p.steady.converged == steady]
+        if shown:
+            ax.plot(
+                [p.corrected_frequency for p in shown],
+                [value(p) for p in shown],
+                color=style["color"],
+                **mark,
+            )
+
+
+STEADY: dict[str, Any] = {"marker": "o", "mfc": "none", "ls": "none", "ms": 5, "mew": 0.9}
+NOT_STEADY: dict[str, Any] = {"marker": "s", "mfc": "none", "ls": "none", "ms": 7, "mew": 1.1}
+
+
+def _jumps(response: Response) -> np.ndarray:
+    """Indices of points after which a response with friction changes by more than a factor 2."""
+    if not response.drive:
+        return np.array([], dtype=np.int64)
+    change = np.abs(np.diff(np.log(np.maximum(np.abs(response.amplitude), 1e-300))))
+    good = response.flag == CONVERGED
+    return np.flatnonzero((change > np.log(2)) & good[1:] & good[:-1])
+
+
+def _broken(x: np.ndarray, y: np.ndarray, after: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The same line with gaps after the given points."""
+    return np.insert(x, after + 1, x[after]), np.insert(y, after + 1, np.nan)
+
+
+def handles(result: LapRun) -> list[Line2D]:
+    """Legend entries: the loads, and the cross where there are any."""
+    first = result.responses[0].variant
+    shown = [r for r in result.responses if r.variant == first]
+    entries = [
+        Line2D([], [], **SERIES[i % len(SERIES)], label=_load(result, r))
+        for i, r in enumerate(shown)
+    ]
+    if any(len(r.unconverged) for r in result.responses):
+        entries.append(
+            Line2D([], [], color=GREY, marker="x", ls="none", ms=4, label="no answer in the table")
+        )
+    if result.time_domain:
+        entries.append(Line2D([], [], color=GREY, **STEADY, label="time domain"))
+    if not all(p.steady.converged for p in result.time_domain):
+        entries.append(Line2D([], [], color=GREY, **NOT_STEADY, label="time domain, not steady"))
+    return entries + harmonic.handles(result)
+
+
+def _load(result: LapRun, response: Response) -> str:
+    """What the user called this load."""
+    load = result.joint.load
+    if load is not None and load.rho is not None and np.isfinite(response.rho):
+        return rf"$\rho$ = {response.rho:g}"
+    return rf"$M/(PL)={scientific(response.load / result.assembly.moment_unit)}$"

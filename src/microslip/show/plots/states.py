@@ -1,0 +1,85 @@
+"""Where the interface sticks, slips and separates over a cycle (the paper's figures 5a and 7a)."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from microslip.pipeline.run import LapRun
+from microslip.show.plots.selection import greatest_damping, main_drive, name_of, unit_position
+from microslip.show.plots.style import (
+    BLACK,
+    DOUBLE,
+    MM,
+    clamp_edges,
+    house_style,
+    letters,
+    new_figure,
+)
+
+NAMES = ("1 stick", "2 forward slip", "3 backward slip", "4 separation")
+COLOURS = ("#1d3557", "#D55E00", "#7cc4ee", "#f5f3ea")
+"""From dark to light, so that grey print keeps them apart."""
+
+
+@house_style
+def states_figure(result: LapRun) -> Figure | None:
+    """Contact states of a cycle of microslip and of the one with the greatest damping."""
+    drive = main_drive(result)
+    if not drive:
+        return None
+    best = greatest_damping(result, drive)
+    sizes = np.array([cycle.amplitude for cycle in result.cycles[drive]])
+    small = int(np.argmin(np.abs(np.log(4 * sizes / sizes[best]))))
+    shown = sorted({small, best})
+    figure = new_figure(DOUBLE, 88 * MM)
+    axes = figure.subplots(1, len(shown), sharey=True, squeeze=False)[0]
+    for ax, index in zip(axes, shown, strict=True):
+        draw_states(ax, result, drive, index)
+        note = ", greatest damping" if index == best else ", microslip"
+        ax.set_title(name_of(result, drive, index) + note, loc="left")
+    letters(axes)
+    for ax in axes[1:]:
+        ax.set_ylabel("")
+    edges = axes[0].get_legend_handles_labels()[0]
+    figure.legend(handles=[*handles(), *edges], loc="outside lower center", ncols=5)
+    return figure
+
+
+def handles() -> list[Patch]:
+    """Legend entries of the four states."""
+    return [
+        Patch(facecolor=c, edgecolor=BLACK, linewidth=0.5, label=n)
+        for n, c in zip(NAMES, COLOURS, strict=True)
+    ]
+
+
+def draw_states(ax: Axes, result: LapRun, drive: str, index: int) -> None:
+    """State map of one cycle: position across, phase of the load upward."""
+    cycle = result.cycles[drive][index]
+    draw_state_map(ax, unit_position(result), cycle.theta, cycle.status)
+
+
+def draw_state_map(ax: Axes, x: np.ndarray, theta: np.ndarray, status: np.ndarray) -> None:
+    """States at every phase `theta` of one cycle, the first of which repeats the last."""
+    edges = np.concatenate([[x[0]], 0.5 * (x[1:] + x[:-1]), [x[-1]]])
+    ax.pcolormesh(
+        edges,
+        theta / np.pi,
+        status[1:],
+        cmap=ListedColormap(COLOURS),
+        norm=BoundaryNorm(np.arange(0.5, 5), 4),
+        rasterized=True,
+    )
+    ax.grid(False)
+    clamp_edges(ax)
+    start = theta[0] / np.pi
+    ax.set_yticks(start + np.array([0, 0.5, 1, 1.5, 2]))
+    if start == 0:
+        ax.set_yticklabels(["0", "π/2", "π", "3π/2", "2π"])
+    ax.set_xlim(x[0], x[-1])
+    ax.set_xlabel("position $x/L_p$")
+    ax.set_ylabel(r"phase of the load $\theta$")

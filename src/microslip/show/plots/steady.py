@@ -1,0 +1,112 @@
+"""The steady state of largest amplitude in time: contact, waveforms and hysteresis loop."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from microslip.analyses.time.points import TimePoint, modal_force, phases
+from microslip.pipeline.run import LapRun
+from microslip.results.timedomain import HARMONICS, local_motion
+from microslip.show.plots.selection import unit_position
+from microslip.show.plots.states import draw_state_map, handles
+from microslip.show.plots.style import (
+    BLACK,
+    BLUE,
+    DOUBLE,
+    MM,
+    VERMILLION,
+    house_style,
+    letters,
+    new_figure,
+)
+
+TURN = np.array([0, 0.5, 1, 1.5, 2])
+NAMES = ("0", "π/2", "π", "3π/2", "2π")
+
+
+@house_style
+def steady_figure(result: LapRun) -> Figure | None:
+    """Last cycle of the point of largest modal amplitude, from the zero of the load upward."""
+    if not result.time_domain:
+        return None
+    point = max(result.time_domain, key=lambda p: abs(p.steady.amplitude))
+    figure = new_figure(DOUBLE, 120 * MM)
+    grid = figure.add_gridspec(2, 2, width_ratios=[1.25, 1])
+    states = figure.add_subplot(grid[:, 0])
+    waves, loop = figure.add_subplot(grid[0, 1]), figure.add_subplot(grid[1, 1])
+    theta, order = _from_zero(point)
+    draw_state_map(states, unit_position(result), theta, point.steady.cycle.status[order])
+    states.set_yticks(np.interp(TURN * np.pi, theta, theta / np.pi), NAMES)
+    states.set_title("contact states", loc="left")
+    _draw_waves(waves, result, point, theta, order)
+    _draw_loop(loop, result, point)
+    letters((states, waves, loop))
+    edges = states.get_legend_handles_labels()[0]
+    figure.legend(handles=[*handles(), *edges], loc="outside lower center", ncols=5)
+    figure.suptitle(_title(result, point))
+    return figure
+
+
+def _title(result: LapRun, point: TimePoint) -> str:
+    ratio = point.steady.load / result.assembly.moment_unit
+    rho = rf"$\rho$ = {point.rho:g}, " if np.isfinite(point.rho) else ""
+    state = "" if point.steady.converged else f", not steady (change {point.steady.change:.0e})"
+    return (
+        f"steady state of largest amplitude: {rho}$M/(PL)$ = {ratio:.3g}, "
+        f"{point.steady.frequency:.2f} Hz{state}"
+    )
+
+
+def _from_zero(point: TimePoint) -> tuple[np.ndarray, np.ndarray]:
+    """Phases within one turn, ascending, and the samples they belong to; ends repeat."""
+    theta = phases(point.steady)
+    turned = np.mod(theta[:-1], 2 * np.pi)
+    first = int(np.argmin(turned))
+    order = np.r_[np.arange(first, len(turned)), np.arange(first + 1)]
+    order[order == 0] = len(turned)
+    unrolled = turned[first] + 2 * np.pi * np.arange(len(turned) + 1) / len(turned)
+    return unrolled, order
+
+
+def _draw_waves(
+    ax: Axes, result: LapRun, point: TimePoint, theta: np.ndarray, order: np.ndarray
+) -> None:
+    """Load, sliding coordinate and slip, each over its own largest value."""
+    cycle = point.steady.cycle
+    q = cycle.output[order, result.model.port("sliding")]
+    watched, slip, _ = local_motion(result, cycle)
+    x = unit_position(result)[watched[0]]
+    curves: tuple[tuple[np.ndarray, str, dict[str, Any]], ...] = (
+        (point.steady.load * np.sin(theta), "load $M$", {"color": BLACK, "ls": ":"}),
+        (q, "sliding coordinate $q$", {"color": BLUE, "ls": "-"}),
+        (
+            slip[order, 0] - slip[order[:-1], 0].mean(),
+            rf"slip at $x$ = {x:.3g} $L_p$ less its mean",
+            {"color": VERMILLION, "ls": "--"},
+        ),
+    )
+    for y, label, style in curves:
+        ax.plot(theta / np.pi, y / max(np.abs(y).max(), 1e-300), label=label, **style)
+    ax.set_xticks(TURN, NAMES)
+    ax.set_xlim(0, 2)
+    ax.set_ylim(-1.15, 2.75)
+    ax.set_yticks([-1, 0, 1])
+    ax.set_xlabel(r"phase of the load $\theta$")
+    ax.set_ylabel("over its largest value")
+    ax.set_title("waveforms", loc="left")
+    ax.legend(loc="upper center", ncols=1)
+
+
+def _draw_loop(ax: Axes, result: LapRun, point: TimePoint) -> None:
+    """Contact force on the sliding mode against its coordinate."""
+    q = point.steady.cycle.output[:, result.model.port("sliding")]
+    f = modal_force(point, result.model, result.states, HARMONICS)
+    size = np.abs(q).max()
+    ax.plot(q / size, f / (result.states.sliding_omega**2 * size), color=VERMILLION)
+    ax.set_xlabel(r"sliding coordinate $q\,/\,q_{\max}$")
+    ax.set_ylabel(r"force $f\,/\,(\omega_{sl}^2\,q_{\max})$")
+    ax.set_title("contact force on the sliding mode", loc="left")
