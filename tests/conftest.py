@@ -18,6 +18,9 @@ from microslip.model.lap_mesh import LapGeometry, MeshControl
 from microslip.model.modes import LinearModes, linear_modes
 from microslip.model.structure import Structure, lap_joint_structure
 
+ROOT = Path(__file__).parents[1]
+"""Of the repository."""
+
 GEOMETRY = LapGeometry(
     length=0.2515, thickness=0.0125, overlap_half_length=0.0375, clamp_half_length=0.025
 )

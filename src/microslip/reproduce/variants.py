@@ -1,7 +1,8 @@
 """The reduced models that the figures compare: every variant with every table.
 
 The one place that knows how a variant is solved. A case is a variant of
-`microslip.analyses.reduced.response` with the table it reads; the first is what the paper prints, friction alone under the end moment.
+`microslip.analyses.reduced.response` with the table it reads; the first is what the paper prints,
+friction alone under the end moment.
 """
 
 from __future__ import annotations

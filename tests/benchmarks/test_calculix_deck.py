@@ -5,17 +5,17 @@ from __future__ import annotations
 import json
 import shutil
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import ROOT
 
 from microslip.errors import ContactError, ModelError
 from microslip.model.elasticity import Material, elastic_body
 from microslip.model.lap_mesh import LapGeometry, MeshControl, lap_joint_meshes
 from microslip.model.structure import lap_joint_structure
 
-FOLDER = Path(__file__).parent.parent / "benchmarks" / "calculix"
+FOLDER = ROOT / "benchmarks" / "calculix"
 sys.path.insert(0, str(FOLDER))
 
 import ccx_compare  # noqa: E402

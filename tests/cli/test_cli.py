@@ -11,6 +11,7 @@ from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
 import pytest
+from conftest import ROOT
 from typer.testing import CliRunner
 
 from microslip import __version__
@@ -18,7 +19,7 @@ from microslip.cli.main import app, bending_frequency, degrees_of_freedom, secon
 from microslip.describe.lap import load_joint
 from microslip.model.structure import lap_joint_structure
 
-EXAMPLE = Path(__file__).parents[1] / "examples" / "lap_joint.toml"
+EXAMPLE = ROOT / "examples" / "lap_joint.toml"
 
 
 @pytest.fixture

@@ -5,10 +5,10 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import ROOT
 from typer.testing import CliRunner
 
 from microslip.cli.main import app
@@ -35,8 +35,6 @@ from microslip.reproduce.variants import (
     respond,
     solutions,
 )
-
-ROOT = Path(__file__).parents[1]
 
 COARSE = replace(
     QUICK,

@@ -7,9 +7,9 @@ import itertools
 import math
 import tomllib
 from importlib import resources
-from pathlib import Path
 
 import pytest
+from conftest import ROOT
 from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import BaseModel
@@ -34,7 +34,7 @@ from microslip.describe.lap import (
 )
 from microslip.errors import InputError
 
-EXAMPLE = Path(__file__).parents[1] / "examples" / "lap_joint.toml"
+EXAMPLE = ROOT / "examples" / "lap_joint.toml"
 
 
 @pytest.fixture
