@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from microslip.version import __version__
+
 if TYPE_CHECKING:
     from microslip.describe.lap import LapJoint, load_joint
     from microslip.pipeline.run import LapRun, assemble_joint, run_lap_joint
 
-__version__ = "0.1.0"
 
-__all__ = ["LapJoint", "LapRun", "assemble_joint", "load_joint", "run_lap_joint"]
+__all__ = ["LapJoint", "LapRun", "__version__", "assemble_joint", "load_joint", "run_lap_joint"]
 
 _HOME = {
     "LapJoint": "describe.lap",

@@ -1,4 +1,12 @@
-"""Errors a caller can name. Every message says where it went wrong and what to try."""
+"""Errors a caller can name, and failures that results carry.
+
+An error stops what was asked for: its message says where it went wrong and what to try. A failure is
+what an analysis says of a point that it could not solve while the others go on.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
 
 
 class MicroslipError(Exception):
@@ -19,3 +27,34 @@ class JointOpensError(ContactError):
 
 class ModelError(MicroslipError):
     """Matrices or a mesh that cannot make a joint model."""
+
+
+@dataclass(frozen=True)
+class Failure:
+    """Something asked for that has no answer.
+
+    Attributes
+    ----------
+    stage : str
+        Analysis that failed, as it is called in the input file: ``cycle``, ``harmonic``, ...
+    where : str
+        Load, frequency, amplitude, mode: which point of the analysis; empty where it is all of it.
+    reason : str
+        What happened.
+    remedy : str
+        What to try; empty where the reason says it or nothing helps.
+
+    Examples
+    --------
+    >>> print(Failure("backbone", "mode 2, amplitude 0.1", "no frequency of its own"))
+    backbone, mode 2, amplitude 0.1: no frequency of its own
+    """
+
+    stage: str
+    where: str
+    reason: str
+    remedy: str = ""
+
+    def __str__(self) -> str:
+        place = ", ".join(part for part in (self.stage, self.where) if part)
+        return f"{place}: {self.reason}" + (f"; {self.remedy}" if self.remedy else "")

@@ -17,9 +17,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from microslip import __version__
 from microslip.cli.reproduce import reproduce
 from microslip.errors import InputError, MicroslipError
+from microslip.version import __version__
 
 if TYPE_CHECKING:
     from rich.table import Table

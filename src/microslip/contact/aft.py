@@ -42,8 +42,7 @@ from numpy.typing import NDArray
 
 from microslip.contact.tableau import BACKWARD, FORWARD, SEPARATED, STICK, _jit
 from microslip.errors import ContactError
-
-Array = NDArray[np.float64]
+from microslip.typing import Array
 
 OPEN, LINEAR, CHANGING = 0, 1, 2
 """Kinds of a component over the cycle: its reaction is zero throughout; its reaction is the augmented

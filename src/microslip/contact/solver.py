@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from microslip.contact import planar, tableau
 from microslip.errors import ContactError
 from microslip.model.flexibility import Flexibility
-
-Array = NDArray[np.float64]
+from microslip.typing import Array
 
 TOLERANCE = 1e-12
 """Inequalities may be violated by this much of the contact pressure before a state changes."""

@@ -32,7 +32,7 @@ import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from microslip.typing import Array
 
 STICK, FORWARD, BACKWARD, SEPARATED = 1, 2, 3, 4
 """Contact states, numbered as in the paper's figure 5."""

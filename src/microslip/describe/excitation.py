@@ -12,8 +12,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
 from microslip.describe.quantities import (
@@ -31,11 +29,11 @@ from microslip.describe.quantities import (
     evenly,
 )
 from microslip.errors import InputError
+from microslip.typing import Array
 
 if TYPE_CHECKING:
     from typing import Self
 
-Array = NDArray[np.float64]
 
 STEPS = 150
 """Time steps per cycle where the file gives neither them nor the step."""

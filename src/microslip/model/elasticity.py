@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from skfem.helpers import dot
 from skfem.models.elasticity import lame_parameters, linear_elasticity, plane_stress
 
-Array = NDArray[np.float64]
+from microslip.typing import Array
 
 
 @dataclass(frozen=True)

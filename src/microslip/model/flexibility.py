@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip.model.joint import JointModel
-
-Array = NDArray[np.float64]
+from microslip.typing import Array
 
 
 @dataclass(frozen=True)

@@ -16,8 +16,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from microslip.errors import ModelError
-
-Array = NDArray[np.float64]
+from microslip.typing import Array
 
 
 @dataclass(frozen=True)

@@ -22,8 +22,7 @@ from numpy.typing import NDArray
 from microslip.errors import ModelError
 from microslip.model.modes import LinearModes, factorise, linear_modes, spectral_shift
 from microslip.model.structure import Structure
-
-Array = NDArray[np.float64]
+from microslip.typing import Array
 
 
 @dataclass(frozen=True)

@@ -11,9 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import skfem
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from microslip.typing import Array
 
 
 @dataclass(frozen=True)

@@ -24,8 +24,7 @@ from microslip.model.elasticity import (
 )
 from microslip.model.interface import Interface, matching_interface
 from microslip.model.lap_mesh import LapGeometry, MeshControl, lap_joint_meshes
-
-Array = NDArray[np.float64]
+from microslip.typing import Array
 
 
 @dataclass(frozen=True)

@@ -23,11 +23,9 @@ from pathlib import Path
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from microslip.errors import MicroslipError
-
-Array = NDArray[np.float64]
+from microslip.typing import Array
 
 
 class ContinuationError(MicroslipError):

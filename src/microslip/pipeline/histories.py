@@ -8,7 +8,6 @@ from threading import Event
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from microslip.analyses.reduced.table import DRIVES
 from microslip.analyses.statics.cycle import opening_load
@@ -26,12 +25,11 @@ from microslip.describe.excitation import Excitation, FreeDecay, LoadedExcitatio
 from microslip.errors import MicroslipError
 from microslip.model.flexibility import static_flexibility
 from microslip.numerics.execute import workers
+from microslip.typing import Array
 
 if TYPE_CHECKING:
     from microslip.pipeline.progress import Progress
     from microslip.pipeline.run import JointAssembly
-
-Array = NDArray[np.float64]
 
 
 def end_moment(entry: Excitation, assembly: JointAssembly, rho_scale: float) -> float:

@@ -12,7 +12,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from microslip.analyses.backbone.cycles import (
@@ -56,8 +55,7 @@ from microslip.numerics.execute import in_threads, workers
 from microslip.pipeline.harmonic import HarmonicRun, loads_of_file, run_harmonic_loads
 from microslip.pipeline.histories import contact_compliance, run_histories
 from microslip.pipeline.progress import NullProgress, Progress
-
-Array = NDArray[np.float64]
+from microslip.typing import Array
 
 
 @dataclass(frozen=True)

@@ -16,8 +16,7 @@ from microslip.model.joint import JointModel
 from microslip.numerics.fourier import harmonic
 from microslip.show.plots.states import COLOURS
 from microslip.show.plots.style import GREY, VERMILLION
-
-Array = NDArray[np.float64]
+from microslip.typing import Array
 
 QUARTERS = ((0, "0"), (1, "π/2"), (2, "π"), (3, "3π/2"))
 """Quarters of a cycle and their phases as text."""

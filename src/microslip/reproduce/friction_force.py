@@ -15,7 +15,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from microslip.analyses.reduced.table import EquivalentTable, modal_quantities
 from microslip.analyses.statics.cycle import Cycle
@@ -23,8 +22,7 @@ from microslip.analyses.statics.linear_states import LinearStates
 from microslip.model.interface import Interface
 from microslip.model.joint import JointModel
 from microslip.numerics.fourier import harmonic
-
-Array = NDArray[np.float64]
+from microslip.typing import Array
 
 
 def friction_modal_force(r: Array, interface: Interface, states: LinearStates) -> Array:

@@ -11,8 +11,7 @@ from microslip.analyses.reduced.response import CONVERGED
 from microslip.reproduce.peaks import Peak, vertex
 from microslip.reproduce.study import Study
 from microslip.reproduce.variants import Case, equivalent, respond, solutions
-
-Array = NDArray[np.float64]
+from microslip.typing import Array
 
 
 @dataclass(frozen=True)

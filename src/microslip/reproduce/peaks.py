@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from microslip.reproduce.study import Study
 from microslip.reproduce.variants import CONSISTENT, respond
-
-Array = NDArray[np.float64]
+from microslip.typing import Array
 
 OFFSETS = (-1.0, -0.5, 0.0, 0.5, 1.0)
 """Hz from the consistent model's resonance at which the time domain looks for its own."""

@@ -11,7 +11,6 @@ from typing import Any
 
 from threadpoolctl import threadpool_limits
 
-from microslip import __version__
 from microslip.errors import MicroslipError
 from microslip.pipeline.progress import Progress
 from microslip.reproduce.gallery import gallery, tables
@@ -21,6 +20,7 @@ from microslip.reproduce.settings import FULL, Settings
 from microslip.reproduce.study import Study
 from microslip.results.dataset import _plain, replacing
 from microslip.show.plots.style import save
+from microslip.version import __version__
 
 
 @dataclass

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from microslip.typing import Array
 
 PAPER_RHO = 0.8
 """The load of the paper's time-domain figures."""

@@ -11,7 +11,6 @@ from importlib import resources
 from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
 from microslip.analyses.reduced.refined import moment_offset, refined_table
@@ -33,8 +32,8 @@ from microslip.pipeline.progress import NullProgress, Progress
 from microslip.pipeline.run import JointAssembly, LapRun, assemble_joint, run_cycles
 from microslip.reproduce.friction_force import friction_table
 from microslip.reproduce.settings import FULL, PAPER_BEST_RHO, Settings
+from microslip.typing import Array
 
-Array = NDArray[np.float64]
 T = TypeVar("T")
 
 

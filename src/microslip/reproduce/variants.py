@@ -28,8 +28,7 @@ from microslip.analyses.reduced.response import (
 )
 from microslip.analyses.reduced.table import DRIVES
 from microslip.reproduce.study import Study
-
-Array = NDArray[np.float64]
+from microslip.typing import Array
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,6 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-import microslip
 from microslip.analyses.reduced.response import CONVERGED, Response
 from microslip.analyses.reduced.table import EquivalentTable, equivalent_table, modal_quantities
 from microslip.analyses.statics.cycle import Cycle, Prestress
@@ -38,13 +37,14 @@ from microslip.results.timedomain import (
     time_domain_dataset,
     time_domain_row,
 )
+from microslip.typing import Array
+from microslip.version import __version__
 
 if TYPE_CHECKING:
     from microslip.model.joint import JointModel
     from microslip.pipeline.progress import Progress
     from microslip.pipeline.run import LapRun
 
-Array = NDArray[np.float64]
 
 _LOAD_UNIT = {"moment": "N m/m", "mode": MODAL_FORCE}
 
@@ -141,7 +141,7 @@ def summary(result: LapRun) -> dict[str, Any]:
     found: dict[str, Any] = _plain(
         {
             "title": result.joint.title,
-            "version": microslip.__version__,
+            "version": __version__,
             "model": _model_summary(result),
             "prestress": _prestress_summary(result),
             "cycles": cycles,
@@ -327,7 +327,7 @@ def dataset(result: LapRun) -> xr.DataTree:
     root = xr.Dataset(
         attrs={
             "title": result.joint.title or "lap joint",
-            "source": f"microslip {microslip.__version__}",
+            "source": f"microslip {__version__}",
             "joint": result.joint.model_dump_json(by_alias=True, exclude_unset=True),
             "comment": "two-dimensional: forces, moments and energies are per metre of width",
             "failures": "\n".join(result.failures),

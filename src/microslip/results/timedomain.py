@@ -26,11 +26,11 @@ from microslip.results.labels import (
     state_variable,
     variable,
 )
+from microslip.typing import Array
 
 if TYPE_CHECKING:
     from microslip.pipeline.run import LapRun
 
-Array = NDArray[np.float64]
 
 HARMONICS = 15
 """Harmonics of the waveforms that are stored."""

@@ -31,7 +31,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from microslip.analyses.statics.cycle import Prestress, opening_load, quasi_static_cycle
 from microslip.analyses.statics.joint_modes import MODE_PORT, JointMode, with_mode_port
@@ -40,8 +39,7 @@ from microslip.errors import ContactError, MicroslipError
 from microslip.model.flexibility import static_flexibility, with_compliance
 from microslip.model.joint import JointModel
 from microslip.numerics.execute import in_threads, workers
-
-Array = NDArray[np.float64]
+from microslip.typing import Array
 
 METHODS = ("quasi_static", "prescribed", "harmonic")
 

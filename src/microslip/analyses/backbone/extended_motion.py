@@ -23,7 +23,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from microslip.analyses.backbone.cycles import Backbone, BackbonePoint, amplitude_scale, failed
 from microslip.analyses.harmonic.equations import HarmonicProblem, harmonic_problem
@@ -34,8 +33,7 @@ from microslip.analyses.statics.joint_modes import MODE_PORT, JointMode, with_mo
 from microslip.analyses.statics.prescribed import modal_rest
 from microslip.model.joint import JointModel
 from microslip.numerics.continuation import ContinuationError, first_point, solve_at, trace
-
-Array = NDArray[np.float64]
+from microslip.typing import Array
 
 SPRING = 0.3
 """kappa over omega_sl²."""

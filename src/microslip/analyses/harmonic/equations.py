@@ -48,9 +48,7 @@ from microslip.contact.aft import (
 from microslip.errors import MicroslipError
 from microslip.model.flexibility import harmonic_compliance
 from microslip.model.joint import JointModel
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+from microslip.typing import Array, Complex
 
 SAMPLES_PER_HARMONIC = 24
 LEAST_SAMPLES = 128

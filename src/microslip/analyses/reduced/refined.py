@@ -28,7 +28,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import Akima1DInterpolator, PchipInterpolator
 
 from microslip.analyses.reduced.table import EquivalentTable, UpperHarmonics
@@ -40,9 +39,7 @@ from microslip.analyses.statics.prescribed import (
 )
 from microslip.errors import ContactError, MicroslipError
 from microslip.numerics.execute import in_threads, workers
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+from microslip.typing import Array, Complex
 
 HIGHEST = 13
 """Highest harmonic of the first mode that may excite an upper one."""

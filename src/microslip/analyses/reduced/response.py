@@ -35,8 +35,7 @@ from scipy.optimize import brentq, minimize_scalar
 from microslip.analyses.reduced.table import EquivalentTable
 from microslip.analyses.statics.linear_states import LinearStates
 from microslip.errors import MicroslipError
-
-Array = NDArray[np.float64]
+from microslip.typing import Array
 
 VARIANTS = ("printed", "consistent", "refined")
 

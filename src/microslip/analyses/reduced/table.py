@@ -23,8 +23,7 @@ from microslip.analyses.statics.cycle import Cycle
 from microslip.analyses.statics.linear_states import LinearStates
 from microslip.model.joint import JointModel
 from microslip.numerics.fourier import harmonic
-
-Array = NDArray[np.float64]
+from microslip.typing import Array
 
 DRIVES = {"moment": "moment", "mode": "sliding"}
 """Port that each drive acts on: the end moment (the paper), or the modal inertia load M Phi_sl."""

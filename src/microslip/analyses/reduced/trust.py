@@ -19,7 +19,6 @@ the indicator grows without bound, as the error does.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from microslip.analyses.reduced.response import (
     OUTSIDE,
@@ -31,9 +30,7 @@ from microslip.analyses.reduced.response import (
 )
 from microslip.analyses.reduced.table import EquivalentTable
 from microslip.errors import MicroslipError
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+from microslip.typing import Array
 
 LEFT_OUT = 3e-4
 """Of the force, what the harmonics that are left out may change."""

@@ -24,8 +24,7 @@ from microslip.contact.solver import (
 from microslip.errors import ContactError, JointOpensError
 from microslip.model.flexibility import Flexibility
 from microslip.model.joint import JointModel
-
-Array = NDArray[np.float64]
+from microslip.typing import Array
 
 
 @dataclass(frozen=True)

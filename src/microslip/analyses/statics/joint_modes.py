@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 from microslip.analyses.statics.cycle import Prestress
 from microslip.errors import ModelError
 from microslip.model.joint import JointModel
-
-Array = NDArray[np.float64]
+from microslip.typing import Array
 
 ON_SUPPORTS = 0.5
 """Share of the strain energy in the supports beyond which a mode does not deform the joint."""

@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 
 from microslip.model.modes import linear_modes
 from microslip.model.structure import Structure
-
-Array = NDArray[np.float64]
+from microslip.typing import Array
 
 
 @dataclass(frozen=True)

@@ -37,9 +37,7 @@ from microslip.errors import ContactError
 from microslip.model.flexibility import Flexibility
 from microslip.model.joint import JointModel
 from microslip.numerics.fourier import harmonic
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+from microslip.typing import Array, Complex
 
 HOLD = 100.0
 """Stiffness that holds the mode to its course, over omega_sl²."""

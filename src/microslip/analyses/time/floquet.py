@@ -36,12 +36,11 @@ from numpy.typing import NDArray
 from microslip.analyses.time.scheme import State, TimeScheme, march, prestressed_state
 from microslip.errors import MicroslipError
 from microslip.model.joint import JointModel
+from microslip.typing import Array, Complex
 
 if TYPE_CHECKING:
     from microslip.analyses.time.steady import SteadyState
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 DEVIATION = 1e-4
 """Size of the deviations over that of the vibration, in the norm of `DeviationNorm`."""

@@ -27,8 +27,7 @@ from microslip.analyses.time.points import opening_of
 from microslip.analyses.time.scheme import March, State, TimeScheme, contact_memory, march
 from microslip.errors import MicroslipError
 from microslip.model.flexibility import Flexibility
-
-Array = NDArray[np.float64]
+from microslip.typing import Array
 
 STATIC_STEPS = 75
 """Load steps from prestress to a load that is held still."""

@@ -25,8 +25,7 @@ from microslip.errors import JointOpensError, MicroslipError
 from microslip.model.joint import JointModel
 from microslip.numerics.execute import in_threads
 from microslip.numerics.fourier import harmonic
-
-Array = NDArray[np.float64]
+from microslip.typing import Array
 
 
 @dataclass(frozen=True)

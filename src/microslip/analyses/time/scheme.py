@@ -22,8 +22,7 @@ from microslip.contact.solver import CERTIFICATE, TOLERANCE, singularity_named
 from microslip.contact.timestep import step_through
 from microslip.errors import ContactError, MicroslipError
 from microslip.model.joint import JointModel
-
-Array = NDArray[np.float64]
+from microslip.typing import Array
 
 ALPHA = 0.05
 

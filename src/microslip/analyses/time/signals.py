@@ -16,12 +16,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from microslip.describe.units import LINE_MOMENT, TIME, Kind
 from microslip.errors import InputError
-
-Array = NDArray[np.float64]
+from microslip.typing import Array
 
 LONGEST_GAP = 10.0
 """An interval of more than so many median intervals is a gap."""

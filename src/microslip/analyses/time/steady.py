@@ -26,8 +26,7 @@ from microslip.analyses.time.scheme import (
 )
 from microslip.errors import ContactError
 from microslip.numerics.fourier import harmonic
-
-Array = NDArray[np.float64]
+from microslip.typing import Array
 
 DEPTH = 10
 """States that the accelerated search combines."""

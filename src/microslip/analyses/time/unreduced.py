@@ -35,8 +35,7 @@ from microslip.errors import ContactError, ModelError
 from microslip.model.flexibility import Flexibility
 from microslip.model.modes import factorise, linear_modes, spectral_shift
 from microslip.model.structure import Structure
-
-Array = NDArray[np.float64]
+from microslip.typing import Array
 
 CONSISTENT = 1e-6
 """Prestress that the mesh reproduces less closely, relative to contact displacement, is refused."""

@@ -1,0 +1,23 @@
+"""Types of arrays, said once."""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array: TypeAlias = NDArray[np.float64]
+"""Real numbers."""
+
+Complex: TypeAlias = NDArray[np.complex128]
+"""Complex numbers."""
+
+Indices: TypeAlias = NDArray[np.int64]
+"""Numbers of pairs, components, nodes, steps."""
+
+Status: TypeAlias = NDArray[np.int8]
+"""Contact states, numbered as in `microslip.contact.pairs`."""
+
+Mask: TypeAlias = NDArray[np.bool_]
+"""Yes or no for every entry."""
