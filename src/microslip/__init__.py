@@ -8,17 +8,18 @@ from microslip.version import __version__
 
 if TYPE_CHECKING:
     from microslip.describe.lap import LapJoint, load_joint
-    from microslip.pipeline.run import LapRun, assemble_joint, run_lap_joint
+    from microslip.pipeline.prepare import prepare
+    from microslip.pipeline.run import Run, run
 
 
-__all__ = ["LapJoint", "LapRun", "__version__", "assemble_joint", "load_joint", "run_lap_joint"]
+__all__ = ["LapJoint", "Run", "__version__", "load_joint", "prepare", "run"]
 
 _HOME = {
     "LapJoint": "describe.lap",
     "load_joint": "describe.lap",
-    "LapRun": "pipeline.run",
-    "assemble_joint": "pipeline.run",
-    "run_lap_joint": "pipeline.run",
+    "prepare": "pipeline.prepare",
+    "Run": "pipeline.run",
+    "run": "pipeline.run",
 }
 
 

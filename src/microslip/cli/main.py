@@ -311,11 +311,11 @@ def _compute(
     """Run, write and summarise; whether it was interrupted, and the files written."""
     from rich.console import Console
 
-    from microslip.pipeline.run import run_lap_joint
-    from microslip.results.dataset import write_results
+    from microslip.pipeline.run import run as run_joint
     from microslip.show.terminal import print_summary
+    from microslip.show.write import write_results
 
-    result = run_lap_joint(joint, progress)
+    result = run_joint(joint, progress)
     progress.finish()
     written = write_results(result, folder, progress)
     progress.finish()
