@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +17,8 @@ from microslip.model.joint import JointModel, Reducer
 from microslip.model.lap_mesh import LapGeometry, MeshControl
 from microslip.model.modes import LinearModes, linear_modes
 from microslip.model.structure import Structure, lap_joint_structure
+from microslip.pipeline.outcome import Outcome
+from microslip.pipeline.run import Run
 
 ROOT = Path(__file__).parents[1]
 """Of the repository."""
@@ -101,6 +103,11 @@ def build_reference(pairs: int, clamp: float = CLAMP, modes: int = MODES) -> Ref
         sliding,
         stuck,
     )
+
+
+def with_value(run: Run, analysis: str, value: object) -> Run:
+    """The same run, as if an analysis had found something else."""
+    return replace(run, outcomes={**run.outcomes, analysis: Outcome(value)})
 
 
 @pytest.fixture(scope="session")

@@ -38,7 +38,7 @@ class Stages:
         self.interrupted = False
         self.failure: BaseException | None = None
 
-    def run_lap_joint(self, joint, progress):
+    def run(self, joint, progress):
         self.runs += 1
         progress.start("cycles", 2)
         progress.advance()
@@ -61,8 +61,8 @@ class Stages:
 def stages(monkeypatch):
     stages = Stages()
     for module, name in [
-        ("pipeline.run", "run_lap_joint"),
-        ("results.dataset", "write_results"),
+        ("pipeline.run", "run"),
+        ("show.write", "write_results"),
         ("show.terminal", "print_summary"),
     ]:
         fake = ModuleType(f"microslip.{module}")
