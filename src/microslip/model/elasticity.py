@@ -14,11 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 import skfem
-from numpy.typing import NDArray
 from skfem.helpers import dot
 from skfem.models.elasticity import lame_parameters, linear_elasticity, plane_stress
 
-from microslip.typing import Array
+from microslip.typing import Array, Indices
 
 
 @dataclass(frozen=True)
@@ -77,7 +76,7 @@ class Body:
     stiffness: sp.csc_matrix
     mass: sp.csc_matrix
     basis: skfem.Basis
-    order: NDArray[np.int64]
+    order: Indices
 
 
 ELEMENT = skfem.ElementVector(skfem.ElementQuadS2())
@@ -114,7 +113,7 @@ def elastic_body(mesh: skfem.MeshQuad, material: Material) -> Body:
 
 
 def traction_load(
-    body: Body, facets: NDArray[np.int64], traction: Callable[[Array, Array], tuple[Array, Array]]
+    body: Body, facets: Indices, traction: Callable[[Array, Array], tuple[Array, Array]]
 ) -> Array:
     """Consistent nodal forces of a traction on boundary facets, per metre of width.
 
@@ -140,7 +139,7 @@ def traction_load(
     return np.asarray(skfem.asm(work, edge)[body.order], dtype=float)
 
 
-def pressed_length_load(body: Body, facets: NDArray[np.int64], half_length: float) -> Array:
+def pressed_length_load(body: Body, facets: Indices, half_length: float) -> Array:
     """Vertical nodal forces of a unit force spread evenly over ``|x| <= half_length``.
 
     Facets are horizontal and may be cut by the ends of the pressed length: two Gauss points on the
@@ -166,9 +165,7 @@ def pressed_length_load(body: Body, facets: NDArray[np.int64], half_length: floa
     return vertical
 
 
-def traction_stiffness(
-    body: Body, facets: NDArray[np.int64], per_area: float, axis: int
-) -> sp.csc_matrix:
+def traction_stiffness(body: Body, facets: Indices, per_area: float, axis: int) -> sp.csc_matrix:
     """Stiffness of springs spread over boundary facets, `per_area` in N/m³ along `axis`."""
     edge = skfem.FacetBasis(body.mesh, ELEMENT, facets=facets, intorder=4)
 

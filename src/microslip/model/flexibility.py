@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from microslip.model.joint import JointModel
-from microslip.typing import Array
+from microslip.typing import Array, Complex
 
 
 @dataclass(frozen=True)
@@ -64,9 +63,7 @@ def with_compliance(flexibility: Flexibility, compliance: Array) -> Flexibility:
     return replace(flexibility, W=flexibility.W + np.diag(compliance))
 
 
-def harmonic_compliance(
-    model: JointModel, omega: float, harmonics: int
-) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+def harmonic_compliance(model: JointModel, omega: float, harmonics: int) -> tuple[Complex, Complex]:
     """Compliance of every mode, and lag of the residual part, at the harmonics 0..H of `omega`.
 
     ``W_h = residual lag_h + mode_v diag(modal_h) mode_v^T`` with

@@ -7,13 +7,12 @@ are already removed.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
 import scipy.sparse as sp
 import skfem
-from numpy.typing import NDArray
 
 from microslip.model.elasticity import (
     Material,
@@ -24,7 +23,7 @@ from microslip.model.elasticity import (
 )
 from microslip.model.interface import Interface, matching_interface
 from microslip.model.lap_mesh import LapGeometry, MeshControl, lap_joint_meshes
-from microslip.typing import Array
+from microslip.typing import Array, Indices
 
 
 @dataclass(frozen=True)
@@ -49,7 +48,7 @@ class Structure:
     mass: sp.csc_matrix
     interface: Interface
     loads: Mapping[str, Array]
-    free: NDArray[np.int64]
+    free: Indices
     meshes: tuple[skfem.MeshQuad, ...] = field(default=())
 
     @property
@@ -113,7 +112,13 @@ def lap_joint_structure(
     total = 4 * count
     lower_nodes = _interface_nodes(lower.nodes, g.overlap_half_length, tol)
     upper_nodes = count + _interface_nodes(upper.nodes, g.overlap_half_length, tol)
-    interface = matching_interface(lower_nodes, upper_nodes, lower.nodes[0, lower_nodes], total)
+    interface = matching_interface(
+        lower_nodes,
+        upper_nodes,
+        lower.nodes[0, lower_nodes],
+        total,
+        image=np.arange(len(lower_nodes))[::-1].copy(),
+    )
     observe = np.zeros(total)
     near = int(np.argmin(np.abs(interface.position - g.clamp_half_length)))
     observe[2 * lower_nodes[near]] = 1.0
@@ -141,7 +146,7 @@ def _linear_traction(x: Array, y: Array, centre: float, gradient: float) -> tupl
     return gradient * (y - centre), np.zeros_like(x)
 
 
-def _interface_nodes(nodes: Array, half_length: float, tol: float) -> NDArray[np.int64]:
+def _interface_nodes(nodes: Array, half_length: float, tol: float) -> Indices:
     """Nodes on ``y = 0`` within the overlap, in order of ascending x."""
     on = np.flatnonzero((np.abs(nodes[1]) < tol) & (np.abs(nodes[0]) <= half_length + tol))
     return on[np.argsort(nodes[0, on])]
@@ -152,7 +157,7 @@ def constrain(
     mass: sp.csc_matrix,
     interface: Interface,
     loads: Mapping[str, Array],
-    fixed: NDArray[np.int64],
+    fixed: Indices,
     meshes: tuple[skfem.MeshQuad, ...] = (),
 ) -> Structure:
     """Remove the degrees of freedom in `fixed` (held at zero)."""
@@ -160,12 +165,7 @@ def constrain(
     return Structure(
         stiffness=stiffness[free][:, free].tocsc(),
         mass=mass[free][:, free].tocsc(),
-        interface=Interface(
-            interface.position,
-            interface.area,
-            interface.relative[:, free].tocsr(),
-            interface.dimension,
-        ),
+        interface=replace(interface, relative=interface.relative[:, free].tocsr()),
         loads={name: load[free] for name, load in loads.items()},
         free=free,
         meshes=meshes,
