@@ -138,7 +138,7 @@ def amplitude_scale(model: JointModel, start: Prestress, mode: JointMode) -> flo
     W = model.residual[np.ix_(bonded, bonded)]
     change = np.linalg.solve(W, model.mode_v[bonded] @ mode.stuck_shape)
     felt = float(np.abs(change).max(initial=0.0))
-    return float(np.abs(start.solution.r).max() / felt) if felt > 0 else float("inf")
+    return start.largest_reaction / felt if felt > 0 else float("inf")
 
 
 @dataclass(frozen=True)

@@ -38,13 +38,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip.analyses.statics.cycle import Prestress
-from microslip.contact.aft import (
-    ContactCycle,
-    SampleTable,
-    contact_cycle,
-    sample_table,
-    times_derivative,
-)
+from microslip.contact.aft import ContactCycle, contact_cycle, times_derivative
+from microslip.contact.samples import SampleTable, sample_table
 from microslip.errors import MicroslipError
 from microslip.model.flexibility import harmonic_compliance
 from microslip.model.joint import JointModel
@@ -134,7 +129,7 @@ class HarmonicProblem:
     @cached_property
     def force_scale(self) -> float:
         """Largest reaction of the prestress, N per metre of width: the unit of residuals."""
-        return float(np.abs(self.prestress.solution.r).max())
+        return self.prestress.largest_reaction
 
     @cached_property
     def spring(self) -> float:

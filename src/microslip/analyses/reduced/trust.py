@@ -20,15 +20,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from microslip.analyses.reduced.response import (
-    OUTSIDE,
-    Response,
-    TableCurve,
-    TwoModeModel,
-    contact_coefficient,
-    table_curve,
-)
+from microslip.analyses.reduced.curve import TableCurve, table_curve
+from microslip.analyses.reduced.response import Response
+from microslip.analyses.reduced.sweep import OUTSIDE, contact_coefficient
 from microslip.analyses.reduced.table import EquivalentTable
+from microslip.analyses.reduced.two_mode import TwoModeModel
 from microslip.errors import MicroslipError
 from microslip.typing import Array
 

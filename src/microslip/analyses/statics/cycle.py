@@ -13,14 +13,17 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linprog
 
-from microslip.contact.path import march
-from microslip.contact.planar import FORWARD, SEPARATED, STICK
-from microslip.contact.solver import (
-    CERTIFICATE,
-    ContactSolver,
-    Solution,
-    singularity_named,
+from microslip.contact.pairs import (
+    FORWARD,
+    at_rest,
+    by_pair,
+    components,
+    normal,
+    tangential,
+    touches,
 )
+from microslip.contact.path import PathRecord, follow_path
+from microslip.contact.solver import ContactSolver, Solution
 from microslip.errors import ContactError, JointOpensError
 from microslip.model.flexibility import Flexibility
 from microslip.model.joint import JointModel
@@ -46,11 +49,16 @@ class Prestress:
     pressure: Array
     touching: NDArray[np.bool_]
 
+    @property
+    def largest_reaction(self) -> float:
+        """Of all components, N per metre of width: the unit of reactions and their changes."""
+        return float(np.abs(self.solution.r).max())
+
     def bonded(self, directions: int) -> NDArray[np.int64]:
         """Components of v of the touching pairs: the normal one, or the first `directions`."""
         pairs = np.flatnonzero(self.touching)
         d = len(self.solution.v) // len(self.touching)
-        return np.sort((d * pairs[:, None] + np.arange(directions)).ravel())
+        return np.asarray(by_pair(components(pairs, d), d)[:, :directions].ravel())
 
 
 def prestress(model: JointModel, flexibility: Flexibility, clamp: float) -> Prestress:
@@ -81,11 +89,11 @@ def prestress(model: JointModel, flexibility: Flexibility, clamp: float) -> Pres
         flexibility.loads_q[:, column] * clamp,
         np.zeros(model.pairs),
     )
-    normal = solution.r[:: model.dimension]
-    touching = solution.status != SEPARATED
+    pressure = normal(solution.r, model.dimension) / model.area
+    touching = touches(solution.status)
     if not touching.any():
         raise ContactError("no contact pair touches under the clamp force: is it pulling?")
-    return Prestress(clamp, solution, normal / model.area, touching)
+    return Prestress(clamp, solution, pressure, touching)
 
 
 @dataclass(frozen=True)
@@ -159,11 +167,9 @@ def opening_load(
     for sign in (1.0, -1.0):
         d, m = model.dimension, model.pairs
         R = flexibility.R
-        columns = [R[0::d].T]
+        columns = [by_pair(R.T, d)[..., k] for k in range(d)]
         bounds: list[tuple[float | None, float | None]] = [(0, None)] * m
-        for k in range(1, d):
-            columns.append(R[k::d].T)
-            bounds += [(None, None)] * m
+        bounds += [(None, None)] * ((d - 1) * m)
         load = sign * flexibility.loads_q[:, [p]]
         if np.abs(load).max(initial=0.0) * 1e-12 > 0 and R.shape[1]:
             scale = prestress.clamp
@@ -226,7 +232,6 @@ def quasi_static_cycle(
     """
     column, clamp_column = model.port(port), model.port("clamp")
     f = flexibility
-    d, m = model.dimension, model.pairs
     _check_stays_closed(opening_load(model, f, start, port), abs(amplitude), port)
     solver = _prestressed_solver(f, start, friction)
     ports = f.loads_v.shape[1]
@@ -234,25 +239,34 @@ def quasi_static_cycle(
     path = np.zeros((steps + 1, ports))
     path[:, clamp_column] = start.clamp
     path[:, column] += amplitude * np.sin(theta)
-    vt_old = start.solution.v[1::d].copy()
-    record = _Record(steps, m, f.R.shape[1])
+    vt_old = tangential(start.solution.v).copy()
+
+    def march(path: Array) -> PathRecord:
+        return follow_path(
+            solver,
+            f,
+            path,
+            vt_old,
+            where=lambda step: f"(load {path[step, column]:.4g} on {port!r})",
+            remedy="try more load steps",
+        )
+
     ramp_steps = int(np.ceil(abs(np.sin(phase)) * steps / 4))
     if ramp_steps:
         ramp = np.tile(path[0], (ramp_steps + 1, 1))
         ramp[:, column] *= np.linspace(0, 1, ramp_steps + 1)
         ramp[:, clamp_column] = start.clamp
-        _march(solver, f, ramp, vt_old, _Record(ramp_steps, m, f.R.shape[1]), model, port)
+        march(ramp)
     change = np.inf
-    top = np.abs(start.solution.r[::d]).max()
     hard, last = 0, None
     for cycle in range(1, max_cycles + 1):  # noqa: B007 - reported
-        record.begin(solver)
-        _march(solver, f, path, vt_old, record, model, port)
+        record = march(path)
         hard += int(np.sum(record.rule[1:] > 0))
-        change = np.inf if last is None else float(np.abs(record.r - last).max() / top)
+        if last is not None:
+            change = float(np.abs(record.r - last).max() / start.largest_reaction)
         if change <= closure:
             break
-        last = record.r.copy()
+        last = record.r
     load = path[:, column]
     output = path @ f.loads_loads.T + record.q @ f.loads_q - record.r @ f.loads_v
     rest = f.loads_loads[clamp_column] * start.clamp
@@ -270,8 +284,8 @@ def quasi_static_cycle(
         r=record.r,
         v=record.v,
         status=status,
-        friction_work=record.work[1:, :, 0].sum(axis=0),
-        normal_work=float(record.work[1:, :, 1].sum()),
+        friction_work=record.friction_work,
+        normal_work=record.normal_work,
         external_work=float(mean_load @ np.diff(output[:, column])),
         cycles=cycle,
         closure=change,
@@ -290,69 +304,10 @@ def _check_stays_closed(limit: float, amplitude: float, port: str) -> None:
         )
 
 
-class _Record:
-    """Arrays that one cycle is written into."""
-
-    def __init__(self, steps: int, pairs: int, coordinates: int) -> None:
-        self.r = np.zeros((steps + 1, 2 * pairs))
-        self.v = np.zeros((steps + 1, 2 * pairs))
-        self.q = np.zeros((steps + 1, coordinates))
-        self.status = np.zeros((steps + 1, pairs), dtype=np.int8)
-        self.iterations = np.zeros(steps + 1, dtype=np.int64)
-        self.residual = np.zeros(steps + 1)
-        self.rule = np.zeros(steps + 1, dtype=np.int64)
-        self.work = np.zeros((steps + 1, pairs, 2))
-
-    def begin(self, solver: ContactSolver) -> None:
-        self.r[0], self.v[0], self.q[0] = solver.r, solver.v, solver.q
-        self.status[0] = solver.status
-
-
 def _prestressed_solver(
     flexibility: Flexibility, start: Prestress, friction: float | Array
 ) -> ContactSolver:
-    status = np.where(start.touching, STICK, SEPARATED).astype(np.int8)
-    top = np.abs(start.solution.r).max()
-    solver = ContactSolver(flexibility, friction, np.full(len(status), top), status)
-    solver.r[:] = start.solution.r
-    solver.q[:] = start.solution.q
-    solver.v[:] = start.solution.v
+    force = np.full(len(start.touching), start.largest_reaction)
+    solver = ContactSolver(flexibility, friction, force, at_rest(start.touching))
+    solver.start_from(start.solution.r, start.solution.q, start.solution.v)
     return solver
-
-
-@singularity_named()
-def _march(
-    solver: ContactSolver,
-    f: Flexibility,
-    path: Array,
-    vt_old: Array,
-    record: _Record,
-    model: JointModel,
-    port: str,
-) -> None:
-    failed = march(
-        solver.problem,
-        solver.memory,
-        np.ascontiguousarray(f.loads_v),
-        np.ascontiguousarray(f.loads_q),
-        path,
-        vt_old,
-        solver.status,
-        solver.r,
-        solver.q,
-        solver.v,
-        record.r,
-        record.v,
-        record.q,
-        record.status,
-        record.iterations,
-        record.residual,
-        record.rule,
-        record.work,
-    )
-    if failed >= 0 or not record.residual.max() <= CERTIFICATE:
-        step = failed if failed >= 0 else int(np.argmax(record.residual))
-        raise ContactError(
-            f"contact not solved at step {step} of {len(path) - 1} (load {path[step, model.port(port)]:.4g} "
-            f"on {port!r}): residual {record.residual[step]:.1e}; try more load steps"
-        )

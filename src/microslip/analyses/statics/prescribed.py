@@ -30,10 +30,9 @@ from numpy.typing import NDArray
 from microslip.analyses.statics.cycle import Prestress
 from microslip.analyses.statics.joint_modes import bonded_modes
 from microslip.analyses.statics.linear_states import LinearStates
-from microslip.contact.path import march
-from microslip.contact.planar import SEPARATED, STICK
-from microslip.contact.solver import CERTIFICATE, ContactSolver, singularity_named
-from microslip.errors import ContactError
+from microslip.contact import pairs
+from microslip.contact.path import FRICTION, PathRecord, follow_path
+from microslip.contact.solver import ContactSolver
 from microslip.model.flexibility import Flexibility
 from microslip.model.joint import JointModel
 from microslip.numerics.fourier import harmonic
@@ -139,8 +138,8 @@ def sliding_modes(model: JointModel, start: Prestress) -> tuple[Array, Array]:
 def walking_modes(model: JointModel) -> NDArray[np.bool_]:
     """Rigid modes that slide the bodies past each other and move nothing else."""
     d = model.dimension
-    normal = np.abs(model.mode_v[::d]).max(axis=0)
-    sideways = np.abs(model.mode_v[1::d]).max(axis=0)
+    size = np.abs(pairs.by_pair(model.mode_v.T, d)).max(axis=1)
+    normal, sideways = size[:, 0], size[:, 1:].max(axis=1)
     rigid = np.arange(len(model.omega)) < model.equilibrium_modes
     return rigid & (normal < 1e-3 * sideways)
 
@@ -289,11 +288,10 @@ def at_rest(held: HeldMode) -> ContactState:
     s = held.prestress.solution
     load = np.zeros(len(held.model.ports))
     load[held.model.port("clamp")] = held.prestress.clamp
-    status = np.where(held.prestress.touching, STICK, SEPARATED).astype(np.int8)
+    status = pairs.at_rest(held.prestress.touching)
     return ContactState(status, s.r.copy(), s.q.copy(), s.v.copy(), load)
 
 
-@singularity_named()
 def prescribed_cycle(
     held: HeldMode,
     amplitude: float,
@@ -340,26 +338,32 @@ def prescribed_cycle(
     path[:, model.port("moment")] = (moment * np.exp(1j * theta)).imag
     for (mode, order), load in (upper or {}).items():
         path[:, model.port(f"upper {mode}")] += (load * np.exp(1j * order * theta)).imag
-    solver = ContactSolver(
-        f,
-        held.friction,
-        np.full(model.pairs, np.abs(held.prestress.solution.r).max()),
-        state.status,
-    )
-    solver.r[:], solver.q[:], solver.v[:] = state.r, state.q, state.v
-    vt_old = state.v[1 :: model.dimension].copy()
+    top = held.prestress.largest_reaction
+    solver = ContactSolver(f, held.friction, np.full(model.pairs, top), state.status)
+    solver.start_from(state.r, state.q, state.v)
+    vt_old = pairs.tangential(state.v).copy()
+
+    def march(path: Array) -> PathRecord:
+        return follow_path(
+            solver,
+            f,
+            path,
+            vt_old,
+            where=lambda step: "of a prescribed cycle",
+            remedy="try more load steps or a smaller amplitude",
+        )
+
     ramp = state.load + np.linspace(0, 1, RAMP + 1)[:, None] * (path[0] - state.load)
     if not np.array_equal(state.load, path[0]):
-        _along(solver, f, ramp, vt_old)
-    top = np.abs(held.prestress.solution.r).max()
+        march(ramp)
     change, last = np.inf, None
     for _ in range(cycles):
-        r, q, residual, work = _along(solver, f, path, vt_old)
-        change = np.inf if last is None else float(np.abs(r - last).max() / top)
+        record = march(path)
+        change = np.inf if last is None else float(np.abs(record.r - last).max() / top)
         if change <= closure:
             break
-        last = r
-    output = path @ f.loads_loads.T + q @ f.loads_q - r @ f.loads_v
+        last = record.r
+    output = path @ f.loads_loads.T + record.q @ f.loads_q - record.r @ f.loads_v
     s, clamp = held.prestress.solution, model.port("clamp")
     output -= f.loads_loads[clamp] * held.prestress.clamp + s.q @ f.loads_q - s.r @ f.loads_v
     y = output[:, model.port(held.port)]
@@ -371,47 +375,10 @@ def prescribed_cycle(
         q=complex(harmonic(y, theta)),
         force=complex(harmonic(force, theta)),
         upper=np.array(tops).T,
-        dissipated=float(work),
+        dissipated=float(record.work[1:, :, FRICTION].sum()),
         closure=change,
-        residual=residual,
+        residual=float(record.residual.max()),
         state=ContactState(
             solver.status.copy(), solver.r.copy(), solver.q.copy(), solver.v.copy(), path[-1]
         ),
     )
-
-
-def _along(
-    solver: ContactSolver, f: Flexibility, path: Array, vt_old: Array
-) -> tuple[Array, Array, float, float]:
-    """Reactions, coordinates, worst residual and friction work of a path."""
-    n, m = len(path), len(solver.status)
-    r, v, q = np.zeros((n, 2 * m)), np.zeros((n, 2 * m)), np.zeros((n, len(solver.q)))
-    r[0], v[0], q[0] = solver.r, solver.v, solver.q
-    residual, work = np.zeros(n), np.zeros((n, m, 2))
-    failed = march(
-        solver.problem,
-        solver.memory,
-        np.ascontiguousarray(f.loads_v),
-        np.ascontiguousarray(f.loads_q),
-        path,
-        vt_old,
-        solver.status,
-        solver.r,
-        solver.q,
-        solver.v,
-        r,
-        v,
-        q,
-        np.zeros((n, m), np.int8),
-        np.zeros(n, np.int64),
-        residual,
-        np.zeros(n, np.int64),
-        work,
-    )
-    if failed >= 0 or not residual.max() <= CERTIFICATE:
-        step = failed if failed >= 0 else int(np.argmax(residual))
-        raise ContactError(
-            f"contact not solved at step {step} of {n - 1} of a prescribed cycle: residual "
-            f"{residual[step]:.1e}; try more load steps or a smaller amplitude"
-        )
-    return r, q, float(residual.max()), float(work[1:, :, 0].sum())

@@ -20,7 +20,7 @@ from microslip.analyses.time.scheme import (
     time_scheme,
 )
 from microslip.analyses.time.steady import SteadyState, steady_state
-from microslip.contact.planar import SEPARATED
+from microslip.contact.pairs import SEPARATED
 from microslip.errors import JointOpensError, MicroslipError
 from microslip.model.joint import JointModel
 from microslip.numerics.execute import in_threads

@@ -9,17 +9,26 @@ corrected for it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 from numpy.typing import NDArray
 
 from microslip.analyses.statics.cycle import Prestress
 from microslip.contact import tableau
-from microslip.contact.planar import SEPARATED, STICK
+from microslip.contact.pairs import at_rest, normal, tangential
+from microslip.contact.problem import contact_problem
 from microslip.contact.solver import CERTIFICATE, TOLERANCE, singularity_named
-from microslip.contact.timestep import step_through
+from microslip.contact.timestep import (
+    EXTERNAL,
+    MODAL,
+    NORMAL,
+    RESIDUAL,
+    Motion,
+    Records,
+    StepConstants,
+    step_through,
+)
 from microslip.errors import ContactError, MicroslipError
 from microslip.model.joint import JointModel
 from microslip.typing import Array
@@ -42,6 +51,8 @@ class TimeScheme:
         Driven port.
     W : (d m, d m) array
         Flexibility over one step.
+    kernel : StepConstants
+        What the compiled stepping needs of all this.
     """
 
     model: JointModel
@@ -51,7 +62,7 @@ class TimeScheme:
     alpha: float
     port: str
     W: Array
-    kernel: Mapping[str, Array] = field(repr=False)
+    kernel: StepConstants = field(repr=False)
 
 
 @dataclass(frozen=True)
@@ -197,17 +208,22 @@ def time_scheme(
     W = residual / (1 + tau / dt) + (model.mode_v * per_force) @ model.mode_v.T
     driven, clamp = model.port(port), model.port("clamp")
     P = prestress.clamp
-    kernel = {
-        "psi_t": np.ascontiguousarray(model.mode_v.T),
-        "damping": damping,
-        "drive_modes": np.ascontiguousarray(model.port_modes[:, driven]),
-        "drive_v": np.ascontiguousarray(model.port_v[:, driven]),
-        "constant_modes": model.port_modes[:, clamp] * P,
-        "constant_v": model.port_v[:, clamp] * P,
-        "out_modes": np.ascontiguousarray(model.port_modes),
-        "out_v": np.ascontiguousarray(model.port_v.T),
-        "out_load": np.vstack([model.port_port[clamp] * P, model.port_port[driven]]),
-    }
+    kernel = StepConstants(
+        psi_t=np.ascontiguousarray(model.mode_v.T),
+        omega=model.omega,
+        damping=damping,
+        tau=float(tau),
+        alpha=float(alpha),
+        dt=float(dt),
+        drive_modes=np.ascontiguousarray(model.port_modes[:, driven]),
+        drive_v=np.ascontiguousarray(model.port_v[:, driven]),
+        constant_modes=model.port_modes[:, clamp] * P,
+        constant_v=model.port_v[:, clamp] * P,
+        out_modes=np.ascontiguousarray(model.port_modes),
+        out_v=np.ascontiguousarray(model.port_v.T),
+        out_load=np.vstack([model.port_port[clamp] * P, model.port_port[driven]]),
+        drive=driven,
+    )
     return TimeScheme(
         model=model,
         prestress=prestress,
@@ -233,7 +249,7 @@ def prestressed_state(scheme: TimeScheme, amplitude: float = 0.0, omega: float =
     """
     model, solution = scheme.model, scheme.prestress.solution
     contact = model.mode_v.T @ solution.r
-    force = scheme.kernel["constant_modes"] - contact
+    force = scheme.kernel.constant_modes - contact
     e = model.equilibrium_modes
     eta = np.concatenate([solution.q, force[e:] / model.omega[e:] ** 2])
     rate = np.zeros_like(eta)
@@ -247,8 +263,8 @@ def prestressed_state(scheme: TimeScheme, amplitude: float = 0.0, omega: float =
         residual_v=solution.v - model.mode_v @ eta,
         r=solution.r.copy(),
         v=solution.v.copy(),
-        r_before=solution.r[::2].copy(),
-        status=np.where(scheme.prestress.touching, STICK, SEPARATED).astype(np.int8),
+        r_before=normal(solution.r).copy(),
+        status=at_rest(scheme.prestress.touching),
     )
 
 
@@ -291,96 +307,69 @@ def march(
     load = np.ascontiguousarray(load, dtype=float)
     if not np.isfinite(load).all():
         raise MicroslipError(f"the load is not finite at step {int(np.argmin(np.isfinite(load)))}")
-    m, N = scheme.model.pairs, len(state.v)
     n = len(load)
-    rows = n if keep else 0
-    k = scheme.kernel
-    eta, rate, acceleration = state.eta.copy(), state.rate.copy(), state.acceleration.copy()
-    modal_force, s = state.modal_force.copy(), state.residual_v.copy()
-    r, v, status = state.r.copy(), state.v.copy(), state.status.copy()
-    r_before = state.r_before.copy()
-    vt_old = v[1::2].copy()
-    force = np.full(m, np.abs(scheme.prestress.solution.r).max())
-    problem = tableau.problem(
-        scheme.W, np.zeros((N, 0)), np.zeros(0), scheme.friction, force, TOLERANCE
-    )
+    motion = _motion(state)
+    force = np.full(scheme.model.pairs, scheme.prestress.largest_reaction)
+    nothing = np.zeros((len(state.v), 0))
+    problem = contact_problem(scheme.W, nothing, np.zeros(0), scheme.friction, force, TOLERANCE)
     memory = contact_memory(scheme) if memory is None else memory
-    tableau.follow(problem, memory, status)
-    outputs = np.zeros((n, len(scheme.model.ports)))
+    tableau.follow(problem, memory, motion.status)
     rest = _output(scheme, prestressed_state(scheme), 0.0)
-    outputs[0] = _output(scheme, state, load[0])
-    works, friction = np.zeros(5), np.zeros(m)
-    r_out, v_out = np.zeros((rows, N)), np.zeros((rows, N))
-    status_out = np.zeros((rows, m), np.int8)
+    records = _records(scheme, n, n if keep else 0)
+    records.output[0] = _output(scheme, state, load[0])
     if keep:
-        r_out[0], v_out[0], status_out[0] = r, v, status
-    iterations, residual = np.zeros(n, np.int64), np.zeros(n)
-    failed = step_through(
-        problem,
-        memory,
-        k["psi_t"],
-        scheme.model.omega,
-        k["damping"],
-        scheme.model.rayleigh[1],
-        scheme.alpha,
-        scheme.dt,
-        k["drive_modes"],
-        k["drive_v"],
-        k["constant_modes"],
-        k["constant_v"],
-        load,
-        scheme.model.port(scheme.port),
-        k["out_modes"],
-        k["out_v"],
-        k["out_load"],
-        eta,
-        rate,
-        acceleration,
-        modal_force,
-        s,
-        vt_old,
-        status,
-        r,
-        v,
-        r_before,
-        outputs,
-        works,
-        friction,
-        r_out,
-        v_out,
-        status_out,
-        iterations,
-        residual,
-    )
+        records.r[0], records.v[0], records.status[0] = state.r, state.v, state.status
+    failed = step_through(problem, memory, scheme.kernel, load, motion, records)
+    residual = records.residual
     if failed >= 0 or not residual.max() <= CERTIFICATE:
         step = failed if failed >= 0 else int(np.argmax(residual))
-        worst = int(np.argmax(np.abs(r[::2])))
+        worst = int(np.argmax(np.abs(normal(motion.r))))
         raise ContactError(
             f"contact not solved at t = {start_time + step * scheme.dt:.6g} s (step {step}, load "
             f"{load[step]:.4g}, pair {worst} at x = {scheme.model.position[worst]:.4g} m carries "
             "most): try more steps per cycle"
         )
-    if not np.isfinite(eta).all():
+    if not np.isfinite(motion.eta).all():
         raise MicroslipError("time integration gave a number that is not finite")
     return March(
         time=np.asarray(scheme.dt * np.arange(n), dtype=float),
         load=load,
-        output=outputs - rest,
-        state=State(eta, rate, acceleration, modal_force, s, r, v, r_before, status),
-        friction_work=friction,
-        external=float(works[0]),
-        modal_damping=float(works[3]),
-        residual_damping=float(works[4]),
-        normal_work=float(works[2]),
-        iterations=iterations,
+        output=records.output - rest,
+        state=State(**{f.name: getattr(motion, f.name) for f in fields(State)}),
+        friction_work=records.friction_work,
+        external=float(records.works[EXTERNAL]),
+        modal_damping=float(records.works[MODAL]),
+        residual_damping=float(records.works[RESIDUAL]),
+        normal_work=float(records.works[NORMAL]),
+        iterations=records.iterations,
         residual=residual,
-        r=r_out,
-        v=v_out,
-        status=status_out,
+        r=records.r,
+        v=records.v,
+        status=records.status,
+    )
+
+
+def _motion(state: State) -> Motion:
+    """Copy of a state that may be changed in place."""
+    own = {f.name: getattr(state, f.name).copy() for f in fields(state)}
+    return Motion(**own, vt_old=tangential(state.v).copy())
+
+
+def _records(scheme: TimeScheme, n: int, rows: int) -> Records:
+    m, N = scheme.model.pairs, len(scheme.W)
+    return Records(
+        output=np.zeros((n, len(scheme.model.ports))),
+        works=np.zeros(5),
+        friction_work=np.zeros(m),
+        r=np.zeros((rows, N)),
+        v=np.zeros((rows, N)),
+        status=np.zeros((rows, m), np.int8),
+        iterations=np.zeros(n, np.int64),
+        residual=np.zeros(n),
     )
 
 
 def _output(scheme: TimeScheme, state: State, load: float) -> Array:
     k = scheme.kernel
-    constant = k["out_load"][0] + k["out_load"][1] * load
-    return constant + k["out_modes"].T @ state.eta - k["out_v"] @ state.r
+    constant = k.out_load[0] + k.out_load[1] * load
+    return constant + k.out_modes.T @ state.eta - k.out_v @ state.r

@@ -1,6 +1,6 @@
 """Time integration of every degree of freedom of a structure: what the reduction is checked against.
 
-The scheme and the contact solver are those of `transient.py`, without modes: for
+The scheme and the contact solver are those of `scheme.py`, without modes: for
 
     M x'' + C x' + K x + B^T r = p_clamp P + p A(t),     C = alpha_R M + beta_R K
 
@@ -14,7 +14,7 @@ a step of Hilber–Hughes–Taylor (``gamma = 1/2 + alpha``, ``beta = (1 + alpha
 so that contact sees ``v = v_free - W r_1`` with ``W = a beta dt² B S^-1 B^T``. `S` is factorised
 once; a step costs two solves. Impacts are treated as in `contact/timestep.py`.
 Reactions and relative displacements have the layout and signs of
-`interface.py`.
+`contact/pairs.py`.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 from microslip.analyses.statics.cycle import Prestress
 from microslip.analyses.time.scheme import ALPHA, scheme_constants
-from microslip.contact.planar import SEPARATED, STICK
+from microslip.contact.pairs import at_rest, by_pair, normal, tangential
 from microslip.contact.solver import ContactSolver
 from microslip.contact.timestep import IMPACT
 from microslip.errors import ContactError, ModelError
@@ -241,8 +241,8 @@ def prestressed_full_state(scheme: FullScheme, rate: Array | None = None) -> Ful
         acceleration=np.zeros(s.dofs),
         r=solution.r.copy(),
         v=solution.v.copy(),
-        r_before=solution.r[::2].copy(),
-        status=np.where(scheme.prestress.touching, STICK, SEPARATED).astype(np.int8),
+        r_before=normal(solution.r).copy(),
+        status=at_rest(scheme.prestress.touching),
     )
 
 
@@ -305,21 +305,21 @@ def march_full(scheme: FullScheme, load: Array, state: FullState | None = None) 
             )
             try:
                 found = contact.solve(
-                    B @ (position + beta * dt**2 * start), none, record.v[step - 1, 1::2]
+                    B @ (position + beta * dt**2 * start), none, tangential(record.v[step - 1])
                 )
             except ContactError as error:
                 raise ContactError(
                     f"contact not solved at t = {step * dt:.6g} s (load {load[step]:.4g}): {error}"
                 ) from error
-            strong = last[::2] > IMPACT * contact.force
-            sudden = strong & (last[::2] >= before) & (found.r[::2] <= 0) & ~dropped
+            strong = normal(last) > IMPACT * contact.force
+            sudden = strong & (normal(last) >= before) & (normal(found.r) <= 0) & ~dropped
             if not sudden.any():
                 break
             dropped |= sudden
-            remainder = B.T @ np.where(np.repeat(sudden, 2), last, 0.0)
+            remainder = B.T @ np.where(sudden[:, None], by_pair(last), 0.0).ravel()
             unbalanced = unbalanced + remainder
             acceleration = acceleration + a * scheme.solve(remainder)
-        before = last[::2]
+        before = normal(last)
         acceleration = start - a * scheme.solve(B.T @ found.r)
         new = position + beta * dt**2 * acceleration
         mean_rate = (new - x) / dt
@@ -348,7 +348,7 @@ def _contact(scheme: FullScheme, state: FullState) -> ContactSolver:
     flexibility = Flexibility(
         scheme.W, empty, np.zeros(0), empty, np.zeros((0, 0)), np.zeros((0, 0))
     )
-    force = np.full(n // 2, np.abs(scheme.prestress.solution.r).max())
+    force = np.full(n // 2, scheme.prestress.largest_reaction)
     return ContactSolver(flexibility, scheme.friction, force, state.status)
 
 
@@ -381,9 +381,9 @@ class _Record:
             v=self.v,
             status=self.status,
             state=state,
-            friction_work=np.sum(mean_r[:, 1::2] * dv[:, 1::2], axis=0),
+            friction_work=np.sum(tangential(mean_r) * tangential(dv), axis=0),
             external=float(mean_load @ np.diff(output[self.scheme.port])),
             damping=damping,
-            normal_work=float(np.sum(mean_r[:, ::2] * dv[:, ::2])),
+            normal_work=float(np.sum(normal(mean_r) * normal(dv))),
             residual=self.residual,
         )
