@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 from rich.console import Console
 
-from microslip.contact.aft import sample_table
+from microslip.contact.samples import sample_table
 from microslip.describe.lap import (
     FEWEST_ADAPTIVE,
     SAMPLES_OF_A_HARMONIC,

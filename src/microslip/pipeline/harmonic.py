@@ -24,7 +24,8 @@ from microslip.analyses.harmonic.response import (
     frequency_response,
     sliding_amplitudes,
 )
-from microslip.analyses.reduced.response import forced_response, two_mode_model
+from microslip.analyses.reduced.response import forced_response
+from microslip.analyses.reduced.two_mode import two_mode_model
 from microslip.analyses.statics.cycle import opening_load
 from microslip.errors import MicroslipError
 from microslip.numerics.execute import workers

@@ -24,15 +24,10 @@ from microslip.analyses.backbone.cycles import (
 )
 from microslip.analyses.backbone.extended_motion import harmonic_backbone
 from microslip.analyses.reduced.refined import moment_offset, refined_table
-from microslip.analyses.reduced.response import (
-    Response,
-    TwoModeModel,
-    forced_response,
-    greatest_damping_load,
-    two_mode_model,
-)
+from microslip.analyses.reduced.response import Response, forced_response, greatest_damping_load
 from microslip.analyses.reduced.table import DRIVES, EquivalentTable, equivalent_table
 from microslip.analyses.reduced.trust import error_indicator
+from microslip.analyses.reduced.two_mode import TwoModeModel, two_mode_model
 from microslip.analyses.statics.cycle import (
     Cycle,
     Prestress,

@@ -8,13 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from microslip.analyses.reduced.response import (
-    CONVERGED,
-    TwoModeModel,
-    forced_response,
-    two_mode_model,
-)
+from microslip.analyses.reduced.response import forced_response
+from microslip.analyses.reduced.sweep import CONVERGED
 from microslip.analyses.reduced.table import EquivalentTable
+from microslip.analyses.reduced.two_mode import TwoModeModel, two_mode_model
 from microslip.reproduce.fig11 import time_frequencies
 from microslip.reproduce.friction_force import friction_table
 from microslip.reproduce.peaks import time_domain_peak

@@ -14,13 +14,9 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from microslip.analyses.reduced.refined import moment_offset, refined_table
-from microslip.analyses.reduced.response import (
-    Response,
-    forced_response,
-    greatest_damping_load,
-    two_mode_model,
-)
+from microslip.analyses.reduced.response import Response, forced_response, greatest_damping_load
 from microslip.analyses.reduced.table import DRIVES, EquivalentTable, equivalent_table
+from microslip.analyses.reduced.two_mode import two_mode_model
 from microslip.analyses.statics.cycle import Cycle, quasi_static_cycle
 from microslip.analyses.statics.prescribed import hold_mode
 from microslip.analyses.time.points import Request, TimePoint, equivalent, steady_states

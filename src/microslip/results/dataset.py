@@ -24,10 +24,11 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from microslip.analyses.reduced.response import CONVERGED, Response
+from microslip.analyses.reduced.response import Response
+from microslip.analyses.reduced.sweep import CONVERGED
 from microslip.analyses.reduced.table import EquivalentTable, equivalent_table, modal_quantities
 from microslip.analyses.statics.cycle import Cycle, Prestress
-from microslip.contact.planar import SEPARATED
+from microslip.contact.pairs import SEPARATED
 from microslip.results.backbone import backbone_dataset, backbone_rows
 from microslip.results.harmonic import fold_rows, harmonic_dataset, harmonic_rows
 from microslip.results.labels import MODAL, MODAL_FORCE, pair_position, state_variable, variable

@@ -11,7 +11,7 @@ import xarray as xr
 from microslip.analyses.harmonic.hill import HillExponents
 from microslip.analyses.harmonic.response import HarmonicPoint
 from microslip.analyses.time.points import equivalent_of
-from microslip.contact.planar import SEPARATED
+from microslip.contact.pairs import SEPARATED
 from microslip.pipeline.harmonic import HarmonicRun
 from microslip.results.labels import MODAL, pair_position, variable
 

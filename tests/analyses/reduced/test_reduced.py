@@ -13,9 +13,9 @@ from microslip.analyses.reduced.response import (
     all_amplitudes,
     forced_response,
     greatest_damping_load,
-    two_mode_model,
 )
 from microslip.analyses.reduced.table import EquivalentTable, equivalent_table, modal_quantities
+from microslip.analyses.reduced.two_mode import two_mode_model
 from microslip.analyses.statics.cycle import quasi_static_cycle
 from microslip.analyses.statics.linear_states import linear_states
 from microslip.errors import MicroslipError

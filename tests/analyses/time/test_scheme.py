@@ -18,7 +18,7 @@ from microslip.analyses.time.scheme import (
     time_scheme,
 )
 from microslip.analyses.time.steady import steady_state
-from microslip.contact.planar import SEPARATED
+from microslip.contact.pairs import SEPARATED
 from microslip.errors import ContactError, MicroslipError
 from microslip.model.flexibility import static_flexibility
 from microslip.model.joint import JointModel

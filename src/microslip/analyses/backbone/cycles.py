@@ -19,8 +19,8 @@ Projected on the mode, ``F/Q = omega² - omega_sl² + i omega (xi - c)``, exactl
     omega² = omega_sl² (1 + k_eq),     zeta = gamma_eq / (2 (1 + k_eq)) + (alpha + beta omega²) / (2 omega).
 
 F comes from cycles with q prescribed (`microslip.analyses.statics.prescribed`) at the reference
-frequency that is the mode's own, iterated at every amplitude. Approximated in this: higher harmonics and the mean have
-the inertia of the first; q has no higher harmonics; other modes have no damping; the material's
+frequency that is the mode's own, iterated at every amplitude. Approximated in this: higher
+harmonics and the mean have the inertia of the first; q has no higher harmonics; other modes have no damping; the material's
 damping is that of a mode of frequency omega, as if all of the stiffness had its loss.
 `extended_motion.py` makes none of these approximations.
 """

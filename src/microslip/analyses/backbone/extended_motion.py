@@ -4,8 +4,8 @@
 
 (Krack, Computers & Structures 154 (2015) 59). ``-xi M x'`` only lowers alpha of the Rayleigh damping,
 so the equations are those of `microslip.analyses.harmonic.equations` without a load. Such a system
-has no phase and, besides its vibration, its rest as a solution. Both ambiguities go when a spring ``kappa`` holds the mode's
-coordinate to ``(L/kappa) sin(theta)``:
+has no phase and, besides its vibration, its rest as a solution. Both ambiguities go when a spring
+``kappa`` holds the mode's coordinate to ``(L/kappa) sin(theta)``:
 
     kappa Phi (Phi^T M (x - x_prestress))  =  L sin(theta) M Phi       on the right-hand side,
 

@@ -12,7 +12,6 @@ import numpy as np
 
 from microslip.analyses.prepared import PreparedJoint
 from microslip.analyses.statics.prestress import Prestress
-from microslip.contact.samples import SampleTable, sample_table
 from microslip.contact.law import ContactLaw
 from microslip.contact.pairs import (
     components,
@@ -21,6 +20,7 @@ from microslip.contact.pairs import (
     tangential,
     tangential_rows,
 )
+from microslip.contact.samples import SampleTable, sample_table
 from microslip.errors import MicroslipError
 from microslip.model.joint import JointModel
 from microslip.numerics.fourier import parity

@@ -8,7 +8,8 @@ whatever touches, slips or separates; only the modal contact force F has to be m
 takes it from cycles driven by the end moment. Here, in order of what each is worth:
 
 * F comes from cycles with q prescribed (`microslip.analyses.statics.prescribed`): near resonance
-  inertia, not the moment, bends the joint, and q is nearly a pure sine because the inertia of the mode resists harmonics.
+  inertia, not the moment, bends the joint, and q is nearly a pure sine because the inertia of the
+  mode resists harmonics.
 * The moment bends the overlap directly as well, and what the interface sees of that is the mode's
   own pattern: it offsets the amplitude, ``A = Q + c M``, ``F = omega_sl² kappa(|A|) A``.
 * The other modes have their inertia at a reference frequency between the sliding and the stuck one.
