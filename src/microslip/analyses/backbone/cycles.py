@@ -20,8 +20,8 @@ Projected on the mode, ``F/Q = omega² - omega_sl² + i omega (xi - c)``, exactl
 
 F comes from cycles with q prescribed (`microslip.analyses.statics.prescribed`) at the reference
 frequency that is the mode's own, iterated at every amplitude. Approximated in this: higher
-harmonics and the mean have the inertia of the first; q has no higher harmonics; other modes have no damping; the material's
-damping is that of a mode of frequency omega, as if all of the stiffness had its loss.
+harmonics and the mean have the inertia of the first; q has no higher harmonics; other modes have no
+damping; the material's damping is that of a mode of frequency omega, as if all of the stiffness had its loss.
 `extended_motion.py` makes none of these approximations.
 """
 
