@@ -99,6 +99,7 @@ def contact_cycle(
     A slider pressed by 1 with mu = 0.5, moved far enough: a stiff spring's friction is nearly a
     square wave, whose first harmonic is 4/pi times its height.
 
+    >>> from microslip.contact.samples import sample_table
     >>> table = sample_table(1, 4096)
     >>> x = np.zeros((1, 2, 3)); x[0, 0, 0] = 1.0; x[0, 1, 1] = 1e4
     >>> cycle = contact_cycle(table, x, np.array([0.5]), np.zeros(1))

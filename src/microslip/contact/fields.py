@@ -16,12 +16,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from microslip.brief import Brief
 from microslip.contact.pairs import normal, tangential
 from microslip.typing import Array, Mask
 
 
-@dataclass(frozen=True)
-class ContactFields:
+@dataclass(frozen=True, repr=False)
+class ContactFields(Brief):
     """Contact fields, each ``(..., m)``; signs in the header of this module.
 
     Attributes

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from microslip.brief import Brief
 from microslip.contact import planar, tableau
 from microslip.contact.problem import Contact, Given, contact_problem
 from microslip.errors import ContactError
@@ -21,8 +22,8 @@ CERTIFICATE = 1e-8
 """A solution with a larger complementarity residual is an error."""
 
 
-@dataclass(frozen=True)
-class Solution:
+@dataclass(frozen=True, repr=False)
+class Solution(Brief):
     """One solved contact problem.
 
     Attributes

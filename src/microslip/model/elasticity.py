@@ -17,6 +17,7 @@ import skfem
 from skfem.helpers import dot
 from skfem.models.elasticity import lame_parameters, linear_elasticity, plane_stress
 
+from microslip.brief import Brief
 from microslip.typing import Array, Indices
 
 
@@ -54,8 +55,8 @@ class Material:
         return self.youngs_modulus / (1 - self.poissons_ratio**2)
 
 
-@dataclass(frozen=True)
-class Body:
+@dataclass(frozen=True, repr=False)
+class Body(Brief):
     """One elastic body: its mesh, matrices and the basis that its loads are made with.
 
     Attributes

@@ -6,12 +6,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from microslip.brief import Brief
 from microslip.model.joint import JointModel
 from microslip.typing import Array, Complex
 
 
-@dataclass(frozen=True)
-class Flexibility:
+@dataclass(frozen=True, repr=False)
+class Flexibility(Brief):
     """The linear side of a contact problem.
 
     With port amplitudes ``a``:  ``v = loads_v a + R q - W r``,  ``k_q q + R^T r = loads_q^T a``,

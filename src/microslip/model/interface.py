@@ -11,12 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
+from microslip.brief import Brief
 from microslip.errors import ModelError
 from microslip.typing import Array, Indices
 
 
-@dataclass(frozen=True)
-class Interface:
+@dataclass(frozen=True, repr=False)
+class Interface(Brief):
     """The contact pairs of a joint.
 
     Attributes

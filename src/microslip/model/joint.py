@@ -18,14 +18,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from microslip.brief import Brief
 from microslip.errors import ModelError
 from microslip.model.modes import LinearModes, factorise, linear_modes, spectral_shift
 from microslip.model.structure import Structure
 from microslip.typing import Array, Indices
 
 
-@dataclass(frozen=True)
-class JointModel:
+@dataclass(frozen=True, repr=False)
+class JointModel(Brief):
     """Reduced model of a joint with free contact pairs; per metre of width in 2D, SI units.
 
     With modal coordinates ``eta`` (k), port amplitudes ``a`` (p) and reactions ``r`` (d m):

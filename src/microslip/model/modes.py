@@ -13,13 +13,14 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
+from microslip.brief import Brief
 from microslip.errors import ModelError
 from microslip.model.structure import Structure
 from microslip.typing import Array, Indices
 
 
-@dataclass(frozen=True)
-class LinearModes:
+@dataclass(frozen=True, repr=False)
+class LinearModes(Brief):
     """Normal modes of a linear state of the joint.
 
     Attributes

@@ -11,13 +11,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from microslip.brief import Brief
 from microslip.model.modes import linear_modes
 from microslip.model.structure import Structure
 from microslip.typing import Array, Indices
 
 
-@dataclass(frozen=True)
-class LinearStates:
+@dataclass(frozen=True, repr=False)
+class LinearStates(Brief):
     """Sliding and stuck mode on every degree of freedom, mass-normalised, positive under the load.
 
     Attributes

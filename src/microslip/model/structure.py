@@ -14,6 +14,7 @@ import numpy as np
 import scipy.sparse as sp
 import skfem
 
+from microslip.brief import Brief
 from microslip.model.elasticity import (
     Material,
     elastic_body,
@@ -26,8 +27,8 @@ from microslip.model.lap_mesh import LapGeometry, MeshControl, lap_joint_meshes
 from microslip.typing import Array, Indices
 
 
-@dataclass(frozen=True)
-class Structure:
+@dataclass(frozen=True, repr=False)
+class Structure(Brief):
     """Two (or more) bodies with free interfaces.
 
     Attributes

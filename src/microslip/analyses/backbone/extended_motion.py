@@ -32,6 +32,7 @@ from microslip.analyses.harmonic.problem import HarmonicProblem, state_equations
 from microslip.analyses.prepared import PreparedJoint
 from microslip.analyses.statics.joint_modes import JointMode, with_mode_port
 from microslip.analyses.statics.prescribed import modal_rest
+from microslip.brief import Brief
 from microslip.errors import Failure
 from microslip.numerics.continuation import ContinuationError, first_point, solve_at, trace
 from microslip.typing import Array
@@ -113,8 +114,8 @@ def spring_mode(
     return SprungMode(mode, problem, kappa)
 
 
-@dataclass(frozen=True)
-class Nearby:
+@dataclass(frozen=True, repr=False)
+class Nearby(Brief):
     """A motion to start from.
 
     Attributes

@@ -9,6 +9,7 @@ import numpy as np
 from microslip.analyses.prepared import PreparedJoint
 from microslip.analyses.statics.joint_modes import JointMode, with_mode_port
 from microslip.analyses.statics.prestress import opening_load
+from microslip.brief import Brief
 from microslip.errors import Failure, MicroslipError
 from microslip.model.flexibility import static_flexibility
 from microslip.model.joint import JointModel
@@ -47,8 +48,8 @@ class BackbonePoint:
     closure: float
 
 
-@dataclass(frozen=True)
-class Backbone:
+@dataclass(frozen=True, repr=False)
+class Backbone(Brief):
     """Points of one mode by one method, in the order of their amplitudes.
 
     Attributes

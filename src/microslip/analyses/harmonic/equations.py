@@ -38,13 +38,14 @@ import numpy as np
 
 from microslip.analyses.harmonic.operator import LinearOperator
 from microslip.analyses.harmonic.problem import HarmonicProblem
+from microslip.brief import Brief
 from microslip.contact.aft import ContactCycle, contact_cycle, times_derivative
 from microslip.contact.pairs import tangential
 from microslip.typing import Array
 
 
-@dataclass(frozen=True)
-class Evaluation:
+@dataclass(frozen=True, repr=False)
+class Evaluation(Brief):
     """Equations evaluated at one set of unknowns.
 
     Attributes

@@ -37,6 +37,7 @@ from microslip.analyses.harmonic.equations import evaluate
 from microslip.analyses.harmonic.linear import HarmonicSolver
 from microslip.analyses.harmonic.operator import LinearOperator, linear_operator
 from microslip.analyses.harmonic.problem import HarmonicProblem
+from microslip.brief import Brief
 from microslip.contact.aft import times_derivative
 from microslip.numerics.continuation import ContinuationError
 from microslip.numerics.fourier import EVEN, ODD, to_complex, to_real
@@ -49,8 +50,8 @@ SOLVED = 1e-9
 """Relative residual of the linear systems."""
 
 
-@dataclass(frozen=True)
-class HillExponents:
+@dataclass(frozen=True, repr=False)
+class HillExponents(Brief):
     """Slow disturbances of a periodic response.
 
     Attributes

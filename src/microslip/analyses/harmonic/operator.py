@@ -11,14 +11,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from microslip.analyses.harmonic.problem import HarmonicProblem
+from microslip.brief import Brief
 from microslip.errors import MicroslipError
 from microslip.model.flexibility import harmonic_compliance
 from microslip.numerics.fourier import parity, to_complex, to_real
 from microslip.typing import Array, Complex
 
 
-@dataclass(frozen=True)
-class LinearOperator:
+@dataclass(frozen=True, repr=False)
+class LinearOperator(Brief):
     """The linear side at one frequency: ``v = v_free + R q - W r``, every harmonic at once.
 
     In the mean the nearly rigid modes are left out of W and of the modal compliance.

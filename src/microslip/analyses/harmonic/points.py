@@ -9,13 +9,14 @@ import numpy as np
 from microslip.analyses.harmonic.operator import LinearOperator
 from microslip.analyses.harmonic.paths import EquationsAt
 from microslip.analyses.harmonic.problem import pull
+from microslip.brief import Brief
 from microslip.contact.pairs import normal, tangential
 from microslip.numerics.fourier import to_complex
 from microslip.typing import Array, Complex, Status
 
 
-@dataclass(frozen=True)
-class HarmonicPoint:
+@dataclass(frozen=True, repr=False)
+class HarmonicPoint(Brief):
     """A periodic response.
 
     Attributes

@@ -12,6 +12,7 @@ import numpy as np
 
 from microslip.analyses.prepared import PreparedJoint
 from microslip.analyses.statics.prestress import Prestress
+from microslip.brief import Brief
 from microslip.contact.law import ContactLaw
 from microslip.contact.pairs import (
     components,
@@ -33,8 +34,8 @@ WALK = 1e-3
 """First guess of a walk: augmented force per cycle, N per metre of width."""
 
 
-@dataclass(frozen=True)
-class HarmonicProblem:
+@dataclass(frozen=True, repr=False)
+class HarmonicProblem(Brief):
     """Equations of harmonic balance for one joint and one driven port.
 
     A joint that is its own image under a half turn (`half_turn`), driven by a load that the half turn

@@ -28,6 +28,7 @@ from microslip.analyses.harmonic.problem import (
     walking,
     with_harmonics,
 )
+from microslip.brief import Brief
 from microslip.errors import Failure, MicroslipError
 from microslip.numerics.continuation import (
     Branch,
@@ -43,8 +44,8 @@ from microslip.numerics.continuation import (
 from microslip.typing import Array
 
 
-@dataclass(frozen=True)
-class HarmonicResponse:
+@dataclass(frozen=True, repr=False)
+class HarmonicResponse(Brief):
     """Responses along one branch, or two that do not meet in the range.
 
     Attributes

@@ -38,6 +38,7 @@ from microslip.analyses.statics.prescribed import (
     PrescribedCycle,
     prescribed_cycle,
 )
+from microslip.brief import Brief
 from microslip.errors import ContactError, Failure, MicroslipError
 from microslip.numerics.execute import in_threads, workers
 from microslip.typing import Array, Complex
@@ -204,8 +205,8 @@ def load_offset(held: HeldMode, amplitude: float) -> float:
     return float(((both.force - coefficient * both.q) / (coefficient * load)).real)
 
 
-@dataclass(frozen=True)
-class _Reaction:
+@dataclass(frozen=True, repr=False)
+class _Reaction(Brief):
     """How a cycle answers a load on one upper harmonic: S, and T for its real and imaginary part."""
 
     S: complex

@@ -11,14 +11,15 @@ from microslip.analyses.reduced.curve import table_curve
 from microslip.analyses.reduced.sweep import CONVERGED, Answers, fixed_point, next_amplitude, sweep
 from microslip.analyses.reduced.table import EquivalentTable
 from microslip.analyses.reduced.two_mode import TwoModeModel
+from microslip.brief import Brief
 from microslip.errors import MicroslipError
 from microslip.typing import Array, Complex, Indices
 
 _NO_ANSWER = 1e3
 
 
-@dataclass(frozen=True)
-class Response:
+@dataclass(frozen=True, repr=False)
+class Response(Brief):
     """Forced response of a reduced model over frequency.
 
     Attributes

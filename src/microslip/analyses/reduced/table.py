@@ -20,12 +20,13 @@ import numpy as np
 
 from microslip.analyses.prepared import PreparedJoint
 from microslip.analyses.statics.cycle import Cycle
+from microslip.brief import Brief
 from microslip.numerics.fourier import harmonic
 from microslip.typing import Array, Complex, Indices
 
 
-@dataclass(frozen=True)
-class UpperHarmonics:
+@dataclass(frozen=True, repr=False)
+class UpperHarmonics(Brief):
     """Upper modes in superharmonic resonance, against the amplitude of the sliding mode.
 
     See `refined.py`. Per chosen (mode, harmonic) s and amplitude n:
@@ -55,8 +56,8 @@ class UpperHarmonics:
     quadrature: Complex
 
 
-@dataclass(frozen=True)
-class EquivalentTable:
+@dataclass(frozen=True, repr=False)
+class EquivalentTable(Brief):
     """Equivalent stiffness and damping of the sliding mode against its amplitude.
 
     Attributes

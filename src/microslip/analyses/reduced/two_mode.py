@@ -23,14 +23,15 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from microslip.analyses.prepared import PreparedJoint
+from microslip.brief import Brief
 from microslip.errors import MicroslipError
 from microslip.typing import Array
 
 VARIANTS = ("printed", "consistent", "refined")
 
 
-@dataclass(frozen=True)
-class TwoModeModel:
+@dataclass(frozen=True, repr=False)
+class TwoModeModel(Brief):
     """Linear part of the reduced model and where the table enters it.
 
     ``[-omega² m + (1 + i omega beta) k + i omega alpha m] y + omega_sl² (E kappa + X chi)

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from microslip.analyses.statics.prestress import Prestress
+from microslip.brief import Brief
 from microslip.contact.law import ContactLaw
 from microslip.contact.pairs import normal_rows
 from microslip.errors import ModelError
@@ -28,8 +29,8 @@ MODE_PORT = "joint mode"
 """Port of a mode that the model has no port for yet, see `with_mode_port`."""
 
 
-@dataclass(frozen=True)
-class JointMode:
+@dataclass(frozen=True, repr=False)
+class JointMode(Brief):
     """A sliding mode and its stuck partner, mass-normalised.
 
     Attributes

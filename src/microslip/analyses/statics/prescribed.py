@@ -29,6 +29,7 @@ import numpy as np
 from microslip.analyses.prepared import PreparedJoint
 from microslip.analyses.statics.joint_modes import walking_modes
 from microslip.analyses.statics.prestress import Prestress
+from microslip.brief import Brief
 from microslip.contact.pairs import tangential
 from microslip.contact.path import FRICTION, PathRecord, follow_path
 from microslip.contact.solver import ContactSolver
@@ -44,8 +45,8 @@ RAMP = 10
 """Load steps from one cycle's start to another's."""
 
 
-@dataclass(frozen=True)
-class HeldMode:
+@dataclass(frozen=True, repr=False)
+class HeldMode(Brief):
     """A joint one of whose modes is held, ready for `prescribed_cycle`.
 
     Attributes
@@ -87,8 +88,8 @@ class HeldMode:
         return self.model.amplitudes({carrier: amplitude})
 
 
-@dataclass(frozen=True)
-class ContactState:
+@dataclass(frozen=True, repr=False)
+class ContactState(Brief):
     """Where a cycle ends, and another may start.
 
     Attributes
@@ -106,8 +107,8 @@ class ContactState:
     load: Array
 
 
-@dataclass(frozen=True)
-class PrescribedCycle:
+@dataclass(frozen=True, repr=False)
+class PrescribedCycle(Brief):
     """First harmonics over one cycle with q prescribed.
 
     Attributes

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import linprog
 
+from microslip.brief import Brief
 from microslip.contact.pairs import FORWARD, at_rest, normal, normal_rows, touches
 from microslip.contact.solver import ContactSolver, Solution
 from microslip.errors import ContactError
@@ -19,8 +20,8 @@ from microslip.model.joint import JointModel
 from microslip.typing import Array, Indices, Mask, Status
 
 
-@dataclass(frozen=True)
-class Prestress:
+@dataclass(frozen=True, repr=False)
+class Prestress(Brief):
     """Contact under the preload alone, frictionless.
 
     Attributes

@@ -8,11 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import find_peaks
 
+from microslip.brief import Brief
 from microslip.typing import Array, Complex
 
 
-@dataclass(frozen=True)
-class Decay:
+@dataclass(frozen=True, repr=False)
+class Decay(Brief):
     """Amplitude, frequency and damping of a vibration, one value for each of its extremes.
 
     Attributes

@@ -15,11 +15,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from microslip.analyses.time.scheme import State, TimeScheme
+from microslip.brief import Brief
 from microslip.typing import Array
 
 
-@dataclass(frozen=True)
-class Energies:
+@dataclass(frozen=True, repr=False)
+class Energies(Brief):
     """Energies at the ends of the blocks, J per metre of width; all zero at t = 0.
 
     Attributes

@@ -40,6 +40,7 @@ from microslip.analyses.time.scheme import (
     prestressed_state,
 )
 from microslip.analyses.time.steady import SteadyState
+from microslip.brief import Brief
 from microslip.errors import MicroslipError
 from microslip.model.joint import bonded_modes
 from microslip.typing import Array, Complex, Mask
@@ -51,8 +52,8 @@ CLOSE = 1e-3
 """Arnoldi ends once the leading multipliers are known to this."""
 
 
-@dataclass(frozen=True)
-class Multipliers:
+@dataclass(frozen=True, repr=False)
+class Multipliers(Brief):
     """Floquet multipliers of a steady state, largest modulus first.
 
     Attributes

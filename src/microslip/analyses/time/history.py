@@ -22,6 +22,7 @@ from microslip.analyses.time.energy import (
 )
 from microslip.analyses.time.readings import opening_of
 from microslip.analyses.time.scheme import March, State, TimeScheme, contact_memory, march
+from microslip.brief import Brief
 from microslip.contact.pairs import normal, tangential
 from microslip.errors import MicroslipError
 from microslip.typing import Array, Indices, Status
@@ -30,8 +31,8 @@ STATIC_STEPS = 75
 """Load steps from prestress to a load that is held still."""
 
 
-@dataclass(frozen=True)
-class History:
+@dataclass(frozen=True, repr=False)
+class History(Brief):
     """Motion under one load, as far as it was computed.
 
     Attributes
@@ -98,8 +99,8 @@ class History:
         return len(self.time) == self.steps + 1
 
 
-@dataclass(frozen=True)
-class Recording:
+@dataclass(frozen=True, repr=False)
+class Recording(Brief):
     """What to keep of a march.
 
     Attributes

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field, fields
 import numpy as np
 
 from microslip.analyses.prepared import PreparedJoint
+from microslip.brief import Brief
 from microslip.contact import tableau
 from microslip.contact.pairs import normal, tangential
 from microslip.contact.problem import contact_problem
@@ -34,8 +35,8 @@ from microslip.typing import Array, Indices, Status
 ALPHA = 0.05
 
 
-@dataclass(frozen=True)
-class TimeScheme:
+@dataclass(frozen=True, repr=False)
+class TimeScheme(Brief):
     """A joint model made ready for one step size and one driven port.
 
     Attributes
@@ -59,8 +60,8 @@ class TimeScheme:
     kernel: StepConstants = field(repr=False)
 
 
-@dataclass(frozen=True)
-class State:
+@dataclass(frozen=True, repr=False)
+class State(Brief):
     """Everything the next step depends on; frozen, marching returns a new one.
 
     Attributes
@@ -89,8 +90,8 @@ LINEAR_FIELDS = ("eta", "rate", "acceleration", "modal_force", "residual_v", "r"
 """Fields of a `State` that may be combined linearly."""
 
 
-@dataclass(frozen=True)
-class March:
+@dataclass(frozen=True, repr=False)
+class March(Brief):
     """Result of marching: samples at every step, the first is the state at entry.
 
     Attributes

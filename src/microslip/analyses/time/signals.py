@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from microslip.brief import Brief
 from microslip.describe.units import LINE_MOMENT, TIME, Kind
 from microslip.errors import InputError
 from microslip.typing import Array
@@ -184,8 +185,8 @@ def read_signal(
     return _resample(file, samples, dt)
 
 
-@dataclass(frozen=True)
-class _Samples:
+@dataclass(frozen=True, repr=False)
+class _Samples(Brief):
     """Samples as the file has them, in SI units, and what to call the place of each."""
 
     time: Array

@@ -24,6 +24,7 @@ from microslip.analyses.time.scheme import (
     march,
     prestressed_state,
 )
+from microslip.brief import Brief
 from microslip.errors import ContactError
 from microslip.numerics.fourier import harmonic
 from microslip.numerics.ritz import ritz_values
@@ -39,8 +40,8 @@ CONFIRMED = 3.0
 """The cycle after the search may change by this many times the tolerance."""
 
 
-@dataclass(frozen=True)
-class SteadyState:
+@dataclass(frozen=True, repr=False)
+class SteadyState(Brief):
     """Steady (or last) cycle under ``A sin(omega t)``.
 
     Attributes

@@ -27,6 +27,7 @@ import scipy.sparse as sp
 
 from microslip.analyses.prepared import PreparedJoint
 from microslip.analyses.time.scheme import ALPHA, scheme_constants
+from microslip.brief import Brief
 from microslip.contact.pairs import by_pair, normal, tangential
 from microslip.contact.solver import ContactSolver
 from microslip.contact.timestep import IMPACT
@@ -40,8 +41,8 @@ CONSISTENT = 1e-6
 """Prestress that the mesh reproduces less closely, relative to contact displacement, is refused."""
 
 
-@dataclass(frozen=True)
-class FullScheme:
+@dataclass(frozen=True, repr=False)
+class FullScheme(Brief):
     """A structure made ready for one step size and one driven port.
 
     Attributes
@@ -69,8 +70,8 @@ class FullScheme:
     solve: Callable[[Array], Array] = field(repr=False)
 
 
-@dataclass(frozen=True)
-class FullState:
+@dataclass(frozen=True, repr=False)
+class FullState(Brief):
     """Everything the next step depends on.
 
     Attributes
@@ -92,8 +93,8 @@ class FullState:
     status: Status
 
 
-@dataclass(frozen=True)
-class FullMarch:
+@dataclass(frozen=True, repr=False)
+class FullMarch(Brief):
     """Result of marching; row 0 is the state at entry.
 
     Attributes
