@@ -14,9 +14,10 @@ from microslip.analyses.statics.cycle import Prestress, prestress
 from microslip.model.elasticity import Material
 from microslip.model.flexibility import Flexibility, static_flexibility
 from microslip.model.joint import JointModel, Reducer
+from microslip.model.lap import lap_joint_structure
 from microslip.model.lap_mesh import LapGeometry, MeshControl
 from microslip.model.modes import LinearModes, linear_modes
-from microslip.model.structure import Structure, lap_joint_structure
+from microslip.model.structure import Structure
 
 ROOT = Path(__file__).parents[1]
 """Of the repository."""
