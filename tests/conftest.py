@@ -16,10 +16,11 @@ from microslip.contact.law import contact_law
 from microslip.model.elasticity import Material
 from microslip.model.flexibility import Flexibility, static_flexibility
 from microslip.model.joint import JointModel, Reducer
+from microslip.model.lap import lap_joint_structure
 from microslip.model.lap_mesh import LapGeometry, MeshControl
 from microslip.model.modes import LinearModes
 from microslip.model.states import LinearStates, linear_states
-from microslip.model.structure import Structure, lap_joint_structure
+from microslip.model.structure import Structure
 
 ROOT = Path(__file__).parents[1]
 """Of the repository."""

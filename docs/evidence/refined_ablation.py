@@ -24,7 +24,7 @@ from microslip.analyses.reduced.two_mode import TwoModeModel, two_mode_model
 from microslip.analyses.statics.cycle import opening_load, quasi_static_cycle
 from microslip.analyses.statics.prescribed import hold_mode
 from microslip.analyses.time.points import Request, steady_states
-from microslip.describe.lap import load_joint
+from microslip.describe.reading import load_joint
 from microslip.numerics.execute import in_threads, workers
 from microslip.pipeline.run import JointAssembly, assemble_joint
 

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 from microslip.version import __version__
 
 if TYPE_CHECKING:
-    from microslip.describe.lap import LapJoint, load_joint
+    from microslip.describe.lap import LapJoint
+    from microslip.describe.reading import load_joint
     from microslip.pipeline.run import LapRun, assemble_joint, run_lap_joint
 
 
@@ -15,7 +16,7 @@ __all__ = ["LapJoint", "LapRun", "__version__", "assemble_joint", "load_joint", 
 
 _HOME = {
     "LapJoint": "describe.lap",
-    "load_joint": "describe.lap",
+    "load_joint": "describe.reading",
     "LapRun": "pipeline.run",
     "assemble_joint": "pipeline.run",
     "run_lap_joint": "pipeline.run",

@@ -16,8 +16,8 @@ from typer.testing import CliRunner
 
 from microslip import __version__
 from microslip.cli.main import app, bending_frequency, degrees_of_freedom, seconds
-from microslip.describe.lap import load_joint
-from microslip.model.structure import lap_joint_structure
+from microslip.describe.reading import load_joint
+from microslip.model.lap import structure_of
 
 EXAMPLE = ROOT / "examples" / "lap_joint.toml"
 
@@ -220,13 +220,7 @@ def test_frequency_estimate_is_that_of_one_beam():
 def test_degrees_of_freedom_are_those_of_the_structure():
     joint = load_joint(EXAMPLE)
     joint = joint.model_copy(update={"contact": joint.contact.model_copy(update={"pairs": 21})})
-    structure = lap_joint_structure(
-        joint.geometry(),
-        joint.material_model(),
-        joint.mesh_control(),
-        horizontal_spring=joint.support.horizontal_spring,
-    )
-    assert degrees_of_freedom(joint) == structure.dofs
+    assert degrees_of_freedom(joint) == structure_of(joint).dofs
 
 
 def test_cost_grows_with_what_is_asked_for():

@@ -12,11 +12,11 @@ import xarray as xr
 from rich.console import Console
 
 from microslip.contact.samples import sample_table
-from microslip.describe.lap import (
+from microslip.describe.reading import parse_joint
+from microslip.describe.requests import (
     FEWEST_ADAPTIVE,
     SAMPLES_OF_A_HARMONIC,
     HarmonicAnalysis,
-    parse_joint,
 )
 from microslip.errors import ContactError, InputError
 from microslip.pipeline import harmonic as harmonic_runs

@@ -13,7 +13,7 @@ import pytest
 import xarray as xr
 from rich.console import Console
 
-from microslip.describe.lap import parse_joint
+from microslip.describe.reading import parse_joint
 from microslip.errors import InputError
 from microslip.pipeline import histories
 from microslip.pipeline.run import LapRun, run_lap_joint

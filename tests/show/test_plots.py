@@ -11,7 +11,7 @@ import pytest
 from matplotlib import colors
 from matplotlib.figure import Figure
 
-from microslip.describe.lap import parse_joint
+from microslip.describe.reading import parse_joint
 from microslip.pipeline.run import LapRun, run_lap_joint
 from microslip.show.plots import FIGURES, figures_of, overview, save_figures
 from microslip.show.plots.history import history_figure

@@ -24,8 +24,9 @@ from microslip.version import __version__
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from microslip.describe.excitation import Prepared
-    from microslip.describe.lap import BackboneAnalysis, HarmonicAnalysis, LapJoint
+    from microslip.describe.lap import LapJoint
+    from microslip.describe.requests import BackboneAnalysis, HarmonicAnalysis
+    from microslip.pipeline.excitation import Prepared
     from microslip.pipeline.progress import Progress
 
 USER_ERROR, FAILED, INTERRUPTED = 2, 1, 130
@@ -108,7 +109,7 @@ def check(file: JointFile) -> None:
     """Validate a joint file; show what follows from it and what a run will cost."""
     from rich.console import Console
 
-    from microslip.describe.lap import load_joint
+    from microslip.describe.reading import load_joint
 
     with _messages():
         table = _derived(load_joint(file))
@@ -130,8 +131,9 @@ def _derived(joint: LapJoint) -> Table:
 
 def _mechanics(joint: LapJoint) -> Iterator[tuple[str, str]]:
     from microslip.describe.units import readable
+    from microslip.model.lap import material
 
-    modulus = joint.material_model().plane_modulus()
+    modulus = material(joint).plane_modulus()
     stiffness = modulus * joint.beams.thickness**3 / 12
     limit = joint.opening_ratio
     pressure = joint.clamp.force / (2 * joint.clamp.half_length)
@@ -195,7 +197,7 @@ def _work(joint: LapJoint) -> Iterator[tuple[str, str]]:
 
 def _histories(joint: LapJoint) -> list[Prepared]:
     """Signals of the histories, read and resampled; steps from an estimated frequency."""
-    from microslip.describe.excitation import prepare_histories
+    from microslip.pipeline.excitation import prepare_histories
 
     return prepare_histories(joint.analysis.history, bending_frequency(joint))
 
@@ -206,7 +208,9 @@ def bending_frequency(joint: LapJoint) -> float:
     ``f = pi/2 sqrt(E'I / (rho h)) / (2 (L - L_o))²``: what the joint would have if it were one
     beam of a single thickness, within some ten per cent of the sliding frequency.
     """
-    stiffness = joint.material_model().plane_modulus() * joint.beams.thickness**3 / 12
+    from microslip.model.lap import material
+
+    stiffness = material(joint).plane_modulus() * joint.beams.thickness**3 / 12
     mass = joint.material.density * joint.beams.thickness
     span = 2 * (joint.beams.length - joint.beams.overlap_half_length)
     return float(math.pi / 2 * math.sqrt(stiffness / mass) / span**2)
@@ -218,9 +222,10 @@ def _listed(values: tuple[float, ...]) -> str:
 
 def degrees_of_freedom(joint: LapJoint) -> int:
     """Degrees of freedom of the joint's mesh, two of them held by the supports."""
+    from microslip.model.lap import geometry, mesh_control
     from microslip.model.lap_mesh import lap_joint_meshes
 
-    meshes = lap_joint_meshes(joint.geometry(), joint.mesh_control())
+    meshes = lap_joint_meshes(geometry(joint), mesh_control(joint))
     return sum(2 * (mesh.p.shape[1] + mesh.facets.shape[1]) for mesh in meshes) - 2
 
 
@@ -287,7 +292,7 @@ def run(
     """Run all analyses that a joint file asks for, and write the results."""
     from rich.console import Console
 
-    from microslip.describe.lap import load_joint
+    from microslip.describe.reading import load_joint
     from microslip.pipeline.progress import progress_on
 
     folder = out if out is not None else Path(f"{file.stem}-output")

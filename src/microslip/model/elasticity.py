@@ -100,12 +100,13 @@ def elastic_body(mesh: skfem.MeshQuad, material: Material) -> Body:
     def inertia(u, v, w):  # type: ignore[no-untyped-def]
         return density * dot(u, v)
 
-    order = np.hstack([basis.nodal_dofs, basis.facet_dofs]).T.ravel()
+    dofs = np.hstack([basis.nodal_dofs, basis.facet_dofs])
+    order = dofs.T.ravel()
     stiffness = skfem.asm(linear_elasticity(lam, mu), basis).tocsr()[order][:, order]
     mass = skfem.asm(inertia, basis).tocsr()[order][:, order]
     return Body(
         mesh,
-        basis.doflocs[:, order[::2]],
+        basis.doflocs[:, dofs[0]],
         (0.5 * (stiffness + stiffness.T)).tocsc(),
         mass.tocsc(),
         basis,
@@ -161,9 +162,7 @@ def pressed_length_load(body: Body, facets: Indices, half_length: float) -> Arra
         load[first] += force * np.mean((1 - s) * (1 - 2 * s))
         load[second] += force * np.mean(s * (2 * s - 1))
         load[corners + facet] += force * np.mean(4 * s * (1 - s))
-    vertical: Array = np.zeros(2 * len(load))
-    vertical[1::2] = load
-    return vertical
+    return np.column_stack([np.zeros_like(load), load]).ravel()
 
 
 def traction_stiffness(body: Body, facets: Indices, per_area: float, axis: int) -> sp.csc_matrix:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 def compile_kernels() -> None:
     """Run every compiled path on a small joint."""
-    from microslip.describe.lap import parse_joint
+    from microslip.describe.reading import parse_joint
     from microslip.pipeline.run import run_lap_joint
 
     run_lap_joint(

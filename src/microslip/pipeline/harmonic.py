@@ -33,7 +33,7 @@ from microslip.numerics.execute import workers
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from microslip.describe.lap import HarmonicAnalysis
+    from microslip.describe.requests import HarmonicAnalysis
     from microslip.pipeline.progress import Progress
     from microslip.pipeline.run import JointAssembly
 

@@ -21,10 +21,11 @@ from microslip.analyses.time.history import (
 )
 from microslip.analyses.time.scheme import State, TimeScheme, prestressed_state, time_scheme
 from microslip.analyses.time.steady import steady_state
-from microslip.describe.excitation import Excitation, FreeDecay, LoadedExcitation, Prepared
+from microslip.describe.excitation import Excitation, FreeDecay, LoadedExcitation
 from microslip.errors import MicroslipError
 from microslip.model.flexibility import static_flexibility
 from microslip.numerics.execute import workers
+from microslip.pipeline.excitation import Prepared
 from microslip.typing import Array
 
 if TYPE_CHECKING:

@@ -40,13 +40,14 @@ from microslip.analyses.statics.linear_states import LinearStates, linear_states
 from microslip.analyses.statics.prescribed import hold_mode
 from microslip.analyses.time.history import History
 from microslip.analyses.time.points import Request, TimePoint, steady_states
-from microslip.describe.excitation import prepare_histories
 from microslip.describe.lap import LapJoint
 from microslip.errors import ContactError, InputError, MicroslipError, ModelError
 from microslip.model.flexibility import Flexibility, static_flexibility, with_compliance
 from microslip.model.joint import JointModel, Reducer
-from microslip.model.structure import Structure, lap_joint_structure
+from microslip.model.lap import structure_of
+from microslip.model.structure import Structure
 from microslip.numerics.execute import in_threads, workers
+from microslip.pipeline.excitation import prepare_histories
 from microslip.pipeline.harmonic import HarmonicRun, loads_of_file, run_harmonic_loads
 from microslip.pipeline.histories import contact_compliance, run_histories
 from microslip.pipeline.progress import NullProgress, Progress
@@ -171,12 +172,7 @@ def assemble_joint(joint: LapJoint) -> JointAssembly:
     ------
     ModelError, ContactError
     """
-    structure = lap_joint_structure(
-        joint.geometry(),
-        joint.material_model(),
-        joint.mesh_control(),
-        horizontal_spring=joint.support.horizontal_spring,
-    )
+    structure = structure_of(joint)
     modes = min(joint.mesh.modes, structure.dofs // 4)
     reducer = Reducer(structure, modes, (joint.damping.alpha, joint.damping.beta))
     model = reducer.model(structure.loads)

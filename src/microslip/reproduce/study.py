@@ -20,7 +20,8 @@ from microslip.analyses.reduced.two_mode import two_mode_model
 from microslip.analyses.statics.cycle import Cycle, quasi_static_cycle
 from microslip.analyses.statics.prescribed import hold_mode
 from microslip.analyses.time.points import Request, TimePoint, equivalent, steady_states
-from microslip.describe.lap import LapJoint, load_joint
+from microslip.describe.lap import LapJoint
+from microslip.describe.reading import load_joint
 from microslip.errors import MicroslipError
 from microslip.model.flexibility import static_flexibility
 from microslip.numerics.execute import workers

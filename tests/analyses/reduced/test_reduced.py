@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scipy.sparse.linalg as spla
+from microslip.analyses.statics.linear_states import linear_states
 from scipy.optimize import brentq
 
 from microslip.analyses.reduced.response import (
@@ -17,7 +18,6 @@ from microslip.analyses.reduced.response import (
 from microslip.analyses.reduced.table import EquivalentTable, equivalent_table, modal_quantities
 from microslip.analyses.reduced.two_mode import two_mode_model
 from microslip.analyses.statics.cycle import quasi_static_cycle
-from microslip.analyses.statics.linear_states import linear_states
 from microslip.errors import MicroslipError
 from microslip.model.modes import bonding
 

@@ -260,7 +260,7 @@ def march_full(scheme: FullScheme, load: Array, state: FullState | None = None) 
     >>> from microslip.model.joint import Reducer
     >>> from microslip.analyses.prepared import prepare_joint
     >>> from microslip.contact.law import contact_law
-    >>> from microslip.model.structure import lap_joint_structure
+    >>> from microslip.model.lap import lap_joint_structure
     >>> joint = lap_joint_structure(
     ...     LapGeometry(0.2515, 0.0125, 0.0375, 0.025), Material(70e9, 0.3, 2000.0, "strain"),
     ...     MeshControl(contact_pairs=21), horizontal_spring=1e5)
