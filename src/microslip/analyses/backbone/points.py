@@ -60,12 +60,15 @@ class Backbone(Brief):
     points : tuple of BackbonePoint
     scale : float
         Amplitude at which the inertia of the mode would open the joint, see `amplitude_scale`.
+    failures : tuple of Failure
+        Amplitudes that were not solved, where the caller keeps them here.
     """
 
     mode: JointMode
     method: str
     points: tuple[BackbonePoint, ...]
     scale: float
+    failures: tuple[Failure, ...] = ()
 
     @property
     def interface_matters(self) -> bool:
