@@ -1,0 +1,140 @@
+"""What a run will cost before it is run: a rule fitted to a 2020s core, good to a factor of three.
+
+One function per analysis, in seconds on one core, and 0 where it is not asked for. What they share
+is the quasi-static contact step, `CONTACT_STEP` per squared contact pair.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from microslip.describe.lap import LapJoint
+from microslip.model.lap import geometry, material, mesh_control
+from microslip.model.lap_mesh import lap_joint_meshes
+
+CONTACT_STEP = 8e-9
+"""Seconds per squared contact pair and step of load or time."""
+
+
+def degrees_of_freedom(joint: LapJoint) -> int:
+    """Degrees of freedom of the joint's mesh, two of them held by the supports."""
+    meshes = lap_joint_meshes(geometry(joint), mesh_control(joint))
+    return sum(2 * (mesh.p.shape[1] + mesh.facets.shape[1]) for mesh in meshes) - 2
+
+
+def bending_stiffness(joint: LapJoint) -> float:
+    """``E'h³/12`` of one beam, N m² per metre of width."""
+    return material(joint).plane_modulus() * joint.beams.thickness**3 / 12
+
+
+def bending_frequency(joint: LapJoint) -> float:
+    """First bending frequency of a beam as long as the joint on its supports, Hz.
+
+    ``f = pi/2 sqrt(E'I / (rho h)) / (2 (L - L_o))²``: what the joint would have if it were one
+    beam of a single thickness, within some ten per cent of the sliding frequency.
+    """
+    mass = joint.material.density * joint.beams.thickness
+    span = 2 * (joint.beams.length - joint.beams.overlap_half_length)
+    return float(math.pi / 2 * math.sqrt(bending_stiffness(joint) / mass) / span**2)
+
+
+def total_seconds(joint: LapJoint, dofs: int, history_steps: int = 0) -> float:
+    """Everything the joint asks for: `base_seconds`, `COSTS`, `history_seconds`."""
+    total = base_seconds(joint, dofs)
+    for cost in COSTS:
+        total += cost(joint)
+    return total + history_seconds(joint, history_steps)
+
+
+def base_seconds(joint: LapJoint, dofs: int) -> float:
+    """To start, compile and write, and to reduce the model, per degree of freedom and pair."""
+    return 5.0 + 6e-7 * dofs * joint.contact.pairs_used
+
+
+def cycle_seconds(joint: LapJoint) -> float:
+    """Quasi-static cycles: an amplitude takes five on average."""
+    asked = joint.analysis.cycle
+    if asked is None:
+        return 0.0
+    cycles = len(asked.drives) * len(joint.cycle_amplitudes()) * min(5, asked.max_cycles)
+    return _cycle(joint, asked.steps) * cycles
+
+
+def response_seconds(joint: LapJoint) -> float:
+    """Responses of the reduced models, per frequency."""
+    asked = joint.analysis.response
+    if asked is None or joint.load is None:
+        return 0.0
+    curves = len(joint.load.values) * len(joint.variants)
+    return 5e-5 * curves * asked.count
+
+
+def refined_seconds(joint: LapJoint) -> float:
+    """Table of the refined model: cycles with the motion prescribed."""
+    if "refined" not in joint.variants or joint.contact.friction <= 0:
+        return 0.0
+    asked = joint.analysis.reduced
+    cycles = asked.amplitudes * min(5, asked.max_cycles) + 100
+    return _cycle(joint, asked.steps) * cycles
+
+
+def backbone_seconds(joint: LapJoint) -> float:
+    """Backbones: three cycles per amplitude, with the motion prescribed four times as many.
+
+    By harmonic balance 6e-6 s per squared pair, harmonic and amplitude.
+    """
+    asked = joint.analysis.backbone
+    if asked is None:
+        return 0.0
+    cycle = _cycle(joint, asked.steps)
+    each = {
+        "quasi_static": 3 * cycle,
+        "prescribed": 12 * cycle,
+        "harmonic": 6e-6 * joint.contact.pairs_used**2 * asked.harmonics,
+    }
+    return len(asked.modes) * asked.count * sum(each[method] for method in asked.methods)
+
+
+def harmonic_seconds(joint: LapJoint) -> float:
+    """Harmonic balance: 60 points along the branch, each as dear as one asked for.
+
+    3e-6 s per squared pair and harmonic; as much again for stability; adaptive ones four times as
+    much.
+    """
+    asked = joint.analysis.harmonic
+    if asked is None or joint.load is None:
+        return 0.0
+    point = 3e-6 * joint.contact.pairs_used**2 * asked.branch_harmonics
+    each = point * (4 if asked.harmonics == "adaptive" else 1) + point * asked.stability
+    return len(joint.load.values) * (60 * point + len(asked.band()) * each)
+
+
+def time_seconds(joint: LapJoint) -> float:
+    """Steady states by time integration: 25 cycles to each."""
+    asked = joint.analysis.time
+    if asked is None or joint.load is None:
+        return 0.0
+    points = len(joint.load.values) * len(asked.band())
+    return history_seconds(joint, points * asked.steps * min(25, asked.max_cycles))
+
+
+def history_seconds(joint: LapJoint, steps: int) -> float:
+    """That many steps of time, of all histories together."""
+    return _cycle(joint, steps)
+
+
+def _cycle(joint: LapJoint, steps: int) -> float:
+    """So many contact steps, of load or of time."""
+    return CONTACT_STEP * joint.contact.pairs_used**2 * steps
+
+
+COSTS: tuple[Callable[[LapJoint], float], ...] = (
+    cycle_seconds,
+    response_seconds,
+    refined_seconds,
+    backbone_seconds,
+    harmonic_seconds,
+    time_seconds,
+)
+"""Cost of every analysis that depends on the description alone."""
