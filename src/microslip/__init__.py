@@ -7,19 +7,19 @@ from typing import TYPE_CHECKING
 from microslip.version import __version__
 
 if TYPE_CHECKING:
-    from microslip.describe.lap import LapJoint
-    from microslip.describe.reading import load_joint
-    from microslip.pipeline.run import LapRun, assemble_joint, run_lap_joint
+    from microslip.describe.lap import LapJoint, load_joint
+    from microslip.pipeline.prepare import prepare
+    from microslip.pipeline.run import Run, run
 
 
-__all__ = ["LapJoint", "LapRun", "__version__", "assemble_joint", "load_joint", "run_lap_joint"]
+__all__ = ["LapJoint", "Run", "__version__", "load_joint", "prepare", "run"]
 
 _HOME = {
     "LapJoint": "describe.lap",
-    "load_joint": "describe.reading",
-    "LapRun": "pipeline.run",
-    "assemble_joint": "pipeline.run",
-    "run_lap_joint": "pipeline.run",
+    "load_joint": "describe.lap",
+    "prepare": "pipeline.prepare",
+    "Run": "pipeline.run",
+    "run": "pipeline.run",
 }
 
 

@@ -1,38 +1,199 @@
-"""Independent pieces of work in threads: the compiled kernels release the interpreter."""
+"""The one place that decides where independent pieces of work run: here, in threads, in processes.
+
+A computation says what its pieces are and hands over an `Executor`. `each` gives their results one
+by one; `gather` waits for all of them and keeps what there is when interrupted. Threads are as good
+as processes for compiled kernels, which release the interpreter, and share memory; what goes to a
+process and comes back must pickle.
+
+An executor is a way to open a `concurrent.futures.Executor`. Clusters offer the same (Dask:
+``Executor(client.get_executor)``), and nothing but this module knows.
+"""
 
 from __future__ import annotations
 
+import multiprocessing
 import os
+import signal
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ThreadPoolExecutor
-from typing import TypeVar
+from concurrent import futures
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor, wait
+from dataclasses import dataclass
+from functools import partial
+from typing import Generic, Protocol, TypeVar
+
+from threadpoolctl import threadpool_limits
 
 A = TypeVar("A")
 B = TypeVar("B")
 
 
+@dataclass(frozen=True)
+class Executor:
+    """Where pieces of work run.
+
+    Attributes
+    ----------
+    open : callable or None
+        Gives the pool, which is shut down when the pieces are done; None runs them one by one in
+        the calling thread.
+    """
+
+    open: Callable[[], futures.Executor] | None = None
+
+
+class Stop(Protocol):
+    """Tells running pieces to end at their next point, such as `threading.Event`."""
+
+    def set(self) -> None:
+        """Ask them to."""
+
+    def is_set(self) -> bool:
+        """Whether they were asked to."""
+
+
+@dataclass(frozen=True)
+class NotBegun(Generic[A]):
+    """A piece of work that an interruption came before.
+
+    Attributes
+    ----------
+    item : object
+        What it would have worked on.
+    """
+
+    item: A
+
+
 def workers() -> int:
-    """Threads to use: the cores this process may run on, at most eight."""
+    """Threads or processes to use: the cores this process may run on, at most eight."""
     cores = (
         len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     )
     return max(1, min(8, cores))
 
 
-def in_threads(function: Callable[[A], B], items: Iterable[A], count: int) -> Iterator[B]:
+def serial() -> Executor:
+    """One piece after the other, in the calling thread."""
+    return Executor()
+
+
+def threads(count: int | None = None) -> Executor:
+    """So many threads; `workers` where left out."""
+    return Executor(partial(ThreadPoolExecutor, count or workers()))
+
+
+def processes(count: int | None = None) -> Executor:
+    """So many fresh processes; `workers` where left out.
+
+    Function, items and results must pickle. Each process computes with one thread, and leaves
+    Ctrl-C to the one that started it.
+    """
+    return Executor(
+        partial(
+            ProcessPoolExecutor,
+            count or workers(),
+            mp_context=multiprocessing.get_context("spawn"),
+            initializer=_begin_process,
+        )
+    )
+
+
+def _begin_process() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    os.environ["OMP_NUM_THREADS"] = "1"  # for what is still to be loaded
+    threadpool_limits(1)
+
+
+def each(
+    function: Callable[[A], B], items: Iterable[A], executor: Executor | None = None
+) -> Iterator[B]:
     """Results in the order of `items`, as soon as each and all before it are done.
 
-    Ctrl-C (or closing the iterator) drops what has not begun.
+    Ctrl-C, an exception of a piece, and closing the iterator drop what has not begun and wait for
+    what has.
+
+    Parameters
+    ----------
+    function : callable
+    items : iterable
+    executor : Executor, optional
+        `threads` where left out.
 
     Examples
     --------
-    >>> list(in_threads(lambda x: x * x, [1, 2, 3], 2))
-    [1, 4, 9]
+    >>> list(each(abs, [-1, 2, -3], threads(2)))
+    [1, 2, 3]
     """
-    pool = ThreadPoolExecutor(count)
+    executor = threads() if executor is None else executor
+    if executor.open is None:
+        yield from map(function, items)
+        return
+    pool = executor.open()
     try:
         pending = [pool.submit(function, item) for item in items]
         for future in pending:
             yield future.result()
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
+
+
+def gather(
+    function: Callable[[A], B], items: Iterable[A], executor: Executor, stop: Stop
+) -> list[B | NotBegun[A]]:
+    """Results of all pieces; on Ctrl-C those that there are, instead of an exception.
+
+    Then `stop` is set, upon which the pieces that run should end at their next point and return
+    what they have; ``stop.is_set()`` says afterwards that it happened.
+
+    Parameters
+    ----------
+    function : callable
+    items : iterable
+    executor : Executor
+    stop : Stop
+        Pieces in processes need one that reaches them (``multiprocessing.Manager().Event()``).
+
+    Returns
+    -------
+    list
+        In the order of the items; `NotBegun` for those that never ran.
+
+    Examples
+    --------
+    >>> from threading import Event
+    >>> gather(abs, [-1, 2], threads(2), Event())
+    [1, 2]
+    """
+    work = list(items)
+    if executor.open is None:
+        return _one_by_one(function, work, stop)
+    pool = executor.open()
+    pending: list[futures.Future[B]] = []
+    try:
+        pending += [pool.submit(function, item) for item in work]
+        wait(pending)
+    except KeyboardInterrupt:
+        stop.set()
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)
+    found: list[B | NotBegun[A]] = [
+        NotBegun(item) if future.cancelled() else future.result()
+        for item, future in zip(work, pending, strict=False)
+    ]
+    return found + [NotBegun(item) for item in work[len(pending) :]]
+
+
+def _one_by_one(function: Callable[[A], B], work: list[A], stop: Stop) -> list[B | NotBegun[A]]:
+    """`gather` in the calling thread, where an interrupted piece has nothing to return."""
+    found: list[B | NotBegun[A]] = []
+    try:
+        for item in work:
+            found.append(function(item))
+    except KeyboardInterrupt:
+        stop.set()
+    return found + [NotBegun(item) for item in work[len(found) :]]
+
+
+def in_threads(function: Callable[[A], B], items: Iterable[A], count: int) -> Iterator[B]:
+    """`each` in a number of threads."""
+    return each(function, items, threads(count))

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from microslip.describe.lap import parse_joint
+from microslip.pipeline.run import run
+
 
 def compile_kernels() -> None:
     """Run every compiled path on a small joint."""
-    from microslip.describe.reading import parse_joint
-    from microslip.pipeline.run import run_lap_joint
-
-    run_lap_joint(
+    run(
         parse_joint(
             {
                 "beams": {"length": 0.25, "thickness": 0.0125, "overlap_half_length": 0.0375},

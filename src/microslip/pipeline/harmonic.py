@@ -1,21 +1,15 @@
-"""The harmonic-balance responses that a joint file asks for: loads in threads, kept when interrupted."""
+"""The harmonic-balance responses that a joint file asks for: load by load, kept when interrupted."""
 
 from __future__ import annotations
 
-from concurrent.futures import Future, ThreadPoolExecutor, wait
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from threading import Event, Lock
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
-from microslip.analyses.harmonic.equations import (
-    Array,
-    Complex,
-    HarmonicProblem,
-    harmonic_problem,
-    with_harmonics,
-)
+from microslip.analyses.harmonic.equations import HarmonicProblem, harmonic_problem, with_harmonics
 from microslip.analyses.harmonic.hill import HillExponents, hill_exponents
 from microslip.analyses.harmonic.response import (
     Adaptive,
@@ -24,24 +18,18 @@ from microslip.analyses.harmonic.response import (
     frequency_response,
     sliding_amplitudes,
 )
-from microslip.analyses.reduced.response import forced_response
-from microslip.analyses.reduced.two_mode import two_mode_model
-from microslip.analyses.statics.cycle import opening_load
-from microslip.errors import MicroslipError
-from microslip.numerics.execute import workers
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from microslip.describe.requests import HarmonicAnalysis
-    from microslip.pipeline.progress import Progress
-    from microslip.pipeline.run import JointAssembly
-
-GENTLE = 3e-4
-"""Peak of the joint without friction over the amplitude whose inertia opens the joint."""
+from microslip.describe.lap import HarmonicAnalysis
+from microslip.errors import Failure, MicroslipError
+from microslip.numerics.execute import NotBegun, gather, threads
+from microslip.pipeline.loads import Load, frictionless_response, gentle_moment, loads_of_file
+from microslip.pipeline.outcome import Outcome, failure_of, value_of
+from microslip.pipeline.prepare import Assembly
+from microslip.pipeline.progress import Progress
+from microslip.pipeline.response import known_scale
+from microslip.typing import Array, Complex
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class HarmonicRun:
     """Responses under one load.
 
@@ -70,90 +58,66 @@ class HarmonicRun:
         return self.response.points
 
 
-def loads_of_file(assembly: JointAssembly) -> list[tuple[float, float]]:
-    """Pairs (rho, end moment) where no forced response calibrates rho.
-
-    The joint without friction, rho = 0, gets a moment under which its peak in the band stays small.
-    """
-    joint, a = assembly.joint, assembly
-    load = joint.load
-    assert load is not None
-    strength = joint.contact.friction * a.moment_unit
-    if load.rho is None:
-        return [(strength / m, m) for m in joint.load_moments()]
-    scale = load.rho_scale or 0.0
-    return [(r, scale * strength / r if r > 0 else gentle_moment(a)) for r in load.rho]
-
-
-def gentle_moment(a: JointAssembly) -> float:
-    """End moment under which the joint without friction hardly opens and closes, N m/m."""
-    settings = a.joint.analysis.harmonic
-    assert settings is not None
-    rayleigh = (a.joint.damping.alpha, a.joint.damping.beta)
-    linear = two_mode_model(a.states, "moment", rayleigh, "consistent")
-    peak = forced_response(linear, None, np.asarray(settings.band()), 1.0).peak_amplitude
-    opening = opening_load(a.model, a.flexibility, a.prestress, "sliding")
-    return float(GENTLE * opening / a.states.sliding_omega**2 / peak)
-
-
-def run_harmonic_loads(
-    a: JointAssembly,
-    settings: HarmonicAnalysis,
-    loads: Sequence[tuple[float, float]],
-    runs: list[HarmonicRun],
-    failures: list[str],
-    progress: Progress,
-) -> None:
-    """Responses under all loads into `runs` and `failures`, in the order of the loads.
+def run_harmonic(
+    assembly: Assembly, done: Mapping[str, Outcome[Any]], progress: Progress
+) -> Outcome[tuple[HarmonicRun, ...]]:
+    """Responses under all loads, in their order: those of the forced response, else of the file.
 
     On Ctrl-C each load stops at its next point and is kept as far as it is.
     """
+    settings = assembly.joint.analysis.harmonic
+    assert settings is not None
+    loads, stop = loads_to_follow(assembly, done, settings), Event()
     progress.start("harmonic balance", 2 * len(loads) * len(settings.band()))
-    halt = Event()
 
-    def one(load: tuple[float, float]) -> HarmonicRun | str:
+    def one(load: Load) -> HarmonicRun | MicroslipError:
         try:
-            return _one_load(a, settings, load, _Meter(settings.band(), progress), halt)
+            return follow(assembly, settings, load, _Meter(settings.band(), progress), stop)
         except MicroslipError as error:
-            return str(error)
+            return error
 
-    pool = ThreadPoolExecutor(workers())
-    pending = [pool.submit(one, load) for load in loads]
-    try:
-        wait(pending)
-    finally:
-        halt.set()
-        pool.shutdown(wait=True, cancel_futures=True)
-        for (rho, _), future in zip(loads, pending, strict=True):
-            _collect(rho, future, runs, failures)
+    found: list[HarmonicRun] = []
+    failures: list[Failure] = []
+    for load, outcome in zip(loads, gather(one, loads, threads(), stop), strict=True):
+        place = f"rho = {load.rho:.4g}"
+        if isinstance(outcome, NotBegun):
+            failures.append(Failure("harmonic", place, "interrupted before it began"))
+        elif isinstance(outcome, MicroslipError):
+            failures.append(failure_of("harmonic", str(outcome), place))
+        else:
+            found.append(outcome)
+            failures += [failure_of("harmonic", text, place) for text in outcome.response.failures]
     progress.finish()
+    return Outcome(tuple(found), tuple(failures), stop.is_set())
 
 
-def _collect(
-    rho: float, future: Future[HarmonicRun | str], runs: list[HarmonicRun], failures: list[str]
-) -> None:
-    label = f"harmonic balance, rho = {rho:.4g}"
-    if future.cancelled():
-        failures.append(f"{label}: interrupted before it began")
-        return
-    outcome = future.result()
-    if isinstance(outcome, str):
-        failures.append(f"{label}: {outcome}")
-        return
-    runs.append(outcome)
-    failures += [f"{label}: {text}" for text in outcome.response.failures]
+def loads_to_follow(
+    assembly: Assembly, done: Mapping[str, Outcome[Any]], settings: HarmonicAnalysis
+) -> list[Load]:
+    """Loads of the forced response; where there is none, those of the file.
+
+    Raises
+    ------
+    MicroslipError
+        Where the forced response should have calibrated rho and failed.
+    """
+    responses = value_of(done, "response")
+    if responses is not None and responses.loads:
+        return list(dict.fromkeys(responses.loads))
+
+    def gentle() -> float:
+        linear = frictionless_response(assembly, np.asarray(settings.band()))
+        return gentle_moment(assembly, linear, {})
+
+    return list(loads_of_file(assembly, known_scale(assembly, done), gentle))
 
 
-def _one_load(
-    a: JointAssembly,
-    settings: HarmonicAnalysis,
-    load: tuple[float, float],
-    meter: _Meter,
-    halt: Event,
+def follow(
+    assembly: Assembly, settings: HarmonicAnalysis, load: Load, meter: _Meter, stop: Event
 ) -> HarmonicRun:
-    """Branches, points and stability under one load."""
-    rho, moment = load
-    friction = 0.0 if rho == 0 else a.joint.contact.friction
+    """Branches, points and stability under one load, as far as they come until `stop` is set."""
+    a = assembly
+    friction = 0.0 if load.rho == 0 else a.joint.contact.friction
     problem = harmonic_problem(
         a.model,
         a.prestress,
@@ -167,30 +131,31 @@ def _one_load(
         adaptive = Adaptive(tolerance=settings.tolerance, most=settings.most)
     response = frequency_response(
         problem,
-        moment,
+        load.moment,
         settings.band(),
         adaptive=adaptive,
         observe=meter.reached,
         solved=meter.solved,
-        stop=halt.is_set,
+        stop=stop.is_set,
     )
     stability: list[HillExponents | None] = []
     failures = list(response.failures)
     for point in response.points:
         try:
-            wanted = settings.stability and not halt.is_set()
+            wanted = settings.stability and not stop.is_set()
             stability.append(exponents_of(problem, point) if wanted else None)
         except MicroslipError as error:
             stability.append(None)
             failures.append(str(error))
     meter.close()
     return HarmonicRun(
-        rho=rho,
+        rho=load.rho,
         friction=friction,
-        load=moment,
+        load=load.moment,
         response=replace(response, failures=tuple(failures)),
         curves=tuple(
-            (way.parameters, sliding_amplitudes(problem, moment, way)) for way in response.branches
+            (way.parameters, sliding_amplitudes(problem, load.moment, way))
+            for way in response.branches
         ),
         stability=tuple(stability),
     )

@@ -17,7 +17,7 @@ from microslip.reproduce.friction_force import friction_table
 from microslip.reproduce.peaks import time_domain_peak
 from microslip.reproduce.plate import Plate
 from microslip.reproduce.study import Study
-from microslip.results.dataset import _beside_unconverged
+from microslip.results.response import beside_unconverged
 from microslip.show.plots.style import DOUBLE, MM, SERIES, house_style, letters, new_figure
 
 OTHER_BETA = 4.44e-6
@@ -190,7 +190,7 @@ def _error(study: Study, model: Model, rho: float) -> dict[str, Any]:
         **row,
         "peak_error": response.peak_amplitude / truth.amplitude - 1,
         "resonance_error_hz": response.peak_frequency - truth.frequency,
-        "bound": _beside_unconverged(response),
+        "bound": beside_unconverged(response),
         "median_error": float(np.median(size)) if len(size) else None,
         "worst_error": float(size.max()) if len(size) else None,
     }

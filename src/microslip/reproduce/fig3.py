@@ -10,9 +10,9 @@ import numpy as np
 
 from microslip.analyses.statics.cycle import quasi_static_cycle
 from microslip.analyses.time.points import Request, solve_request
-from microslip.errors import MicroslipError
-from microslip.numerics.execute import in_threads, workers
-from microslip.pipeline.run import JointAssembly, assemble_joint
+from microslip.errors import Failure, MicroslipError
+from microslip.numerics.execute import each, threads
+from microslip.pipeline.prepare import Assembly, prepare
 from microslip.reproduce.plate import Number, Plate
 from microslip.reproduce.settings import PAPER_RHO
 from microslip.reproduce.study import Study
@@ -42,7 +42,7 @@ def fig3(study: Study) -> Plate:
     meshes = study.settings.meshes
     study.progress.start("meshes", len(meshes))
 
-    def one(pairs: int) -> tuple[float, float] | str:
+    def one(pairs: int) -> tuple[float, float] | Failure:
         try:
             a = _assembly(study, pairs)
             request = Request(
@@ -67,13 +67,13 @@ def fig3(study: Study) -> Plate:
                 closure=1e-6,
             )
         except MicroslipError as error:
-            return f"figure 3, {pairs} pairs: {error}"
+            return Failure("fig3", f"{pairs} pairs", str(error))
         return steady.cycle.dissipated, cycle.dissipated
 
     found: dict[int, tuple[float, float]] = {}
     with study.timed("mesh_study"):
-        for pairs, outcome in zip(meshes, in_threads(one, meshes, workers()), strict=True):
-            if isinstance(outcome, str):
+        for pairs, outcome in zip(meshes, each(one, meshes, threads()), strict=True):
+            if isinstance(outcome, Failure):
                 study.failures.append(outcome)
             else:
                 found[pairs] = outcome
@@ -133,8 +133,8 @@ def fig3(study: Study) -> Plate:
     )
 
 
-def _assembly(study: Study, pairs: int) -> JointAssembly:
+def _assembly(study: Study, pairs: int) -> Assembly:
     if pairs == study.settings.pairs:
         return study.assembly
     contact = study.joint.contact.model_copy(update={"pairs": pairs})
-    return assemble_joint(study.joint.model_copy(update={"contact": contact}))
+    return prepare(study.joint.model_copy(update={"contact": contact}))

@@ -17,7 +17,7 @@ from microslip.reproduce.drawing import (
 )
 from microslip.reproduce.plate import Number, Plate, Trend
 from microslip.reproduce.study import Study
-from microslip.results.dataset import contact_extent
+from microslip.results.fields import contact_extent
 from microslip.show.plots.states import handles
 from microslip.show.plots.style import DOUBLE, MM, clamp_edges, house_style, new_figure
 

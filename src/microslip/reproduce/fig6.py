@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from microslip.analyses.time.points import Request, phases, solve_request
 from microslip.analyses.time.scheme import period_error
 from microslip.analyses.time.steady import SteadyState
-from microslip.errors import MicroslipError
-from microslip.numerics.execute import in_threads, workers
+from microslip.errors import Failure, MicroslipError
+from microslip.numerics.execute import each, threads
 from microslip.reproduce.plate import Number, Plate, Trend
 from microslip.reproduce.settings import PAPER_RHO
 from microslip.reproduce.study import Study
@@ -43,7 +43,7 @@ def fig6(study: Study) -> Plate:
     tasks: list[Task] = [(n, c) for n in sorted(counts, reverse=True) for c in (False, True)]
     study.progress.start("time steps per cycle", len(tasks))
 
-    def one(task: Task) -> SteadyState | str:
+    def one(task: Task) -> SteadyState | Failure:
         steps, corrected = task
         stretch = 1 + period_error(2 * np.pi / steps) if corrected else 1.0
         request = Request(
@@ -58,12 +58,12 @@ def fig6(study: Study) -> Plate:
         try:
             return solve_request(a.model, a.prestress, None, request).steady
         except MicroslipError as error:
-            return f"figure 6, {steps} steps per cycle: {error}"
+            return Failure("fig6", f"{steps} steps per cycle", str(error))
 
     found: dict[Task, SteadyState] = {}
     with study.timed("step_study"):
-        for task, outcome in zip(tasks, in_threads(one, tasks, workers()), strict=True):
-            if isinstance(outcome, str):
+        for task, outcome in zip(tasks, each(one, tasks, threads()), strict=True):
+            if isinstance(outcome, Failure):
                 study.failures.append(outcome)
             else:
                 found[task] = outcome

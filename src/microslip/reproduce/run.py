@@ -11,14 +11,14 @@ from typing import Any
 
 from threadpoolctl import threadpool_limits
 
-from microslip.errors import MicroslipError
+from microslip.errors import Failure, MicroslipError
 from microslip.pipeline.progress import Progress
 from microslip.reproduce.gallery import gallery, tables
 from microslip.reproduce.plate import Plate
 from microslip.reproduce.registry import FIGURES, chosen
 from microslip.reproduce.settings import FULL, Settings
 from microslip.reproduce.study import Study
-from microslip.results.dataset import _plain, replacing
+from microslip.results.files import plain, replacing
 from microslip.show.plots.style import save
 from microslip.version import __version__
 
@@ -100,7 +100,7 @@ def _one(name: str, study: Study, folder: Path, result: Reproduction) -> None:
     try:
         plate = FIGURES[name](study)
     except MicroslipError as error:
-        study.failures.append(f"{name}: {error}")
+        study.failures.append(Failure(name, "", str(error)))
         return
     finally:
         study.progress.finish()
@@ -120,7 +120,7 @@ def _enter(name: str, plate: Plate, report: dict[str, Any]) -> None:
 
 def _write(result: Reproduction, study: Study, folder: Path, seconds: float) -> None:
     report = result.report
-    report["failures"] = list(study.failures)
+    report["failures"] = [str(failure) for failure in study.failures]
     report["timings"]["analyses_s"] = dict(study.timings)
     report["timings"]["total_s"] = seconds
     if "rho_scale" in vars(study):
@@ -130,12 +130,12 @@ def _write(result: Reproduction, study: Study, folder: Path, seconds: float) -> 
             "mode-driven table has its greatest damping at the paper's rho = 2.4",
         }
     folder.mkdir(parents=True, exist_ok=True)
-    plain = _plain(report)
-    text = json.dumps(plain, indent=1, ensure_ascii=False, allow_nan=False)
+    found = plain(report)
+    text = json.dumps(found, indent=1, ensure_ascii=False, allow_nan=False)
     for name, content in (
         ("reproduction.json", text + "\n"),
-        ("gallery.md", gallery(plain)),
-        ("numbers.md", tables(plain)),
+        ("gallery.md", gallery(found)),
+        ("numbers.md", tables(found)),
     ):
         path = folder / name
         with replacing(path) as temporary:

@@ -13,20 +13,25 @@ from typing import Any, TypeVar
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from microslip.analyses.reduced.refined import moment_offset, refined_table
-from microslip.analyses.reduced.response import Response, forced_response, greatest_damping_load
+from microslip.analyses.reduced.response import Response, forced_response, two_mode_model
 from microslip.analyses.reduced.table import DRIVES, EquivalentTable, equivalent_table
-from microslip.analyses.reduced.two_mode import two_mode_model
 from microslip.analyses.statics.cycle import Cycle, quasi_static_cycle
-from microslip.analyses.statics.prescribed import hold_mode
-from microslip.analyses.time.points import Request, TimePoint, equivalent, steady_states
-from microslip.describe.lap import LapJoint
-from microslip.describe.reading import load_joint
-from microslip.errors import MicroslipError
-from microslip.model.flexibility import static_flexibility
-from microslip.numerics.execute import workers
+from microslip.analyses.time.points import Request, TimePoint, equivalent
+from microslip.describe.lap import LapJoint, load_joint
+from microslip.errors import Failure, MicroslipError
+from microslip.pipeline.cycle import DrivenCycles, drive_cycles
+from microslip.pipeline.loads import (
+    calibrated_scale,
+    end_moment,
+    frictionless_response,
+    gentle_moment,
+)
+from microslip.pipeline.outcome import Outcome
+from microslip.pipeline.prepare import Assembly, prepare
 from microslip.pipeline.progress import NullProgress, Progress
-from microslip.pipeline.run import JointAssembly, LapRun, assemble_joint, run_cycles
+from microslip.pipeline.reduced import Refined, tabulate
+from microslip.pipeline.run import Run
+from microslip.pipeline.time import integrate
 from microslip.reproduce.friction_force import friction_table
 from microslip.reproduce.settings import FULL, PAPER_BEST_RHO, Settings
 from microslip.typing import Array
@@ -64,7 +69,7 @@ class Study:
 
     Attributes
     ----------
-    failures : list of str
+    failures : list of Failure
         Points that could not be solved, and why.
     timings : dict of str to float
         Seconds of wall time by kind of work.
@@ -73,7 +78,7 @@ class Study:
     def __init__(self, settings: Settings = FULL, progress: Progress | None = None) -> None:
         self.settings = settings
         self.progress: Progress = progress or NullProgress()
-        self.failures: list[str] = []
+        self.failures: list[Failure] = []
         self.timings: dict[str, float] = {}
         self._points: dict[tuple[float, float], TimePoint | None] = {}
         self._kept: dict[Any, Any] = {}
@@ -102,11 +107,11 @@ class Study:
         return reference_joint(self.settings)
 
     @cached_property
-    def assembly(self) -> JointAssembly:
+    def assembly(self) -> Assembly:
         """Matrices, reduction, prestress, linear states."""
         with self.timed("assemble"):
             self.progress.start("finite elements, reduction, prestress", 1)
-            assembly = assemble_joint(self.joint)
+            assembly = prepare(self.joint)
             self.progress.finish()
         return assembly
 
@@ -118,18 +123,12 @@ class Study:
     @property
     def rayleigh(self) -> tuple[float, float]:
         """Alpha (1/s) and beta (s)."""
-        return self.joint.damping.alpha, self.joint.damping.beta
+        return self.assembly.rayleigh
 
     @property
     def unit(self) -> float:
         """P L, what end moments are measured by."""
         return self.assembly.moment_unit
-
-    @cached_property
-    def compliance(self) -> Array:
-        """Contact compliance at the pairs: none where the contact is exact."""
-        a = self.assembly
-        return np.diag(a.flexibility.W - static_flexibility(a.model).W).copy()
 
     @cached_property
     def position(self) -> Array:
@@ -139,16 +138,20 @@ class Study:
     # quasi-static ------------------------------------------------------------------------------
 
     @cached_property
-    def run(self) -> LapRun:
+    def run(self) -> Run:
         """Quasi-static cycles of both drives and their tables."""
-        result = LapRun(joint=self.joint, assembly=self.assembly)
+        driven: dict[str, DrivenCycles] = {}
         for drive in DRIVES:
             with self.timed(f"cycles_{drive}"):
-                run_cycles(result, drive, self.progress)
-        self.failures += result.failures
-        if len(result.tables) < len(DRIVES):
+                outcome = drive_cycles(self.assembly, drive, self.progress)
+            if outcome.interrupted:
+                raise KeyboardInterrupt
+            driven[drive] = outcome.value
+            self.failures += outcome.failures
+        run = Run(self.assembly, {"cycle": Outcome(driven)})
+        if len(run.tables) < len(DRIVES):
             raise MicroslipError("too few quasi-static cycles were solved for a table")
-        return result
+        return run
 
     @cached_property
     def tables(self) -> dict[str, EquivalentTable]:
@@ -159,37 +162,25 @@ class Study:
         alone = friction_table(
             run.tables["moment"], run.cycles["moment"], a.model, a.structure.interface, a.states
         )
-        return {**run.tables, "friction": alone, "prescribed": self.refined[0]}
+        return {**run.tables, "friction": alone, "prescribed": self.refined.table}
 
     @cached_property
-    def refined(self) -> tuple[EquivalentTable, float]:
+    def refined(self) -> Refined:
         """Table of the refined model, and the offset of its amplitude per end moment."""
-        a, drive = self.assembly, self.run.tables["mode"]
-        omega = 0.5 * (a.states.sliding_omega + a.states.stuck_omega)
+        sizes = self.run.tables["mode"].amplitude
         with self.timed("cycles_prescribed"):
-            count = self.settings.prescribed
-            self.progress.start("cycles, mode prescribed", count)
-            held = hold_mode(
-                a.model,
-                a.prestress,
-                a.states,
-                self.friction,
-                omega,
-                upper=self.settings.upper_modes,
-                compliance=self.compliance,
-            )
-            table, failures = refined_table(
-                held,
-                float(drive.amplitude[0]),
-                float(drive.amplitude[-1]),
-                count,
+            outcome = tabulate(
+                self.assembly,
+                float(sizes[0]),
+                float(sizes[-1]),
+                self.settings.prescribed,
                 steps=self.settings.cycle_steps,
-                advance=self.progress.advance,
+                upper=self.settings.upper_modes,
+                sticking=0.01 * float(sizes[0]),
+                progress=self.progress,
             )
-            self.failures += failures
-            offset = moment_offset(held, 0.01 * float(drive.amplitude[0]))
-            self.progress.finish()
-        return table, offset
+        self.failures += outcome.failures
+        return outcome.value
 
     def static_cycle(self, drive: str, load: float, **options: float) -> Cycle:
         """One quasi-static cycle with the paper's number of load steps."""
@@ -237,32 +228,24 @@ class Study:
     @cached_property
     def rho_scale(self) -> float:
         """C in ``rho = C mu P L / M``: the consistent model is damped most at the paper's 2.4."""
-        best = self.best_load("consistent", "mode")
-        return PAPER_BEST_RHO * best / (self.friction * self.unit)
-
-    def best_load(self, variant: str, table: str) -> float:
-        """End moment at which a two-mode model's resonance per unit load is lowest."""
-        states, found = self.assembly.states, self.run.tables[table]
-        model = two_mode_model(states, "moment", self.rayleigh, variant)
+        states = self.assembly.states
+        model = two_mode_model(states, "moment", self.rayleigh, "consistent")
         band = np.linspace(0.95 * states.sliding_frequency, 1.05 * states.stuck_frequency, 801)
-        scale = model.omega**2 / abs(model.force[0])
-        bounds = (1e-5 * found.amplitude[0] * scale, found.amplitude[-1] * scale)
-        return greatest_damping_load(model, found, band, bounds)
+        found = (model, self.run.tables["mode"])
+        return calibrated_scale(self.assembly, found, band, PAPER_BEST_RHO)
 
     def moment(self, rho: float) -> float:
         """End moment of a rho, N m per metre of width; for 0 one that keeps the joint closed."""
         if rho > 0:
-            return self.rho_scale * self.friction * self.unit / rho
-        peak = self.frictionless.peak_amplitude / self.frictionless.load
-        return float(self.run.tables["mode"].amplitude[0] / peak)
+            return end_moment(self.assembly, "rho", rho, self.rho_scale)
+        table = {"mode": self.run.tables["mode"]}
+        return gentle_moment(self.assembly, self.frictionless, table)
 
     @cached_property
     def frictionless(self) -> Response:
         """Linear response without friction to the paper's load, eq. (18)."""
-        model = two_mode_model(self.assembly.states, "moment", self.rayleigh, "consistent")
-        return forced_response(
-            model, None, self.settings.response_band(), self.moment(0.8), rho=0.0, friction=0.0
-        )
+        band = self.settings.response_band()
+        return frictionless_response(self.assembly, band, self.moment(0.8))
 
     # time domain -------------------------------------------------------------------------------
 
@@ -299,20 +282,12 @@ class Study:
         # The largest amplitudes take longest: begin with them, that no core idles at the end.
         requests.sort(key=lambda request: -abs(request.guess))
         self.progress.start(f"time domain, ρ = {rho:g}", len(requests))
-        a = self.assembly
-        found = steady_states(a.model, a.prestress, requests, self.compliance, workers())
-        for request, outcome in zip(requests, found, strict=True):
-            key = (rho, request.frequency)
-            if isinstance(outcome, str):
-                self.failures.append(outcome)
-                self._points[key] = None
-            else:
-                self._points[key] = outcome
-                if not outcome.steady.converged:
-                    self.failures.append(
-                        f"time domain, rho = {rho:g}, {request.frequency:g} Hz: not steady after "
-                        f"{outcome.steady.cycles} cycles, last change {outcome.steady.change:.1e}"
-                    )
+        for request, (point, failure) in zip(
+            requests, integrate(self.assembly, requests), strict=True
+        ):
+            self._points[rho, request.frequency] = point
+            if failure is not None:
+                self.failures.append(failure)
             self.progress.advance()
         self.progress.finish()
 
@@ -331,7 +306,7 @@ class Study:
 
     # ports -------------------------------------------------------------------------------------
 
-    def edge_of_clamp(self) -> JointAssembly:
+    def edge_of_clamp(self) -> Assembly:
         """The assembly with one more port ``edge``: horizontal displacement at ``x = L_p``.
 
         Of the lower body's node of the contact pair nearest to the edge of the clamp.

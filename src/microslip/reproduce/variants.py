@@ -64,7 +64,7 @@ def cases() -> tuple[Case, ...]:
 
 def linear_part(study: Study, case: Case) -> TwoModeModel:
     """Linear part of a case, and where its table enters."""
-    offset = study.refined[1] if case == REFINED else 0.0
+    offset = study.refined.offset if case == REFINED else 0.0
     return two_mode_model(study.assembly.states, "moment", study.rayleigh, case.variant, offset)
 
 

@@ -2,39 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from microslip.analyses.backbone.cycles import IDLE, Backbone, material_damping
+from microslip.pipeline.run import Run
 from microslip.results.labels import MODAL, variable
 
-if TYPE_CHECKING:
-    from microslip.pipeline.run import LapRun
 
-
-def backbone_rows(result: LapRun) -> Iterator[dict[str, Any]]:
+def backbone_rows(run: Run) -> list[dict[str, Any]]:
     """One entry of the summary per mode, method and amplitude."""
-    for backbone in result.backbones:
-        mode = backbone.mode
-        for point in backbone.points:
-            yield {
-                "mode": mode.number,
-                "method": backbone.method,
-                "modal_amplitude": point.amplitude,
-                "amplitude_over_opening": point.amplitude / backbone.scale,
-                "frequency_hz": point.omega / (2 * np.pi),
-                "damping_ratio": point.damping_ratio,
-                "material_damping_ratio": material_damping(result.model, point.omega),
-                "dissipated_energy_j_per_m": point.dissipated,
-                "residual_max": point.residual,
-                "closure": point.closure,
-                "sliding_frequency_hz": mode.frequency,
-                "stuck_frequency_hz": mode.stuck_frequency,
-                "interface_matters": matters(backbone),
-            }
+    return [row for backbone in run.backbones for row in _rows(run, backbone)]
+
+
+def _rows(run: Run, backbone: Backbone) -> list[dict[str, Any]]:
+    mode = backbone.mode
+    return [
+        {
+            "mode": mode.number,
+            "method": backbone.method,
+            "modal_amplitude": point.amplitude,
+            "amplitude_over_opening": point.amplitude / backbone.scale,
+            "frequency_hz": point.omega / (2 * np.pi),
+            "damping_ratio": point.damping_ratio,
+            "material_damping_ratio": material_damping(run.model, point.omega),
+            "dissipated_energy_j_per_m": point.dissipated,
+            "residual_max": point.residual,
+            "closure": point.closure,
+            "sliding_frequency_hz": mode.frequency,
+            "stuck_frequency_hz": mode.stuck_frequency,
+            "interface_matters": matters(backbone),
+        }
+        for point in backbone.points
+    ]
 
 
 def matters(backbone: Backbone) -> bool:
@@ -42,9 +44,14 @@ def matters(backbone: Backbone) -> bool:
     return abs(backbone.mode.stiffening) > IDLE
 
 
-def backbone_dataset(result: LapRun) -> xr.Dataset:
+def backbone_datasets(run: Run) -> dict[str, xr.Dataset]:
+    """The group ``backbone``."""
+    return {"backbone": _dataset(run)} if any(b.points for b in run.backbones) else {}
+
+
+def _dataset(run: Run) -> xr.Dataset:
     """All backbones, one curve each; nan beyond the points of a curve."""
-    curves, count = result.backbones, max(len(b.points) for b in result.backbones)
+    curves, count = run.backbones, max(len(b.points) for b in run.backbones)
     grid, each = ("curve", "point"), ("curve",)
 
     def stack(name: str) -> np.ndarray:

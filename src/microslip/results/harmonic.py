@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -11,44 +11,42 @@ import xarray as xr
 from microslip.analyses.harmonic.hill import HillExponents
 from microslip.analyses.harmonic.response import HarmonicPoint
 from microslip.analyses.time.points import equivalent_of
-from microslip.contact.pairs import SEPARATED
+from microslip.contact.pairs import touches
 from microslip.pipeline.harmonic import HarmonicRun
+from microslip.pipeline.run import Run
 from microslip.results.labels import MODAL, pair_position, variable
-
-if TYPE_CHECKING:
-    from microslip.pipeline.run import LapRun
 
 Entry = tuple[HarmonicRun, int, HarmonicPoint, HillExponents | None]
 
 
-def entries(result: LapRun) -> Iterator[Entry]:
+def entries(run: Run) -> Iterator[Entry]:
     """Every response with its load, its branch and its stability."""
-    for run in result.harmonic:
+    for entry in run.harmonic:
         yield from (
-            (run, branch, point, stability)
+            (entry, branch, point, stability)
             for branch, point, stability in zip(
-                run.response.branch_of, run.points, run.stability, strict=True
+                entry.response.branch_of, entry.points, entry.stability, strict=True
             )
         )
 
 
-def harmonic_rows(result: LapRun) -> list[dict[str, Any]]:
+def harmonic_rows(run: Run) -> list[dict[str, Any]]:
     """Entries of the summary, load by load in order along the branches."""
-    return [_row(result, *entry) for entry in entries(result)]
+    return [_row(run, *entry) for entry in entries(run)]
 
 
 def _row(
-    result: LapRun,
-    run: HarmonicRun,
+    run: Run,
+    entry: HarmonicRun,
     branch: int,
     point: HarmonicPoint,
     stability: HillExponents | None,
 ) -> dict[str, Any]:
-    found = equivalent_of(point.amplitude, point.frequency, point.load, result.model, result.states)
+    found = equivalent_of(point.amplitude, point.frequency, point.load, run.model, run.states)
     slowest = None if stability is None or not len(stability.exponents) else _slowest(stability)
     return {
-        "rho": run.rho,
-        "moment_over_clamp_force_length": run.load / result.assembly.moment_unit,
+        "rho": entry.rho,
+        "moment_over_clamp_force_length": entry.load / run.assembly.moment_unit,
         "frequency_hz": point.frequency,
         "modal_amplitude": abs(point.amplitude),
         "phase_rad": point.phase,
@@ -74,7 +72,7 @@ def _row(
 
 def opens(point: HarmonicPoint) -> bool:
     """Whether at some time no pair touches."""
-    return bool((point.status == SEPARATED).all(axis=0).any())
+    return bool((~touches(point.status)).all(axis=0).any())
 
 
 def _slowest(stability: HillExponents) -> complex:
@@ -82,20 +80,20 @@ def _slowest(stability: HillExponents) -> complex:
     return complex(stability.exponents[np.argmax(stability.exponents.real)])
 
 
-def fold_rows(result: LapRun) -> list[dict[str, Any]]:
+def fold_rows(run: Run) -> list[dict[str, Any]]:
     """Where the branches turn round."""
     return [
         {
-            "rho": run.rho,
-            "moment_over_clamp_force_length": run.load / result.assembly.moment_unit,
+            "rho": entry.rho,
+            "moment_over_clamp_force_length": entry.load / run.assembly.moment_unit,
             "frequency_hz": fold.frequency,
             "modal_amplitude": abs(fold.amplitude),
             "phase_rad": fold.phase,
             "harmonics": fold.harmonics,
             "residual_max": fold.residual,
         }
-        for run in result.harmonic
-        for fold in run.response.folds
+        for entry in run.harmonic
+        for fold in entry.response.folds
     ]
 
 
@@ -127,12 +125,17 @@ _COUNTS = {
 STABILITY = {False: 0, True: 1, None: 2}
 
 
-def harmonic_dataset(result: LapRun) -> xr.Dataset:
+def harmonic_datasets(run: Run) -> dict[str, xr.Dataset]:
+    """The group ``harmonic``."""
+    return {"harmonic": _dataset(run)} if any(entry.points for entry in run.harmonic) else {}
+
+
+def _dataset(run: Run) -> xr.Dataset:
     """All responses, the branches as they were followed, and their folds."""
-    rows, folds = harmonic_rows(result), fold_rows(result)
-    points = [point for _, _, point, _ in entries(result)]
+    rows, folds = harmonic_rows(run), fold_rows(run)
+    points = [point for _, _, point, _ in entries(run)]
     each = ("point",)
-    sliding = result.model.port("sliding")
+    sliding = run.model.port("sliding")
     most = max((point.harmonics for point in points), default=0)
     Q = np.full((len(points), most + 1), np.nan + 0j)
     for k, point in enumerate(points):
@@ -141,7 +144,7 @@ def harmonic_dataset(result: LapRun) -> xr.Dataset:
     def column(of: list[dict[str, Any]], key: str) -> Any:
         return np.array([np.nan if row[key] is None else row[key] for row in of], dtype=float)
 
-    area = result.model.area
+    area = run.model.area
     data = {
         **{
             name: variable(each, column(rows, key), unit, label)
@@ -180,10 +183,10 @@ def harmonic_dataset(result: LapRun) -> xr.Dataset:
         "fold_amplitude": variable(
             ("fold",), column(folds, "modal_amplitude"), MODAL, "first harmonic of q at the fold"
         ),
-        **_branches(result),
+        **_branches(run),
     }
-    unit = result.assembly.moment_unit
-    coords = pair_position(result) | {
+    unit = run.assembly.moment_unit
+    coords = pair_position(run) | {
         "frequency": variable(each, column(rows, "frequency_hz"), "Hz", "frequency of the load"),
         "rho": variable(each, column(rows, "rho"), "1", "rho = C mu P L / M"),
         "moment": variable(
@@ -207,12 +210,12 @@ def harmonic_dataset(result: LapRun) -> xr.Dataset:
     return xr.Dataset(data, coords)
 
 
-def _branches(result: LapRun) -> dict[str, xr.Variable]:
+def _branches(run: Run) -> dict[str, xr.Variable]:
     """The branches as they were followed, one after the other."""
     ways = [
-        (run.load, number, frequency, amplitude)
-        for run in result.harmonic
-        for number, (frequency, amplitude) in enumerate(run.curves)
+        (entry.load, number, frequency, amplitude)
+        for entry in run.harmonic
+        for number, (frequency, amplitude) in enumerate(entry.curves)
     ]
     dims = ("branch_point",)
 

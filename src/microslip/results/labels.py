@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from microslip.pipeline.run import LapRun
+from microslip.pipeline.run import Run
+from microslip.results.fields import ContactFields
+from microslip.typing import Array, Indices, Status
 
 MODAL = "kg^0.5 m^0.5"
 """Unit of a modal coordinate of a mass-normalised mode, per metre of width."""
 
 MODAL_FORCE = "kg^0.5 m^0.5 s^-2"
+
+LOAD_UNIT = {"moment": "N m/m", "mode": MODAL_FORCE}
+"""Unit of the load of each drive."""
 
 OUTPUTS: dict[str, tuple[str, str]] = {
     "clamp": ("m", "approach of the clamped faces, mean of their change from prestress"),
@@ -27,6 +30,8 @@ OUTPUTS: dict[str, tuple[str, str]] = {
 }
 """Unit and meaning of the output of each port of a lap joint."""
 
+SLIP = "slip of the upper body over the lower"
+
 
 def variable(
     dims: Sequence[str], values: Any, units: str, long_name: str, **attrs: Any
@@ -35,7 +40,7 @@ def variable(
     return xr.Variable(dims, values, {"units": units, "long_name": long_name, **attrs})
 
 
-def state_variable(dims: Sequence[str], values: NDArray[np.int8]) -> xr.Variable:
+def state_variable(dims: Sequence[str], values: Status) -> xr.Variable:
     """Contact states with the meaning of their numbers."""
     return variable(
         dims,
@@ -47,7 +52,43 @@ def state_variable(dims: Sequence[str], values: NDArray[np.int8]) -> xr.Variable
     )
 
 
-def pair_position(result: LapRun) -> dict[str, xr.Variable]:
+def pair_position(run: Run) -> dict[str, xr.Variable]:
     """Coordinate of the contact pairs."""
-    x = result.model.position
+    x = run.model.position
     return {"x": variable(("pair",), x, "m", "position of the contact pair along the interface")}
+
+
+def watched_position(run: Run, watched: Indices) -> xr.Variable:
+    """Coordinate of the pairs whose motion is kept at every step."""
+    x = run.model.position[watched]
+    return variable(("position",), x, "m", "pair nearest to the position asked for")
+
+
+def output_name(port: str) -> str:
+    """What the output of a port is called in results."""
+    return {"sliding": "q", "moment": "rotation", "clamp": "approach"}.get(port, port)
+
+
+def output_label(port: str) -> tuple[str, str]:
+    """Unit and meaning of the output of a port."""
+    return OUTPUTS.get(port, ("1", f"output of the port {port}"))
+
+
+def local_variables(dims: tuple[str, ...], slip: Array, gap: Array) -> dict[str, xr.Variable]:
+    """Slip and gap at the positions that were asked for."""
+    return {
+        "local_slip": variable(dims, slip, "m", SLIP),
+        "local_gap": variable(dims, gap, "m", "gap"),
+    }
+
+
+def field_variables(
+    dims: tuple[str, ...], fields: ContactFields, slip: str = SLIP
+) -> dict[str, xr.Variable]:
+    """Contact of all pairs; `slip` is the long name of the slip."""
+    return {
+        "pressure": variable(dims, fields.pressure, "Pa", "contact pressure"),
+        "traction": variable(dims, fields.traction, "Pa", "traction f on the upper body"),
+        "slip": variable(dims, fields.slip, "m", slip),
+        "gap": variable(dims, fields.gap, "m", "gap"),
+    }

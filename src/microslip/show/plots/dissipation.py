@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from microslip.pipeline.run import LapRun
+from microslip.pipeline.run import Run
 from microslip.show.plots.selection import main_drive, name_of, spread, unit_position
 from microslip.show.plots.style import (
     COLUMN,
@@ -20,35 +20,35 @@ from microslip.show.plots.style import (
 
 
 @house_style
-def dissipation_figure(result: LapRun) -> Figure | None:
+def dissipation_figure(run: Run) -> Figure | None:
     """Dissipated energy per length over its total, so that each curve has the area one."""
-    drive = main_drive(result)
-    if not drive or not any(c.dissipated > 0 for c in result.cycles[drive]):
+    drive = main_drive(run)
+    if not drive or not any(c.dissipated > 0 for c in run.cycles[drive]):
         return None
     figure = new_figure(COLUMN, 85 * MM)
-    draw_dissipation(figure.subplots(), result, drive)
+    draw_dissipation(figure.subplots(), run, drive)
     figure.legend(loc="outside lower center", ncols=2)
     return figure
 
 
-def draw_dissipation(ax: Axes, result: LapRun, drive: str) -> None:
+def draw_dissipation(ax: Axes, run: Run, drive: str) -> None:
     """The same on given axes, which leave out what is off them at the very tips."""
-    x = unit_position(result)
+    x = unit_position(run)
     inner = np.abs(x) < 0.95 * np.abs(x).max()
     top = 0.0
-    for i, index in enumerate(spread(result, drive)):
-        cycle = result.cycles[drive][index]
+    for i, index in enumerate(spread(run, drive)):
+        cycle = run.cycles[drive][index]
         if not cycle.dissipated > 0:
             continue
-        density = cycle.friction_work / result.model.area / cycle.dissipated
-        density *= result.joint.clamp.half_length
+        density = cycle.friction_work / run.model.area / cycle.dissipated
+        density *= run.joint.clamp.half_length
         top = max(top, density[inner].max())
         ax.plot(
             x,
             density,
             color=SERIES[i % len(SERIES)]["color"],
             ls=LINES[i % len(LINES)],
-            label=name_of(result, drive, index),
+            label=name_of(run, drive, index),
         )
     clamp_edges(ax)
     ax.set_xlim(x[0], x[-1])

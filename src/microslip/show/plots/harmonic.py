@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from microslip.pipeline.harmonic import HarmonicRun
-from microslip.pipeline.run import LapRun
+from microslip.pipeline.run import Run
 from microslip.show.plots.selection import scientific
 from microslip.show.plots.style import COLUMN, GREY, LINES, MM, SERIES, house_style, new_figure
 
@@ -20,20 +20,20 @@ UNSTABLE: dict[str, Any] = {"marker": "d", "mfc": "none", "ls": "none", "ms": 5,
 
 
 @house_style
-def harmonic_figure(result: LapRun) -> Figure | None:
+def harmonic_figure(run: Run) -> Figure | None:
     """Amplitude and phase of every load: responses as marks, the branches followed as lines."""
-    if not any(run.points for run in result.harmonic):
+    if not any(entry.points for entry in run.harmonic):
         return None
     figure = new_figure(COLUMN, 130 * MM)
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[3, 2])
-    for i, run in enumerate(result.harmonic):
+    for i, entry in enumerate(run.harmonic):
         style = SERIES[i % len(SERIES)]
-        for frequency, amplitude in run.curves:
+        for frequency, amplitude in entry.curves:
             line = {"color": style["color"], "lw": 0.7, "ls": LINES[i % len(LINES)]}
-            top.plot(frequency, np.abs(amplitude) / run.load, **line)
+            top.plot(frequency, np.abs(amplitude) / entry.load, **line)
             bottom.plot(frequency, lag(np.angle(amplitude)), **line)
-        draw_points(top, run, style, size_over(run.load))
-        draw_points(bottom, run, style, lambda q: float(lag(np.angle(q))))
+        draw_points(top, entry, style, size_over(entry.load))
+        draw_points(bottom, entry, style, lambda q: float(lag(np.angle(q))))
     top.set_yscale("log")
     top.set_ylabel(r"$|q|/M$  (kg$^{1/2}$ m$^{1/2}$ per N m/m)")
     bottom.set_ylabel("phase of $q$ (degrees)")
@@ -46,20 +46,22 @@ def harmonic_figure(result: LapRun) -> Figure | None:
             [],
             color=SERIES[i % len(SERIES)]["color"],
             ls=LINES[i % len(LINES)],
-            label=_load(result, run),
+            label=_load(run, entry),
         )
-        for i, run in enumerate(result.harmonic)
+        for i, entry in enumerate(run.harmonic)
     ]
-    figure.legend(handles=[*loads, *handles(result)], loc="outside lower center", ncols=2)
+    figure.legend(handles=[*loads, *handles(run)], loc="outside lower center", ncols=2)
     return figure
 
 
 def draw_points(
-    ax: Axes, run: HarmonicRun, style: dict[str, Any], value: Callable[[complex], float]
+    ax: Axes, entry: HarmonicRun, style: dict[str, Any], value: Callable[[complex], float]
 ) -> None:
     """Responses of one load: crosses, and open diamonds where they are not stable."""
     for unstable, mark in ((False, STABLE), (True, UNSTABLE)):
-        shown = [p for p, bad in zip(run.points, _unstable(run), strict=True) if bad == unstable]
+        shown = [
+            p for p, bad in zip(entry.points, _unstable(entry), strict=True) if bad == unstable
+        ]
         if shown:
             ax.plot(
                 [p.frequency for p in shown],
@@ -74,13 +76,13 @@ def size_over(unit: float) -> Callable[[complex], float]:
     return lambda q: abs(q) / unit
 
 
-def _unstable(run: HarmonicRun) -> list[bool]:
-    return [found is not None and not found.stable for found in run.stability]
+def _unstable(entry: HarmonicRun) -> list[bool]:
+    return [found is not None and not found.stable for found in entry.stability]
 
 
-def handles(result: LapRun) -> list[Line2D]:
+def handles(run: Run) -> list[Line2D]:
     """Legend entries of the marks that there are."""
-    found = [bad for run in result.harmonic for bad in _unstable(run)]
+    found = [bad for entry in run.harmonic for bad in _unstable(entry)]
     entries = []
     if not all(found):
         entries.append(Line2D([], [], color=GREY, **STABLE, label="harmonic balance"))
@@ -94,9 +96,9 @@ def lag(angle: np.ndarray | float) -> np.ndarray:
     return (np.degrees(angle) + 270) % 360 - 270
 
 
-def _load(result: LapRun, run: HarmonicRun) -> str:
+def _load(run: Run, entry: HarmonicRun) -> str:
     """What the user called this load."""
-    load = result.joint.load
+    load = run.joint.load
     if load is not None and load.rho is not None:
-        return rf"$\rho$ = {run.rho:g}"
-    return rf"$M/(PL)={scientific(run.load / result.assembly.moment_unit)}$"
+        return rf"$\rho$ = {entry.rho:g}"
+    return rf"$M/(PL)={scientific(entry.load / run.assembly.moment_unit)}$"

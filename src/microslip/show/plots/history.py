@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from microslip.analyses.time.history import History, extremes
-from microslip.pipeline.run import LapRun
+from microslip.pipeline.run import Run
 from microslip.show.plots.selection import unit_position
 from microslip.show.plots.style import (
     BLACK,
@@ -27,19 +27,24 @@ MOST_CYCLES = 150
 """A trace of more cycles is drawn as the band between the extremes of each."""
 
 
+def history_figures(run: Run) -> dict[str, Figure]:
+    """One figure per history, by its name."""
+    return {history.name: history_figure(run, history) for history in run.histories}
+
+
 @house_style
-def history_figure(result: LapRun, history: History) -> Figure:
+def history_figure(run: Run, history: History) -> Figure:
     """Sliding coordinate, slip at the first chosen position, energies, all over time."""
     figure = new_figure(DOUBLE, 145 * MM)
     axes = figure.subplots(3, 1, sharex=True)
-    q = history.output[:, result.model.port("sliding")]
+    q = history.output[:, run.model.port("sliding")]
     _draw_trace(axes[0], history, q, BLUE)
     at, top = extremes(history.time, q, history.cycle_steps)
     for side in (slice(0, None, 2), slice(1, None, 2)):
         axes[0].plot(at[side], top[side], color=BLACK, lw=0.9)
     axes[0].set_ylabel(r"$q$ (kg$^{1/2}$ m$^{1/2}$)")
     axes[0].set_title("sliding coordinate and its envelope", loc="left")
-    x = unit_position(result)[history.watched[0]]
+    x = unit_position(run)[history.watched[0]]
     _draw_trace(axes[1], history, 1e6 * history.slip[:, 0], GREEN)
     axes[1].set_ylabel("slip (µm)")
     axes[1].set_title(rf"slip at $x$ = {x:.3g} $L_p$", loc="left")

@@ -8,7 +8,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch
 
-from microslip.pipeline.run import LapRun
+from microslip.pipeline.run import Run
 from microslip.show.plots.style import (
     BLACK,
     BLUE,
@@ -33,31 +33,31 @@ _FORCE = {
 
 
 @house_style
-def model_figure(result: LapRun) -> Figure | None:
+def model_figure(run: Run) -> Figure | None:
     """The whole joint, and its overlap from near; None for a structure without a mesh."""
-    if not result.structure.meshes:
+    if not run.structure.meshes:
         return None
     figure = new_figure(DOUBLE, 88 * MM)
     whole, near = figure.subplots(2, 1, height_ratios=[1.0, 1.8])
-    draw_model(whole, result)
-    draw_overlap(near, result)
+    draw_model(whole, run)
+    draw_overlap(near, run)
     whole.set_title("the whole joint", loc="left")
     near.set_title("the overlap", loc="left")
     letters((whole, near))
     return figure
 
 
-def draw_model(ax: Axes, result: LapRun) -> None:
+def draw_model(ax: Axes, run: Run) -> None:
     """The whole joint to scale: mesh, end moments, supports, clamp, lengths in mm."""
-    beams = result.joint.beams
+    beams = run.joint.beams
     length, half, t = (1e3 * v for v in (beams.length, beams.overlap_half_length, beams.thickness))
     far = length - half
     size = max(t, 0.025 * far)
-    _mesh(ax, result, 0.1)
+    _mesh(ax, run, 0.1)
     for side in (-1.0, 1.0):
         _moment(ax, side * far, side * t / 2, side, size)
         _support(ax, side * far, side * t / 2, size)
-    _clamp(ax, result, 5)
+    _clamp(ax, run, 5)
     _dimension(ax, -far, half, -t - 1.6 * size, f"$L={length:g}$ mm")
     _dimension(ax, -half, half, t + 1.5 * size, f"$2L_o={2 * half:g}$ mm", above=True)
     ax.set_xlim(-far - 2.4 * size, far + 2.4 * size)
@@ -65,19 +65,19 @@ def draw_model(ax: Axes, result: LapRun) -> None:
     _bare(ax)
 
 
-def draw_overlap(ax: Axes, result: LapRun) -> None:
+def draw_overlap(ax: Axes, run: Run) -> None:
     """The overlap to scale: mesh, clamp traction, contact pairs."""
-    joint = result.joint
+    joint = run.joint
     half, t = 1e3 * joint.beams.overlap_half_length, 1e3 * joint.beams.thickness
     clamp = 1e3 * joint.clamp.half_length
     margin = 0.95 * half
-    _mesh(ax, result, 0.2)
-    _clamp(ax, result, 13)
+    _mesh(ax, run, 0.2)
+    _clamp(ax, run, 13)
     ax.plot([-half, half], [0, 0], color=VERMILLION, lw=1.4, solid_capstyle="butt")
     ax.text(
         half + 0.06 * margin,
         -0.55 * t,
-        f"{result.model.pairs} contact\npairs",
+        f"{run.model.pairs} contact\npairs",
         color=VERMILLION,
         va="center",
     )
@@ -97,18 +97,18 @@ def _bare(ax: Axes) -> None:
     ax.set_axis_off()
 
 
-def _mesh(ax: Axes, result: LapRun, width: float) -> None:
-    for mesh, fill in zip(result.structure.meshes, _FILLS, strict=False):
+def _mesh(ax: Axes, run: Run, width: float) -> None:
+    for mesh, fill in zip(run.structure.meshes, _FILLS, strict=False):
         quads = 1e3 * mesh.p[:, mesh.t].transpose(2, 1, 0)
         ax.add_collection(
             PolyCollection(list(quads), facecolors=fill, edgecolors="#404040", linewidths=width)
         )
 
 
-def _clamp(ax: Axes, result: LapRun, count: int) -> None:
+def _clamp(ax: Axes, run: Run, count: int) -> None:
     """Arrows of the clamp traction on both outer faces."""
-    t = 1e3 * result.joint.beams.thickness
-    clamp = 1e3 * result.joint.clamp.half_length
+    t = 1e3 * run.joint.beams.thickness
+    clamp = 1e3 * run.joint.clamp.half_length
     for side in (-1.0, 1.0):
         for x in np.linspace(-clamp, clamp, count):
             ax.annotate("", (x, side * t), (x, side * 1.65 * t), arrowprops=_FORCE)

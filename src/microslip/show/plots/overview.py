@@ -5,8 +5,8 @@ from __future__ import annotations
 from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 
-from microslip.pipeline.run import LapRun
-from microslip.show.plots.backbone import AMPLITUDE, draw_equivalent
+from microslip.pipeline.run import Run
+from microslip.show.plots.equivalent import AMPLITUDE, draw_equivalent
 from microslip.show.plots.model import draw_model, draw_overlap
 from microslip.show.plots.response import TITLES, draw_response
 from microslip.show.plots.response import handles as response_handles
@@ -17,29 +17,29 @@ from microslip.show.plots.style import DOUBLE, MM, house_style, new_figure
 
 
 @house_style
-def overview(result: LapRun) -> Figure:
+def overview(run: Run) -> Figure:
     """Joint, contact states, equivalent stiffness and damping, response; a panel may be empty."""
     figure = new_figure(DOUBLE, 165 * MM)
     grid = figure.add_gridspec(2, 2)
-    _joint(figure, grid[0, 0], result)
-    drive = main_drive(result)
+    _joint(figure, grid[0, 0], run)
+    drive = main_drive(run)
     if drive:
-        index = greatest_damping(result, drive)
+        index = greatest_damping(run, drive)
         states = figure.add_subplot(grid[0, 1])
-        draw_states(states, result, drive, index)
-        states.set_title(f"(b)  contact over a cycle, {name_of(result, drive, index)}", loc="left")
+        draw_states(states, run, drive, index)
+        states.set_title(f"(b)  contact over a cycle, {name_of(run, drive, index)}", loc="left")
         states.legend(
             handles=state_handles(), loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2
         )
-        _equivalent(figure, grid[1, 0], result)
-    if result.responses and result.frictionless is not None:
-        variant = result.responses[-1].variant
+        _equivalent(figure, grid[1, 0], run)
+    if run.responses and run.frictionless is not None:
+        variant = run.responses[-1].variant
         response = figure.add_subplot(grid[1, 1])
-        draw_response(response, result, variant)
+        draw_response(response, run, variant)
         title = f"(d)  forced response, {TITLES.get(variant, variant)}"
         response.set_title(title, loc="left")
         response.legend(
-            handles=response_handles(result),
+            handles=response_handles(run),
             loc="upper center",
             bbox_to_anchor=(0.5, -0.16),
             ncols=2,
@@ -47,22 +47,22 @@ def overview(result: LapRun) -> Figure:
     return figure
 
 
-def _joint(figure: Figure, place: SubplotSpec, result: LapRun) -> None:
-    if not result.structure.meshes:
+def _joint(figure: Figure, place: SubplotSpec, run: Run) -> None:
+    if not run.structure.meshes:
         return
     cells = place.subgridspec(2, 1, height_ratios=[1.0, 1.5])
     whole, near = figure.add_subplot(cells[0]), figure.add_subplot(cells[1])
-    draw_model(whole, result)
-    draw_overlap(near, result)
+    draw_model(whole, run)
+    draw_overlap(near, run)
     whole.set_title("(a)  the joint and its overlap", loc="left")
 
 
-def _equivalent(figure: Figure, place: SubplotSpec, result: LapRun) -> None:
+def _equivalent(figure: Figure, place: SubplotSpec, run: Run) -> None:
     cells = place.subgridspec(2, 1)
     top = figure.add_subplot(cells[0])
     bottom = figure.add_subplot(cells[1], sharex=top)
-    draw_equivalent(top, result, "k_eq")
-    draw_equivalent(bottom, result, "gamma_eq")
+    draw_equivalent(top, run, "k_eq")
+    draw_equivalent(bottom, run, "gamma_eq")
     top.set_title("(c)  stiffness and damping against amplitude", loc="left")
     top.tick_params(labelbottom=False)
     bottom.set_xlabel(AMPLITUDE)

@@ -19,8 +19,8 @@ from microslip.analyses.reduced.response import Response
 from microslip.analyses.reduced.sweep import CONVERGED
 from microslip.analyses.time.points import TimePoint
 from microslip.pipeline.harmonic import HarmonicRun
-from microslip.pipeline.run import LapRun
-from microslip.results.dataset import frictionless_peak
+from microslip.pipeline.run import Run
+from microslip.results.response import frictionless_peak
 from microslip.show.plots import harmonic
 from microslip.show.plots.harmonic import lag
 from microslip.show.plots.selection import scientific
@@ -43,41 +43,41 @@ TITLES = {
 
 
 @house_style
-def response_figure(result: LapRun) -> Figure | None:
+def response_figure(run: Run) -> Figure | None:
     """One panel per variant, every load, over the frictionless peak."""
-    variants = list(dict.fromkeys(r.variant for r in result.responses))
-    if not variants or result.frictionless is None:
+    variants = list(dict.fromkeys(r.variant for r in run.responses))
+    if not variants or run.frictionless is None:
         return None
-    rows = 2 if result.time_domain or result.harmonic else 1
+    rows = 2 if run.time_domain or run.harmonic else 1
     figure = new_figure(DOUBLE if len(variants) > 1 else COLUMN, (90 if rows == 1 else 140) * MM)
     grid = figure.subplots(
         rows, len(variants), sharex=True, sharey="row", squeeze=False, height_ratios=[3, 2][:rows]
     )
     for k, variant in enumerate(variants):
-        draw_response(grid[0, k], result, variant)
+        draw_response(grid[0, k], run, variant)
         grid[0, k].set_title(TITLES.get(variant, variant), loc="left")
         if rows == 2:
-            draw_phase(grid[1, k], result, variant)
+            draw_phase(grid[1, k], run, variant)
             grid[1, k].set_title("phase", loc="left")
             grid[0, k].set_xlabel("")
     for ax in grid[:, 1:].ravel():
         ax.set_ylabel("")
     if grid.size > 1:
         letters(grid.ravel())
-    entries = handles(result)
+    entries = handles(run)
     columns = 2 if len(variants) == 1 else 6 if len(entries) < 6 else 3
     figure.legend(handles=entries, loc="outside lower center", ncols=columns)
     return figure
 
 
-def draw_response(ax: Axes, result: LapRun, variant: str) -> None:
+def draw_response(ax: Axes, run: Run, variant: str) -> None:
     """Curves of one variant.
 
     Points without an answer are crosses below; where the answer jumps from one branch of a fold to
     the other between two frequencies, a dotted line joins them.
     """
-    for i, response in enumerate(r for r in result.responses if r.variant == variant):
-        size = np.abs(response.amplitude) / frictionless_peak(result, response.load)
+    for i, response in enumerate(r for r in run.responses if r.variant == variant):
+        size = np.abs(response.amplitude) / frictionless_peak(run, response.load)
         good = response.flag == CONVERGED
         line = np.where(good, size, np.nan)
         style = SERIES[i % len(SERIES)]
@@ -101,20 +101,20 @@ def draw_response(ax: Axes, result: LapRun, variant: str) -> None:
                 mew=0.7,
                 transform=ax.get_xaxis_transform(),
             )
-        peak = frictionless_peak(result, response.load)
-        _draw_points(ax, result, response.load, style, _over(peak))
-        for run in _runs(result, response.load):
-            harmonic.draw_points(ax, run, style, harmonic.size_over(peak))
+        peak = frictionless_peak(run, response.load)
+        _draw_points(ax, run, response.load, style, _over(peak))
+        for entry in _runs(run, response.load):
+            harmonic.draw_points(ax, entry, style, harmonic.size_over(peak))
     ax.set_yscale("log")
-    band = result.responses[0].frequency
+    band = run.responses[0].frequency
     ax.set_xlim(band[0], band[-1])
     ax.set_xlabel("frequency (Hz)")
     ax.set_ylabel("$|q|/M$ over its frictionless peak")
 
 
-def draw_phase(ax: Axes, result: LapRun, variant: str) -> None:
+def draw_phase(ax: Axes, run: Run, variant: str) -> None:
     """Phase of the sliding coordinate to the load, curves of one variant and time domain."""
-    for i, response in enumerate(r for r in result.responses if r.variant == variant):
+    for i, response in enumerate(r for r in run.responses if r.variant == variant):
         style = SERIES[i % len(SERIES)]
         good = response.flag == CONVERGED
         phase = np.where(good, lag(np.angle(response.amplitude)), np.nan)
@@ -125,18 +125,18 @@ def draw_phase(ax: Axes, result: LapRun, variant: str) -> None:
             markevery=(7 * i, max(len(phase) // 9, 1)),
         )
         _draw_points(
-            ax, result, response.load, style, lambda p: float(lag(np.angle(p.steady.amplitude)))
+            ax, run, response.load, style, lambda p: float(lag(np.angle(p.steady.amplitude)))
         )
-        for run in _runs(result, response.load):
-            harmonic.draw_points(ax, run, style, lambda q: float(lag(np.angle(q))))
+        for entry in _runs(run, response.load):
+            harmonic.draw_points(ax, entry, style, lambda q: float(lag(np.angle(q))))
     ax.set_yticks(-np.array([0, 45, 90, 135, 180]))
     ax.set_ylim(-190, 10)
     ax.set_xlabel("frequency (Hz)")
     ax.set_ylabel("phase of $q$ (degrees)")
 
 
-def _runs(result: LapRun, load: float) -> list[HarmonicRun]:
-    return [run for run in result.harmonic if run.load == load]
+def _runs(run: Run, load: float) -> list[HarmonicRun]:
+    return [entry for entry in run.harmonic if entry.load == load]
 
 
 def _over(peak: float) -> Callable[[TimePoint], float]:
@@ -145,13 +145,13 @@ def _over(peak: float) -> Callable[[TimePoint], float]:
 
 def _draw_points(
     ax: Axes,
-    result: LapRun,
+    run: Run,
     load: float,
     style: dict[str, Any],
     value: Callable[[TimePoint], float],
 ) -> None:
     """Steady states of one load: open circles; open squares where they are not steady."""
-    points = [p for p in result.time_domain if p.steady.load == load]
+    points = [p for p in run.time_domain if p.steady.load == load]
     for steady, mark in ((True, STEADY), (False, NOT_STEADY)):
         shown = [p for p in points if p.steady.converged == steady]
         if shown:
@@ -181,28 +181,27 @@ def _broken(x: np.ndarray, y: np.ndarray, after: np.ndarray) -> tuple[np.ndarray
     return np.insert(x, after + 1, x[after]), np.insert(y, after + 1, np.nan)
 
 
-def handles(result: LapRun) -> list[Line2D]:
+def handles(run: Run) -> list[Line2D]:
     """Legend entries: the loads, and the cross where there are any."""
-    first = result.responses[0].variant
-    shown = [r for r in result.responses if r.variant == first]
+    first = run.responses[0].variant
+    shown = [r for r in run.responses if r.variant == first]
     entries = [
-        Line2D([], [], **SERIES[i % len(SERIES)], label=_load(result, r))
-        for i, r in enumerate(shown)
+        Line2D([], [], **SERIES[i % len(SERIES)], label=_load(run, r)) for i, r in enumerate(shown)
     ]
-    if any(len(r.unconverged) for r in result.responses):
+    if any(len(r.unconverged) for r in run.responses):
         entries.append(
             Line2D([], [], color=GREY, marker="x", ls="none", ms=4, label="no answer in the table")
         )
-    if result.time_domain:
+    if run.time_domain:
         entries.append(Line2D([], [], color=GREY, **STEADY, label="time domain"))
-    if not all(p.steady.converged for p in result.time_domain):
+    if not all(p.steady.converged for p in run.time_domain):
         entries.append(Line2D([], [], color=GREY, **NOT_STEADY, label="time domain, not steady"))
-    return entries + harmonic.handles(result)
+    return entries + harmonic.handles(run)
 
 
-def _load(result: LapRun, response: Response) -> str:
+def _load(run: Run, response: Response) -> str:
     """What the user called this load."""
-    load = result.joint.load
+    load = run.joint.load
     if load is not None and load.rho is not None and np.isfinite(response.rho):
         return rf"$\rho$ = {response.rho:g}"
-    return rf"$M/(PL)={scientific(response.load / result.assembly.moment_unit)}$"
+    return rf"$M/(PL)={scientific(response.load / run.assembly.moment_unit)}$"

@@ -8,7 +8,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from microslip.pipeline.run import LapRun
+from microslip.pipeline.run import Run
 from microslip.show.plots.selection import greatest_damping, main_drive, name_of, unit_position
 from microslip.show.plots.style import (
     BLACK,
@@ -26,21 +26,21 @@ COLOURS = ("#1d3557", "#D55E00", "#7cc4ee", "#f5f3ea")
 
 
 @house_style
-def states_figure(result: LapRun) -> Figure | None:
+def states_figure(run: Run) -> Figure | None:
     """Contact states of a cycle of microslip and of the one with the greatest damping."""
-    drive = main_drive(result)
+    drive = main_drive(run)
     if not drive:
         return None
-    best = greatest_damping(result, drive)
-    sizes = np.array([cycle.amplitude for cycle in result.cycles[drive]])
+    best = greatest_damping(run, drive)
+    sizes = np.array([cycle.amplitude for cycle in run.cycles[drive]])
     small = int(np.argmin(np.abs(np.log(4 * sizes / sizes[best]))))
     shown = sorted({small, best})
     figure = new_figure(DOUBLE, 88 * MM)
     axes = figure.subplots(1, len(shown), sharey=True, squeeze=False)[0]
     for ax, index in zip(axes, shown, strict=True):
-        draw_states(ax, result, drive, index)
+        draw_states(ax, run, drive, index)
         note = ", greatest damping" if index == best else ", microslip"
-        ax.set_title(name_of(result, drive, index) + note, loc="left")
+        ax.set_title(name_of(run, drive, index) + note, loc="left")
     letters(axes)
     for ax in axes[1:]:
         ax.set_ylabel("")
@@ -57,10 +57,10 @@ def handles() -> list[Patch]:
     ]
 
 
-def draw_states(ax: Axes, result: LapRun, drive: str, index: int) -> None:
+def draw_states(ax: Axes, run: Run, drive: str, index: int) -> None:
     """State map of one cycle: position across, phase of the load upward."""
-    cycle = result.cycles[drive][index]
-    draw_state_map(ax, unit_position(result), cycle.theta, cycle.status)
+    cycle = run.cycles[drive][index]
+    draw_state_map(ax, unit_position(run), cycle.theta, cycle.status)
 
 
 def draw_state_map(ax: Axes, x: np.ndarray, theta: np.ndarray, status: np.ndarray) -> None:

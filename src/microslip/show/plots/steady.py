@@ -9,8 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from microslip.analyses.time.points import TimePoint, modal_force, phases
-from microslip.pipeline.run import LapRun
-from microslip.results.timedomain import HARMONICS, local_motion
+from microslip.pipeline.run import Run
+from microslip.results.time import HARMONICS, local_motion
 from microslip.show.plots.selection import unit_position
 from microslip.show.plots.states import draw_state_map, handles
 from microslip.show.plots.style import (
@@ -29,30 +29,30 @@ NAMES = ("0", "π/2", "π", "3π/2", "2π")
 
 
 @house_style
-def steady_figure(result: LapRun) -> Figure | None:
+def steady_figure(run: Run) -> Figure | None:
     """Last cycle of the point of largest modal amplitude, from the zero of the load upward."""
-    if not result.time_domain:
+    if not run.time_domain:
         return None
-    point = max(result.time_domain, key=lambda p: abs(p.steady.amplitude))
+    point = max(run.time_domain, key=lambda p: abs(p.steady.amplitude))
     figure = new_figure(DOUBLE, 120 * MM)
     grid = figure.add_gridspec(2, 2, width_ratios=[1.25, 1])
     states = figure.add_subplot(grid[:, 0])
     waves, loop = figure.add_subplot(grid[0, 1]), figure.add_subplot(grid[1, 1])
     theta, order = _from_zero(point)
-    draw_state_map(states, unit_position(result), theta, point.steady.cycle.status[order])
+    draw_state_map(states, unit_position(run), theta, point.steady.cycle.status[order])
     states.set_yticks(np.interp(TURN * np.pi, theta, theta / np.pi), NAMES)
     states.set_title("contact states", loc="left")
-    _draw_waves(waves, result, point, theta, order)
-    _draw_loop(loop, result, point)
+    _draw_waves(waves, run, point, theta, order)
+    _draw_loop(loop, run, point)
     letters((states, waves, loop))
     edges = states.get_legend_handles_labels()[0]
     figure.legend(handles=[*handles(), *edges], loc="outside lower center", ncols=5)
-    figure.suptitle(_title(result, point))
+    figure.suptitle(_title(run, point))
     return figure
 
 
-def _title(result: LapRun, point: TimePoint) -> str:
-    ratio = point.steady.load / result.assembly.moment_unit
+def _title(run: Run, point: TimePoint) -> str:
+    ratio = point.steady.load / run.assembly.moment_unit
     rho = rf"$\rho$ = {point.rho:g}, " if np.isfinite(point.rho) else ""
     state = "" if point.steady.converged else f", not steady (change {point.steady.change:.0e})"
     return (
@@ -72,14 +72,12 @@ def _from_zero(point: TimePoint) -> tuple[np.ndarray, np.ndarray]:
     return unrolled, order
 
 
-def _draw_waves(
-    ax: Axes, result: LapRun, point: TimePoint, theta: np.ndarray, order: np.ndarray
-) -> None:
+def _draw_waves(ax: Axes, run: Run, point: TimePoint, theta: np.ndarray, order: np.ndarray) -> None:
     """Load, sliding coordinate and slip, each over its own largest value."""
     cycle = point.steady.cycle
-    q = cycle.output[order, result.model.port("sliding")]
-    watched, slip, _ = local_motion(result, cycle)
-    x = unit_position(result)[watched[0]]
+    q = cycle.output[order, run.model.port("sliding")]
+    watched, slip, _ = local_motion(run, cycle)
+    x = unit_position(run)[watched[0]]
     curves: tuple[tuple[np.ndarray, str, dict[str, Any]], ...] = (
         (point.steady.load * np.sin(theta), "load $M$", {"color": BLACK, "ls": ":"}),
         (q, "sliding coordinate $q$", {"color": BLUE, "ls": "-"}),
@@ -101,12 +99,12 @@ def _draw_waves(
     ax.legend(loc="upper center", ncols=1)
 
 
-def _draw_loop(ax: Axes, result: LapRun, point: TimePoint) -> None:
+def _draw_loop(ax: Axes, run: Run, point: TimePoint) -> None:
     """Contact force on the sliding mode against its coordinate."""
-    q = point.steady.cycle.output[:, result.model.port("sliding")]
-    f = modal_force(point, result.model, result.states, HARMONICS)
+    q = point.steady.cycle.output[:, run.model.port("sliding")]
+    f = modal_force(point, run.model, run.states, HARMONICS)
     size = np.abs(q).max()
-    ax.plot(q / size, f / (result.states.sliding_omega**2 * size), color=VERMILLION)
+    ax.plot(q / size, f / (run.states.sliding_omega**2 * size), color=VERMILLION)
     ax.set_xlabel(r"sliding coordinate $q\,/\,q_{\max}$")
     ax.set_ylabel(r"force $f\,/\,(\omega_{sl}^2\,q_{\max})$")
     ax.set_title("contact force on the sliding mode", loc="left")

@@ -17,7 +17,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-from microslip.results.dataset import replacing
+from microslip.results.files import replacing
 
 MM = 1 / 25.4
 COLUMN = 85 * MM

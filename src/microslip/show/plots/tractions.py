@@ -10,8 +10,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from microslip.pipeline.run import LapRun
-from microslip.results.dataset import contact_fields
+from microslip.pipeline.run import Run
+from microslip.results.fields import contact_fields
 from microslip.show.plots.selection import (
     greatest_damping,
     main_drive,
@@ -33,15 +33,15 @@ PHASES = ((0.0, "0"), (0.5, "π/2"), (1.0, "π"), (1.5, "3π/2"))
 
 
 @house_style
-def tractions_figure(result: LapRun) -> Figure | None:
+def tractions_figure(run: Run) -> Figure | None:
     """Both at four phases of the cycle with the greatest damping."""
-    drive = main_drive(result)
+    drive = main_drive(run)
     if not drive:
         return None
-    index = greatest_damping(result, drive)
+    index = greatest_damping(run, drive)
     figure = new_figure(DOUBLE, 105 * MM)
     axes = figure.subplots(2, 2, sharex=True, sharey=True)
-    limit = _draw(axes.ravel(), result, drive, index)
+    limit = _draw(axes.ravel(), run, drive, index)
     for ax in axes[1]:
         ax.set_xlabel("position $x/L_p$")
     for ax in axes[:, 0]:
@@ -50,17 +50,17 @@ def tractions_figure(result: LapRun) -> Figure | None:
     letters(axes.ravel())
     handles, labels = axes[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=2)
-    figure.suptitle(f"{name_of(result, drive, index)}, the cycle with the greatest damping")
+    figure.suptitle(f"{name_of(run, drive, index)}, the cycle with the greatest damping")
     return figure
 
 
-def _draw(axes: np.ndarray, result: LapRun, drive: str, index: int) -> float:
+def _draw(axes: np.ndarray, run: Run, drive: str, index: int) -> float:
     """Draw the four panels; returns the half height that shows all but singular edges."""
-    cycle = result.cycles[drive][index]
-    fields = contact_fields(cycle, result.prestress, result.model)
-    unit = mean_traction(result)
-    friction = result.joint.contact.friction
-    x = unit_position(result)
+    cycle = run.cycles[drive][index]
+    fields = contact_fields(cycle.r, cycle.v, run.prestress, run.model)
+    unit = mean_traction(run)
+    friction = run.joint.contact.friction
+    x = unit_position(run)
     limits = friction * fields.pressure / unit
     inner = np.abs(x) < 0.97 * np.abs(x).max()
     height = 1.15 * max(limits[:, inner].max(), 1e-12)

@@ -9,8 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from microslip.analyses.backbone.cycles import Backbone
-from microslip.pipeline.run import LapRun
-from microslip.show.plots.backbone import AMPLITUDE
+from microslip.pipeline.run import Run
+from microslip.show.plots.equivalent import AMPLITUDE
 from microslip.show.plots.style import (
     BLACK,
     BLUE,
@@ -56,9 +56,9 @@ STYLES: dict[str, dict[str, Any]] = {
 
 
 @house_style
-def natural_figure(result: LapRun) -> Figure | None:
+def backbones_figure(run: Run) -> Figure | None:
     """One column per mode: frequency on top, damping ratio below."""
-    solved = [b for b in result.backbones if b.points]
+    solved = [b for b in run.backbones if b.points]
     numbers = list(dict.fromkeys(b.mode.number for b in solved))[:MOST_MODES]
     if not numbers:
         return None

@@ -11,23 +11,23 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from microslip.analyses.time.points import equivalent
-from microslip.pipeline.run import LapRun
-from microslip.results.dataset import table_of
+from microslip.pipeline.run import Run
+from microslip.results.cycle import table_of
 from microslip.show.plots.style import BLACK, COLUMN, DRIVES, MM, house_style, new_figure
 
 AMPLITUDE = r"modal amplitude $|q|$  (kg$^{1/2}$ m$^{1/2}$)"
 
 
 @house_style
-def backbone_figure(result: LapRun) -> Figure | None:
+def equivalent_figure(run: Run) -> Figure | None:
     """Both against modal amplitude; on top the deflection of the joint's middle it stands for."""
-    if not any(result.cycles.values()):
+    if not any(run.cycles.values()):
         return None
     figure = new_figure(COLUMN, 110 * MM)
     top, bottom = figure.subplots(2, 1, sharex=True)
-    draw_equivalent(top, result, "k_eq")
-    draw_equivalent(bottom, result, "gamma_eq")
-    deflection_axis(top, result)
+    draw_equivalent(top, run, "k_eq")
+    draw_equivalent(bottom, run, "gamma_eq")
+    deflection_axis(top, run)
     bottom.set_xlabel(AMPLITUDE)
     handles, labels = top.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=1)
@@ -40,15 +40,15 @@ _LABELS = {
 }
 
 
-def draw_equivalent(ax: Axes, result: LapRun, name: str) -> None:
+def draw_equivalent(ax: Axes, run: Run, name: str) -> None:
     """One column of the tables, every drive, logarithmic in amplitude."""
-    for drive in result.cycles:
-        table = table_of(result, drive)
+    for drive in run.cycles:
+        table = table_of(run, drive)
         if table is not None:
             ax.plot(table.amplitude, getattr(table, name), **DRIVES[drive])
-    points = [p for p in result.time_domain if p.steady.converged and p.friction > 0]
+    points = [p for p in run.time_domain if p.steady.converged and p.friction > 0]
     if points:
-        found = [equivalent(p, result.model, result.states) for p in points]
+        found = [equivalent(p, run.model, run.states) for p in points]
         ax.plot(
             [abs(p.steady.amplitude) for p in points],
             [getattr(e, name) for e in found],
@@ -63,9 +63,9 @@ def draw_equivalent(ax: Axes, result: LapRun, name: str) -> None:
     ax.set_ylabel(_LABELS[name])
 
 
-def deflection_axis(ax: Axes, result: LapRun) -> None:
+def deflection_axis(ax: Axes, run: Run) -> None:
     """Second axis on top: vertical deflection of the middle of the joint in the sliding mode."""
-    lift = abs(result.states.load_on_sliding.get("lift", 0.0))
+    lift = abs(run.states.load_on_sliding.get("lift", 0.0))
     if not lift:
         return
 
@@ -76,5 +76,5 @@ def deflection_axis(ax: Axes, result: LapRun) -> None:
         return mm / (1e3 * lift)
 
     second = ax.secondary_xaxis("top", functions=(deflection, amplitude))
-    force = result.joint.clamp.force / 1e6
+    force = run.joint.clamp.force / 1e6
     second.set_xlabel(rf"deflection of the middle (mm), $P$ = {force:g} MN/m")

@@ -1,0 +1,110 @@
+"""Backbones of the modes that a joint file asks for, by every method."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from microslip.analyses.backbone.cycles import (
+    Backbone,
+    CycleControl,
+    amplitude_scale,
+    geometric,
+    prescribed_backbone,
+    quasi_static_backbone,
+)
+from microslip.analyses.backbone.extended_motion import harmonic_backbone
+from microslip.analyses.statics.joint_modes import JointMode, joint_modes, pick_mode
+from microslip.describe.lap import BackboneAnalysis
+from microslip.errors import Failure, InputError, ModelError
+from microslip.pipeline.outcome import Outcome, failure_of, until_interrupted
+from microslip.pipeline.prepare import Assembly
+from microslip.pipeline.progress import Progress
+from microslip.typing import Array
+
+
+def run_backbones(
+    assembly: Assembly, done: Mapping[str, Outcome[Any]], progress: Progress
+) -> Outcome[tuple[Backbone, ...]]:
+    """Backbones by mode, then method, as asked for.
+
+    Raises
+    ------
+    InputError
+        Where the joint has no mode of some number.
+    """
+    settings = assembly.joint.analysis.backbone
+    assert settings is not None
+    found: list[Backbone] = []
+    failures: list[Failure] = []
+    modes = modes_asked_for(assembly, settings)
+    with until_interrupted() as stop:
+        for mode in modes:
+            scale = amplitude_scale(assembly.model, assembly.prestress, mode)
+            if not np.isfinite(scale):
+                failures.append(_idle(mode))
+                continue
+            sizes = geometric(settings.smallest * scale, settings.largest * scale, settings.count)
+            for method in settings.methods:
+                backbone, texts = _follow(assembly, settings, mode, method, sizes, progress)
+                found.append(backbone)
+                failures += [
+                    failure_of("backbone", text.removeprefix("backbone of ")) for text in texts
+                ]
+    return Outcome(tuple(found), tuple(failures), stop.is_set())
+
+
+def modes_asked_for(assembly: Assembly, settings: BackboneAnalysis) -> list[JointMode]:
+    """The modes whose backbones are asked for.
+
+    Raises
+    ------
+    InputError
+        Where the joint has no mode of some number.
+    """
+    modes = joint_modes(assembly.model, assembly.prestress, assembly.compliance)
+    try:
+        return [pick_mode(modes, number) for number in settings.modes]
+    except ModelError as error:
+        raise InputError(f"analysis.backbone.modes = {list(settings.modes)}: {error}") from None
+
+
+def _idle(mode: JointMode) -> Failure:
+    return Failure(
+        "backbone",
+        f"mode {mode.number}",
+        f"it does not move the interface; at every amplitude {mode.stuck_frequency:.6g} Hz with "
+        "the damping of the material",
+    )
+
+
+def _follow(
+    a: Assembly,
+    settings: BackboneAnalysis,
+    mode: JointMode,
+    method: str,
+    sizes: Array,
+    progress: Progress,
+) -> tuple[Backbone, list[str]]:
+    """One backbone by one method, and what it failed at."""
+    progress.start(f"backbone of mode {mode.number}, {method.replace('_', '-')}", len(sizes))
+    what = (a.model, a.prestress, mode, a.joint.contact.friction, sizes)
+    if method == "harmonic":
+        found = harmonic_backbone(
+            *what,
+            compliance=a.compliance,
+            harmonics=settings.harmonics,
+            advance=progress.advance,
+        )
+    else:
+        by_cycles = quasi_static_backbone if method == "quasi_static" else prescribed_backbone
+        found = by_cycles(
+            *what,
+            compliance=a.compliance,
+            control=CycleControl(settings.steps, settings.max_cycles),
+            advance=progress.advance,
+        )
+    progress.finish()
+    return found

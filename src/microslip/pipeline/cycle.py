@@ -1,0 +1,108 @@
+"""Quasi-static cycles of every drive, and the table of stiffness and damping of each."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from microslip.analyses.reduced.table import DRIVES, EquivalentTable, equivalent_table
+from microslip.analyses.statics.cycle import Cycle, quasi_static_cycle
+from microslip.errors import ContactError, Failure
+from microslip.numerics.execute import each, threads
+from microslip.pipeline.loads import on_port
+from microslip.pipeline.outcome import Outcome, until_interrupted
+from microslip.pipeline.prepare import Assembly
+from microslip.pipeline.progress import Progress
+from microslip.typing import Array
+
+
+@dataclass(frozen=True, repr=False)
+class DrivenCycles:
+    """Steady cycles of one drive.
+
+    Attributes
+    ----------
+    cycles : tuple of Cycle
+        Ascending load.
+    moments : tuple of float
+        End moment of each; for drive ``mode`` the one as close to opening the joint.
+    table : EquivalentTable or None
+        None of fewer than two cycles.
+    """
+
+    cycles: tuple[Cycle, ...]
+    moments: tuple[float, ...]
+    table: EquivalentTable | None
+
+
+def run_cycles(
+    assembly: Assembly, done: Mapping[str, Outcome[Any]], progress: Progress
+) -> Outcome[dict[str, DrivenCycles]]:
+    """Cycles of every drive, by drive."""
+    settings = assembly.joint.analysis.cycle
+    assert settings is not None
+    found: dict[str, DrivenCycles] = {}
+    failures: tuple[Failure, ...] = ()
+    timings: dict[str, float] = {}
+    interrupted = False
+    for drive in settings.drives:
+        start = time.perf_counter()
+        outcome = drive_cycles(assembly, drive, progress)
+        found[drive], timings[drive] = outcome.value, time.perf_counter() - start
+        failures += outcome.failures
+        interrupted = outcome.interrupted
+        if interrupted:
+            break
+    return Outcome(found, failures, interrupted, timings)
+
+
+def drive_cycles(assembly: Assembly, drive: str, progress: Progress) -> Outcome[DrivenCycles]:
+    """Steady cycles of one drive at every amplitude of the file, in threads."""
+    a, settings = assembly, assembly.joint.analysis.cycle
+    assert settings is not None
+    loads, moments = cycle_loads(a, drive)
+
+    def one(load: float) -> Cycle | ContactError:
+        try:
+            return quasi_static_cycle(
+                a.model,
+                a.flexibility,
+                a.prestress,
+                DRIVES[drive],
+                load,
+                a.joint.contact.friction,
+                steps=settings.steps,
+                max_cycles=settings.max_cycles,
+                closure=settings.closure,
+            )
+        except ContactError as error:
+            return error
+
+    solved: list[Cycle] = []
+    kept: list[float] = []
+    failures: list[Failure] = []
+    progress.start(f"quasi-static cycles, {drive}-driven", len(loads))
+    with until_interrupted() as stop:
+        for moment, outcome in zip(moments, each(one, loads, threads()), strict=True):
+            if isinstance(outcome, Cycle):
+                solved.append(outcome)
+                kept.append(float(moment))
+            else:
+                place = f"{drive}-driven, M/(PL) = {moment / a.moment_unit:.3g}"
+                failures.append(Failure("cycle", place, str(outcome)))
+            progress.advance()
+        progress.finish()
+    table = None
+    if len(solved) >= 2:
+        table = equivalent_table(solved, a.model, a.states, a.joint.clamp.force, drive)
+    return Outcome(DrivenCycles(tuple(solved), tuple(kept), table), tuple(failures), stop.is_set())
+
+
+def cycle_loads(assembly: Assembly, drive: str) -> tuple[Array, Array]:
+    """Amplitudes on the port of a drive, and the end moments they correspond to."""
+    moments = np.asarray(assembly.joint.cycle_amplitudes()) * assembly.moment_unit
+    return np.asarray(on_port(assembly, drive, moments)), moments

@@ -1,0 +1,143 @@
+"""The histories that a joint file asks for: marched side by side, kept when interrupted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from threading import Event
+from typing import Any
+
+from microslip.analyses.reduced.table import DRIVES
+from microslip.analyses.time.history import (
+    History,
+    Recording,
+    field_steps,
+    nearest_pairs,
+    run_history,
+    static_state,
+)
+from microslip.analyses.time.scheme import State, TimeScheme, prestressed_state, time_scheme
+from microslip.analyses.time.steady import steady_state
+from microslip.describe.excitation import Excitation, FreeDecay, LoadedExcitation, Prepared
+from microslip.errors import Failure, MicroslipError
+from microslip.numerics.execute import NotBegun, gather, threads
+from microslip.pipeline.loads import end_moment, on_port
+from microslip.pipeline.outcome import Outcome
+from microslip.pipeline.prepare import Assembly
+from microslip.pipeline.progress import Progress
+from microslip.pipeline.response import known_scale
+
+
+def run_histories(
+    assembly: Assembly, done: Mapping[str, Outcome[Any]], progress: Progress
+) -> Outcome[tuple[History, ...]]:
+    """All histories, in the order of the file.
+
+    On Ctrl-C each stops at the end of its cycle and is kept as far as it is.
+    """
+    signals, stop = assembly.signals, Event()
+    scale = known_scale(assembly, done)
+    progress.start("histories", sum(signal.blocks for signal in signals))
+
+    def one(signal: Prepared) -> History | MicroslipError:
+        try:
+            return march_history(assembly, signal, scale, progress.advance, stop)
+        except MicroslipError as error:
+            return error
+
+    found: list[History] = []
+    failures: list[Failure] = []
+    outcomes = gather(one, signals, threads(), stop)
+    for signal, outcome in zip(signals, outcomes, strict=True):
+        fail = partial(Failure, "history", repr(signal.entry.label))
+        if isinstance(outcome, NotBegun):
+            failures.append(fail("interrupted before it began"))
+        elif isinstance(outcome, MicroslipError):
+            failures.append(fail(str(outcome)))
+        else:
+            found.append(outcome)
+            if outcome.failure:
+                failures.append(fail(outcome.failure))
+            elif not outcome.complete:
+                failures.append(fail(f"interrupted at t = {outcome.time[-1]:.6g} s"))
+    progress.finish()
+    return Outcome(tuple(found), tuple(failures), stop.is_set())
+
+
+def march_history(
+    assembly: Assembly, signal: Prepared, scale: float, advance: Callable[[], None], stop: Event
+) -> History:
+    """One history, as far as it comes.
+
+    Parameters
+    ----------
+    assembly : Assembly
+    signal : Prepared
+    scale : float
+        C in ``rho = C mu P L / M``.
+    advance : callable
+        Called after every cycle.
+    stop : Event
+        Ends it after the cycle it is in.
+
+    Raises
+    ------
+    MicroslipError
+        Where it cannot begin.
+    """
+    a, entry = assembly, signal.entry
+    amplitude = float(on_port(a, entry.drive, amplitude_of(entry, a, scale)))
+    scheme = time_scheme(
+        a.model,
+        a.prestress,
+        a.joint.contact.friction,
+        signal.dt,
+        port=DRIVES[entry.drive],
+        compliance=a.compliance,
+    )
+    positions = entry.positions or (a.joint.clamp.half_length,)
+    recording = Recording(
+        name=entry.label,
+        kind=entry.kind,
+        drive=entry.drive,
+        watched=nearest_pairs(a.model.position, positions),
+        kept=field_steps(
+            len(signal.load) - 1, signal.dt, entry.field_samples, entry.field_from, entry.field_to
+        ),
+        cycle_steps=signal.cycle_steps,
+    )
+    return run_history(
+        scheme,
+        _start(entry, a, scheme, amplitude),
+        signal.load * amplitude,
+        recording,
+        advance=advance,
+        stopped=stop.is_set,
+    )
+
+
+def amplitude_of(entry: Excitation, assembly: Assembly, scale: float) -> float:
+    """End moment that an entry asks for; 1 where its signal has the amplitude in it."""
+    if not isinstance(entry, LoadedExcitation) or entry.load_key is None:
+        return 1.0
+    return end_moment(assembly, entry.load_key, getattr(entry, entry.load_key), scale)
+
+
+def _start(entry: Excitation, a: Assembly, scheme: TimeScheme, amplitude: float) -> State:
+    """State at t = 0."""
+    if not isinstance(entry, FreeDecay):
+        return prestressed_state(scheme)
+    if entry.start == "mode":
+        assert entry.modal_amplitude is not None
+        return prestressed_state(scheme, entry.modal_amplitude, a.states.sliding_omega)
+    if entry.start == "static":
+        return static_state(scheme, a.flexibility, amplitude)
+    assert entry.frequency is not None
+    # from rest the phase of the cycle is zero, so that it ends as the load passes through zero
+    found = steady_state(scheme, entry.frequency, amplitude)
+    if not found.converged:
+        raise MicroslipError(
+            f"the state to start from is not steady after {found.cycles} cycles at "
+            f"{entry.frequency:g} Hz, last change {found.change:.1e}: change frequency or moment"
+        )
+    return found.cycle.state

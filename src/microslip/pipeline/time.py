@@ -1,0 +1,89 @@
+"""Steady states by time integration at every load and frequency."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from microslip.analyses.reduced.response import Response
+from microslip.analyses.time.points import Request, TimePoint, steady_states
+from microslip.errors import Failure
+from microslip.numerics.execute import workers
+from microslip.pipeline.outcome import Outcome, failure_of, until_interrupted, value_of
+from microslip.pipeline.prepare import Assembly
+from microslip.pipeline.progress import Progress
+from microslip.pipeline.response import Responses
+
+
+def run_time_domain(
+    assembly: Assembly, done: Mapping[str, Outcome[Any]], progress: Progress
+) -> Outcome[tuple[TimePoint, ...]]:
+    """Steady states, by load and frequency; each starts from the reduced model's answer."""
+    responses: Responses | None = value_of(done, "response")
+    if responses is None or not responses.curves:
+        return Outcome((), (Failure("time", "", "no forced response to start from"),))
+    requests = requests_of(assembly, responses.curves)
+    found: list[TimePoint] = []
+    failures: list[Failure] = []
+    progress.start("time domain", len(requests))
+    with until_interrupted() as stop:
+        for point, failure in integrate(assembly, requests):
+            if point is not None:
+                found.append(point)
+            if failure is not None:
+                failures.append(failure)
+            progress.advance()
+        progress.finish()
+    found.sort(key=lambda p: (p.rho, p.steady.load, p.steady.frequency))
+    return Outcome(tuple(found), tuple(failures), stop.is_set())
+
+
+def requests_of(assembly: Assembly, curves: Sequence[Response]) -> list[Request]:
+    """What to find: every frequency under every load, from the best model that there is."""
+    settings = assembly.joint.analysis.time
+    assert settings is not None
+    by_load = {r.load: r for r in curves if r.variant == "refined"}
+    by_load = by_load or {r.load: r for r in curves if r.variant == "consistent"}
+    by_load = by_load or {r.load: r for r in curves}
+    requests = []
+    for response in by_load.values():
+        real = np.interp(settings.band(), response.frequency, response.amplitude.real)
+        imag = np.interp(settings.band(), response.frequency, response.amplitude.imag)
+        for f, guess in zip(settings.band(), real + 1j * imag, strict=True):
+            requests.append(
+                Request(
+                    rho=response.rho,
+                    frequency=f,
+                    load=response.load,
+                    friction=response.friction,
+                    guess=complex(guess),
+                    steps=settings.steps,
+                    tolerance=settings.tolerance,
+                    max_cycles=settings.max_cycles,
+                    accelerate=settings.search == "accelerated",
+                )
+            )
+    return requests
+
+
+def integrate(
+    assembly: Assembly, requests: Sequence[Request]
+) -> Iterator[tuple[TimePoint | None, Failure | None]]:
+    """Answers in the order of the requests, in threads, and what is wrong with them.
+
+    A point that is not steady is an answer and a failure.
+    """
+    a = assembly
+    found = steady_states(a.model, a.prestress, requests, a.compliance, workers())
+    for request, outcome in zip(requests, found, strict=True):
+        if isinstance(outcome, str):
+            yield None, failure_of("time", outcome.removeprefix("time domain, "))
+        elif outcome.steady.converged:
+            yield outcome, None
+        else:
+            steady = outcome.steady
+            reason = f"not steady after {steady.cycles} cycles, last change {steady.change:.1e}"
+            place = f"rho = {request.rho:g}, {request.frequency:g} Hz"
+            yield outcome, Failure("time", place, reason)

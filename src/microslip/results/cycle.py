@@ -1,0 +1,215 @@
+"""Quasi-static cycles by name: rows of the summary, contact over a cycle, and the tables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from microslip.analyses.reduced.table import EquivalentTable, equivalent_table, modal_quantities
+from microslip.contact.pairs import touches
+from microslip.pipeline.run import Run
+from microslip.results.fields import contact_extent, contact_fields
+from microslip.results.labels import (
+    LOAD_UNIT,
+    MODAL,
+    MODAL_FORCE,
+    SLIP,
+    field_variables,
+    pair_position,
+    state_variable,
+    variable,
+)
+from microslip.typing import Array, Mask
+
+
+def table_of(run: Run, drive: str) -> EquivalentTable | None:
+    """Equivalent table of a drive, also where too few cycles were solved for a response."""
+    if drive in run.tables:
+        return run.tables[drive]
+    cycles = run.cycles.get(drive)
+    if not cycles:
+        return None
+    return equivalent_table(cycles, run.model, run.states, run.joint.clamp.force, drive)
+
+
+def cycle_rows(run: Run) -> list[dict[str, Any]]:
+    """One entry of the summary per drive and cycle."""
+    return [row for drive in run.cycles for row in rows_of_drive(run, drive)]
+
+
+def rows_of_drive(run: Run, drive: str) -> Iterator[dict[str, Any]]:
+    """Rows of the cycles of one drive, ascending load."""
+    table = table_of(run, drive)
+    if table is None:
+        return
+    a, clamp_half = run.assembly, run.joint.clamp.half_length
+    wanted = run.joint.analysis.cycle
+    for cycle, moment in zip(run.cycles[drive], run.moments[drive], strict=True):
+        i = int(np.argmin(np.abs(table.load - cycle.amplitude)))
+        touching = touches(cycle.status[np.argmax(cycle.load)])
+        extent = contact_extent(a.model.position, touching)
+        yield {
+            "drive": drive,
+            "moment_over_clamp_force_length": moment / a.moment_unit,
+            "load": cycle.amplitude,
+            "modal_amplitude": table.amplitude[i],
+            "dissipated_energy_j_per_m": cycle.dissipated,
+            "stored_energy_j_per_m": table.stored[i],
+            "k_eq": table.k_eq[i],
+            "gamma_eq": table.gamma_eq[i],
+            "contact_at_peak_over_clamp_half_length": [x / clamp_half for x in extent],
+            "separate_tip_contact_at_peak": bool(
+                _outside(a.model.position, touching, extent).any()
+            ),
+            "residual_max": cycle.residual.max(),
+            "unsolved_steps": 0,
+            "hard_steps": cycle.hard_steps,
+            "cycles_computed": cycle.cycles,
+            "closure": cycle.closure,
+            "closed": wanted is not None and cycle.closure <= wanted.closure,
+        }
+
+
+def _outside(position: Array, touching: Mask, extent: tuple[float, float]) -> Mask:
+    """Touching pairs that the central patch leaves out."""
+    return touching & ((position < extent[0]) | (position > extent[1]))
+
+
+def cycle_datasets(run: Run) -> dict[str, xr.Dataset]:
+    """Groups ``cycles_moment``, ``cycles_mode`` and, side by side, their ``tables``."""
+    groups = {
+        f"cycles_{drive}": _cycles_dataset(run, drive)
+        for drive, cycles in run.cycles.items()
+        if cycles
+    }
+    return {**groups, "tables": _tables_dataset(run)} if groups else {}
+
+
+def _cycles_dataset(run: Run, drive: str) -> xr.Dataset:
+    cycles, model = run.cycles[drive], run.model
+    fields = contact_fields(
+        np.stack([c.r for c in cycles]), np.stack([c.v for c in cycles]), run.prestress, model
+    )
+    modal = [modal_quantities(c, model, run.states) for c in cycles]
+    rows = list(rows_of_drive(run, drive))
+    field = ("cycle", "step", "pair")
+    trace = ("cycle", "step")
+    each = ("cycle",)
+
+    def per_cycle(name: str) -> Array:
+        return np.array([np.nan if row[name] is None else row[name] for row in rows])
+
+    data = {
+        "state": state_variable(field, np.stack([c.status for c in cycles])),
+        **field_variables(field, fields, slip=f"{SLIP} from prestress"),
+        "load": variable(
+            trace, np.stack([c.load for c in cycles]), LOAD_UNIT[drive], "driving load"
+        ),
+        "q": variable(
+            trace, np.stack([q for q, _ in modal]), MODAL, "sliding coordinate from prestress"
+        ),
+        "f": variable(
+            trace,
+            np.stack([f for _, f in modal]),
+            MODAL_FORCE,
+            "contact force on the sliding mode beyond the sliding state",
+        ),
+        "iterations": variable(
+            trace, np.stack([c.iterations for c in cycles]), "1", "active-set iterations"
+        ),
+        "residual": variable(
+            trace, np.stack([c.residual for c in cycles]), "1", "residual of the contact problem"
+        ),
+        "dissipation": variable(
+            ("cycle", "pair"),
+            np.stack([c.friction_work / model.area for c in cycles]),
+            "J/m^2",
+            "friction work per cycle and area",
+        ),
+        "load_amplitude": variable(
+            each, per_cycle("load"), LOAD_UNIT[drive], "amplitude of the driving load"
+        ),
+        "dissipated_energy": variable(
+            each, per_cycle("dissipated_energy_j_per_m"), "J/m", "friction work per cycle"
+        ),
+        "external_work": variable(
+            each, np.array([c.external_work for c in cycles]), "J/m", "work of the load per cycle"
+        ),
+        "normal_work": variable(
+            each,
+            np.array([c.normal_work for c in cycles]),
+            "J/m",
+            "work of the normal reactions per cycle: an error of the load steps",
+        ),
+        "stored_energy": variable(
+            each, per_cycle("stored_energy_j_per_m"), "J/m", "mean stored energy of the contact"
+        ),
+        "modal_amplitude": variable(
+            each, per_cycle("modal_amplitude"), MODAL, "first harmonic of q"
+        ),
+        "k_eq": variable(each, per_cycle("k_eq"), "1", "equivalent stiffness over omega_sl^2"),
+        "gamma_eq": variable(
+            each, per_cycle("gamma_eq"), "1", "equivalent damping over omega_sl^2"
+        ),
+        "closure": variable(
+            each,
+            per_cycle("closure"),
+            "1",
+            "change of the reactions between the last two cycles over the largest prestress one",
+        ),
+        "cycles_computed": variable(
+            each, np.array([c.cycles for c in cycles]), "1", "cycles computed until steady"
+        ),
+        "hard_steps": variable(
+            each, np.array([c.hard_steps for c in cycles]), "1", "steps that needed safeguards"
+        ),
+    }
+    coords = pair_position(run) | {
+        "theta": variable(("step",), cycles[0].theta, "rad", "phase of the load"),
+        "moment": variable(
+            each, np.array(run.moments[drive]), "N m/m", "end moment, or its equivalent"
+        ),
+    }
+    return xr.Dataset(data, coords, {"drive": drive})
+
+
+def _tables_dataset(run: Run) -> xr.Dataset:
+    """Equivalent tables of all drives side by side; nan where a cycle was not solved."""
+    drives = [drive for drive, cycles in run.cycles.items() if cycles]
+    levels = sorted({moment for drive in drives for moment in run.moments[drive]})
+    columns = {
+        "modal_amplitude": ("amplitude", MODAL, "first harmonic of the sliding coordinate"),
+        "k_eq": ("k_eq", "1", "equivalent stiffness over omega_sl^2"),
+        "gamma_eq": ("gamma_eq", "1", "equivalent damping over omega_sl^2"),
+        "cross_stiffness": ("cross.real", "1", "cross stiffness over omega_sl^2"),
+        "cross_damping": ("cross.imag", "1", "cross damping over omega_sl^2"),
+        "dissipated_energy": ("dissipated", "J/m", "friction work per cycle"),
+        "stored_energy": ("stored", "J/m", "mean stored energy of the contact"),
+    }
+    values = {name: np.full((len(drives), len(levels)), np.nan) for name in columns}
+    for i, drive in enumerate(drives):
+        table = table_of(run, drive)
+        assert table is not None
+        for cycle, moment in zip(run.cycles[drive], run.moments[drive], strict=True):
+            row, level = int(np.argmin(np.abs(table.load - cycle.amplitude))), levels.index(moment)
+            for name, (source, *_) in columns.items():
+                attribute, _, part = source.partition(".")
+                column = getattr(table, attribute)
+                values[name][i, level] = (getattr(column, part) if part else column)[row]
+    dims = ("drive", "level")
+    data = {
+        name: variable(dims, values[name], unit, label)
+        for name, (_, unit, label) in columns.items()
+    }
+    moments = np.array(levels)
+    coords = {
+        "drive": variable(("drive",), drives, "1", "what drives the cycles"),
+        "moment": variable(("level",), moments, "N m/m", "end moment, or its equivalent"),
+        "moment_over_clamp_force_length": variable(
+            ("level",), moments / run.assembly.moment_unit, "1", "end moment over P L"
+        ),
+    }
+    return xr.Dataset(data, coords)

@@ -1,0 +1,127 @@
+"""Forced responses by name: rows of the summary, and a dataset."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from microslip.analyses.reduced.response import CONVERGED, Response
+from microslip.pipeline.run import Run
+from microslip.results.labels import MODAL, variable
+from microslip.typing import Array
+
+
+def frictionless_peak(run: Run, load: float) -> float:
+    """Largest modal amplitude of the joint without friction in the band, scaled to a load."""
+    reference = run.frictionless
+    if reference is None or not reference.load:
+        return math.nan
+    return reference.peak_amplitude / reference.load * load
+
+
+def response_rows(run: Run) -> list[dict[str, Any]]:
+    """One entry of the summary per load and variant."""
+    return [_row(run, response) for response in run.responses]
+
+
+def _row(run: Run, response: Response) -> dict[str, Any]:
+    bad = response.unconverged
+    any_answer = bool((response.flag == CONVERGED).any())
+    peak = response.peak_amplitude if any_answer else math.nan
+    return {
+        "variant": response.variant,
+        "table": response.drive or None,
+        "rho": response.rho,
+        "moment_n": response.load,
+        "moment_over_clamp_force_length": response.load / run.assembly.moment_unit,
+        "peak_frequency_hz": response.peak_frequency if any_answer else math.nan,
+        "peak_modal_amplitude": peak,
+        "peak_amplitude_over_frictionless": peak / frictionless_peak(run, response.load),
+        "peak_beside_unconverged": any_answer and beside_unconverged(response),
+        "unconverged_points": len(bad),
+        "unconverged_from_hz": bad.min() if len(bad) else None,
+        "unconverged_to_hz": bad.max() if len(bad) else None,
+        "points": len(response.frequency),
+        "contraction_max": response.contraction.max(),
+        "iterations_max": response.iterations.max(),
+        "error_indicator_max": None
+        if response.error_indicator is None or not any_answer
+        else response.error_indicator[response.flag == CONVERGED].max(),
+        "error_indicator_at_peak": None
+        if response.error_indicator is None or not any_answer
+        else response.error_indicator[response.peak],
+    }
+
+
+def beside_unconverged(response: Response) -> bool:
+    """Whether the largest answer is next to a point without one, and so only a lower bound."""
+    around = slice(max(response.peak - 1, 0), response.peak + 2)
+    return bool((response.flag[around] != CONVERGED).any())
+
+
+def response_datasets(run: Run) -> dict[str, xr.Dataset]:
+    """The group ``response``: all curves over the same frequencies."""
+    return {"response": _dataset(run)} if run.responses else {}
+
+
+def _dataset(run: Run) -> xr.Dataset:
+    responses = run.responses
+    curves, grid = ("curve",), ("curve", "frequency")
+
+    def stack(values: Sequence[Any]) -> Array:
+        return np.stack([np.asarray(v) for v in values])
+
+    data = {
+        "modal_amplitude": variable(
+            grid, stack([np.abs(r.amplitude) for r in responses]), MODAL, "amplitude of q"
+        ),
+        "phase": variable(
+            grid, stack([np.angle(r.amplitude) for r in responses]), "rad", "phase of q to the load"
+        ),
+        "iterations": variable(
+            grid, stack([r.iterations for r in responses]), "1", "evaluations of the fixed point"
+        ),
+        "contraction": variable(
+            grid, stack([r.contraction for r in responses]), "1", "contraction factor |g'|"
+        ),
+        "flag": variable(
+            grid,
+            stack([r.flag for r in responses]).astype(np.int8),
+            "1",
+            "what became of the point",
+            flag_values=np.array([0, 1, 2], np.int8),
+            flag_meanings="converged not_converged amplitude_above_table",
+        ),
+    }
+    if any(r.error_indicator is not None for r in responses):
+        unknown = np.full(len(responses[0].frequency), np.nan)
+        estimates = [unknown if r.error_indicator is None else r.error_indicator for r in responses]
+        data["error_indicator"] = variable(
+            grid, stack(estimates), "1", "estimated relative error of the amplitude"
+        )
+    if run.frictionless is not None:
+        reference = run.frictionless
+        data["frictionless_compliance"] = variable(
+            ("frequency",),
+            np.abs(reference.amplitude) / reference.load,
+            f"{MODAL} / (N m/m)",
+            "amplitude of q per end moment without friction",
+        )
+    coords = {
+        "frequency": variable(("frequency",), responses[0].frequency, "Hz", "frequency"),
+        "variant": variable(
+            curves, [r.variant for r in responses], "1", "variant of the reduced model"
+        ),
+        "table": variable(
+            curves, [r.drive or "none" for r in responses], "1", "drive of the equivalent table"
+        ),
+        "rho": variable(curves, stack([r.rho for r in responses]), "1", "rho = C mu P L / M"),
+        "moment": variable(
+            curves, stack([r.load for r in responses]), "N m/m", "amplitude of the end moment"
+        ),
+    }
+    return xr.Dataset(data, coords, {"rho_scale": run.rho_scale})

@@ -1,0 +1,49 @@
+"""What a run found, in short: plain JSON types, units in the names."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from microslip.pipeline.run import Run
+from microslip.registry import ANALYSES, resolved
+from microslip.results.files import plain
+from microslip.results.joint import model_summary, prestress_summary
+from microslip.version import __version__
+
+
+def summary(run: Run) -> dict[str, Any]:
+    """What a run found, in plain JSON types; None where there is no number.
+
+    Parameters
+    ----------
+    run : Run
+
+    Returns
+    -------
+    dict
+        ``title``, ``version``, ``model``, ``prestress``; the rows of every analysis under its keys,
+        empty where it was not asked for: ``backbone``, ``cycles``, ``response``, ``harmonic``,
+        ``harmonic_folds``, ``time_domain``, ``history``; ``rho_scale``, ``failures``,
+        ``interrupted``, ``timings_s``. Units are in the names; forces and energies are per metre of
+        width. A cycle is listed only where the solver certified every step, so its
+        ``unsolved_steps`` are 0; cycles that failed are among the ``failures``.
+    """
+    rows = {
+        key: resolved(of)(run) if run.value(row.name) is not None else []
+        for row in ANALYSES.values()
+        for key, of in row.rows.items()
+    }
+    found: dict[str, Any] = plain(
+        {
+            "title": run.joint.title,
+            "version": __version__,
+            "model": model_summary(run),
+            "prestress": prestress_summary(run),
+            **rows,
+            "rho_scale": run.rho_scale,
+            "failures": [str(failure) for failure in run.failures],
+            "interrupted": run.interrupted,
+            "timings_s": dict(run.timings),
+        }
+    )
+    return found

@@ -1,0 +1,195 @@
+"""Steady states by time integration by name: rows of the summary, and a dataset.
+
+Contact fields cover the last cycle of every steady state; signs as in `microslip.results.fields`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from microslip.analyses.time.history import nearest_pairs
+from microslip.analyses.time.points import TimePoint, equivalent, harmonics_of, modal_force, phases
+from microslip.analyses.time.scheme import March
+from microslip.pipeline.run import Run
+from microslip.results.fields import contact_fields
+from microslip.results.labels import (
+    MODAL,
+    MODAL_FORCE,
+    field_variables,
+    local_variables,
+    output_label,
+    output_name,
+    pair_position,
+    state_variable,
+    variable,
+    watched_position,
+)
+from microslip.typing import Array, Indices
+
+HARMONICS = 15
+"""Harmonics of the waveforms that are stored."""
+
+
+def time_rows(run: Run) -> list[dict[str, Any]]:
+    """One entry of the summary per steady state."""
+    return [time_row(run, point) for point in run.time_domain]
+
+
+def time_row(run: Run, point: TimePoint) -> dict[str, Any]:
+    """Entry of a steady state in the summary."""
+    steady = point.steady
+    cycle = steady.cycle
+    found = equivalent(point, run.model, run.states)
+    return {
+        "rho": point.rho,
+        "moment_over_clamp_force_length": steady.load / run.assembly.moment_unit,
+        "frequency_hz": steady.frequency,
+        "corrected_frequency_hz": point.corrected_frequency,
+        "modal_amplitude": abs(steady.amplitude),
+        "phase_rad": float(np.angle(steady.amplitude)),
+        "dissipated_energy_j_per_m": cycle.dissipated,
+        "stored_energy_j_per_m": found.stored,
+        "k_eq": found.k_eq,
+        "gamma_eq": found.gamma_eq,
+        "external_work_j_per_m": cycle.external,
+        "material_damping_j_per_m": cycle.modal_damping + cycle.residual_damping,
+        "normal_work_j_per_m": cycle.normal_work,
+        "cycles": steady.cycles,
+        "converged": steady.converged,
+        "last_change": steady.change,
+        "residual_max": float(cycle.residual.max()),
+        "unsolved_steps": 0,
+        "seconds": steady.seconds,
+    }
+
+
+def time_datasets(run: Run) -> dict[str, xr.Dataset]:
+    """The group ``time_domain``."""
+    return {"time_domain": _dataset(run)} if run.time_domain else {}
+
+
+def _dataset(run: Run) -> xr.Dataset:
+    """All steady states: waveforms, harmonics, energies, and contact over the last cycle."""
+    points, model, states = run.time_domain, run.model, run.states
+    cycles = [p.steady.cycle for p in points]
+    motions = [local_motion(run, cycle) for cycle in cycles]
+    watched = motions[0][0]
+    theta = np.stack([phases(p.steady) for p in points])
+    port = {name: model.port(name) for name in model.ports}
+    trace, each = ("point", "step"), ("point",)
+    field, local = ("point", "step", "pair"), ("point", "step", "position")
+    rows = [time_row(run, p) for p in points]
+    Q = np.stack(
+        [
+            harmonics_of(c.output[:, port["sliding"]], t, HARMONICS)
+            for c, t in zip(cycles, theta, strict=True)
+        ]
+    )
+
+    def scalar(name: str, unit: str, label: str) -> xr.Variable:
+        return variable(each, np.array([row[name] for row in rows], dtype=float), unit, label)
+
+    def wave(of: Callable[[TimePoint], Array]) -> Array:
+        return np.stack([of(p) for p in points])
+
+    data = {
+        "load": variable(trace, np.stack([c.load for c in cycles]), "N m/m", "end moment"),
+        "f": variable(
+            trace,
+            wave(lambda p: modal_force(p, model, states, HARMONICS)),
+            MODAL_FORCE,
+            f"contact force on the sliding mode beyond the sliding state, {HARMONICS} harmonics",
+        ),
+        "q_harmonics": variable(
+            ("point", "harmonic", "part"),
+            np.stack([Q.real, Q.imag], axis=-1),
+            MODAL,
+            "mean and harmonics of q: q = mean + sum Im(Q_h exp(i h theta))",
+        ),
+        **{
+            output_name(name): variable(
+                trace, np.stack([c.output[:, k] for c in cycles]), *output_label(name)
+            )
+            for name, k in port.items()
+        },
+        **local_variables(
+            local,
+            np.stack([slip for _, slip, _ in motions]),
+            np.stack([gap for _, _, gap in motions]),
+        ),
+        "state": state_variable(field, np.stack([c.status for c in cycles])),
+        **field_variables(
+            field,
+            contact_fields(
+                np.stack([c.r for c in cycles]),
+                np.stack([c.v for c in cycles]),
+                run.prestress,
+                model,
+            ),
+        ),
+        "dissipation": variable(
+            ("point", "pair"),
+            np.stack([c.friction_work / model.area for c in cycles]),
+            "J/m^2",
+            "friction work per cycle and area",
+        ),
+        "modal_amplitude": scalar("modal_amplitude", MODAL, "first harmonic of q"),
+        "phase": scalar("phase_rad", "rad", "phase of q to the load"),
+        "k_eq": scalar("k_eq", "1", "equivalent stiffness over omega_sl^2"),
+        "gamma_eq": scalar("gamma_eq", "1", "equivalent damping over omega_sl^2"),
+        "dissipated_energy": scalar("dissipated_energy_j_per_m", "J/m", "friction work per cycle"),
+        "stored_energy": scalar(
+            "stored_energy_j_per_m", "J/m", "mean stored energy of the contact"
+        ),
+        "external_work": scalar("external_work_j_per_m", "J/m", "work of the load per cycle"),
+        "material_damping": scalar(
+            "material_damping_j_per_m", "J/m", "loss in the material per cycle"
+        ),
+        "normal_work": scalar(
+            "normal_work_j_per_m",
+            "J/m",
+            "work of the normal reactions per cycle: an error of the time steps",
+        ),
+        "cycles": scalar("cycles", "1", "cycles computed"),
+        "last_change": scalar("last_change", "1", "change of the state over the last cycle"),
+        "residual_max": scalar("residual_max", "1", "largest residual of a contact problem"),
+        "seconds": scalar("seconds", "s", "time it took"),
+        "converged": variable(
+            each,
+            np.array([p.steady.converged for p in points], np.int8),
+            "1",
+            "whether the state repeats to the tolerance asked for",
+            flag_values=np.array([0, 1], np.int8),
+            flag_meanings="not_steady steady",
+        ),
+    }
+    coords = pair_position(run) | {
+        "frequency": variable(
+            each, np.array([p.steady.frequency for p in points]), "Hz", "frequency of the load"
+        ),
+        "corrected_frequency": scalar(
+            "corrected_frequency_hz", "Hz", "frequency without the period error of the steps"
+        ),
+        "rho": variable(each, np.array([p.rho for p in points]), "1", "rho = C mu P L / M"),
+        "moment": variable(
+            each, np.array([p.steady.load for p in points]), "N m/m", "amplitude of the end moment"
+        ),
+        "theta": variable(trace, theta, "rad", "phase of the load"),
+        "harmonic": variable(("harmonic",), np.arange(HARMONICS + 1), "1", "0 is the mean"),
+        "part": variable(("part",), ["real", "imaginary"], "1", "part of the complex number"),
+        "position": watched_position(run, watched),
+    }
+    return xr.Dataset(data, coords)
+
+
+def local_motion(run: Run, cycle: March) -> tuple[Indices, Array, Array]:
+    """Pairs at the chosen positions, and their slip from prestress and gap over a cycle, m."""
+    settings = run.joint.analysis.time
+    wanted = (settings and settings.positions) or (run.joint.clamp.half_length,)
+    watched = nearest_pairs(run.model.position, wanted)
+    fields = contact_fields(cycle.r, cycle.v, run.prestress, run.model)
+    return watched, fields.slip[:, watched], fields.gap[:, watched]

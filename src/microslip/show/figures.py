@@ -1,0 +1,62 @@
+"""Every figure of a run: the joint's own, those of its analyses, and the overview."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from microslip.pipeline.progress import NullProgress, Progress
+from microslip.pipeline.run import Run
+from microslip.registry import ANALYSES, resolved
+from microslip.show.plots.model import model_figure
+from microslip.show.plots.overview import overview
+from microslip.show.plots.prestress import prestress_figure
+from microslip.show.plots.style import save
+
+Drawing = Callable[[Run], Figure | Mapping[str, Figure] | None]
+"""A figure, several by what is appended to the file name, or None where there is nothing to show."""
+
+
+def figures_of(run: Run) -> dict[str, Drawing]:
+    """File name of every figure that the run may have data for, and what draws it."""
+    drawings: dict[str, Drawing] = {"model": model_figure, "prestress": prestress_figure}
+    for row in ANALYSES.values():
+        if run.value(row.name) is not None:
+            drawings |= {name: resolved(draw) for name, draw in row.figures.items()}
+    return {**drawings, "overview": overview}
+
+
+def draw_figures(name: str, draw: Drawing, run: Run) -> dict[str, Figure]:
+    """Figures that a drawing gives, by file name."""
+    found = draw(run)
+    if found is None:
+        return {}
+    if isinstance(found, Mapping):
+        return {f"{name}_{part}": figure for part, figure in found.items()}
+    return {name: found}
+
+
+def save_figures(run: Run, folder: str | Path, progress: Progress | None = None) -> list[Path]:
+    """Write every figure that the run has data for, as PNG and SVG.
+
+    Parameters
+    ----------
+    run : Run
+    folder : path
+        Made where it does not exist.
+    progress : Progress, optional
+        Advanced once per entry of `figures_of`.
+
+    Returns
+    -------
+    list of pathlib.Path
+    """
+    progress = progress or NullProgress()
+    written: list[Path] = []
+    for name, draw in figures_of(run).items():
+        for file, figure in draw_figures(name, draw, run).items():
+            written += save(figure, Path(folder), file)
+        progress.advance()
+    return written

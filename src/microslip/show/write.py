@@ -1,0 +1,42 @@
+"""Results of a run as files in a folder: summary, dataset, figures."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from microslip.pipeline.progress import NullProgress, Progress
+from microslip.pipeline.run import Run
+from microslip.results.dataset import dataset
+from microslip.results.files import DATA, SUMMARY, write_dataset, write_summary
+from microslip.results.summary import summary
+from microslip.show.figures import figures_of, save_figures
+
+
+def write_results(run: Run, folder: str | Path, progress: Progress | None = None) -> list[Path]:
+    """Write ``results.nc``, ``summary.json`` and ``figures/`` (PNG and SVG).
+
+    A file of the same name is replaced in one go: whoever reads sees the old or the new one.
+
+    Parameters
+    ----------
+    run : Run
+    folder : path
+        Made where it does not exist.
+    progress : Progress, optional
+
+    Returns
+    -------
+    list of pathlib.Path
+        What was written.
+    """
+    progress = progress or NullProgress()
+    place = Path(folder)
+    place.mkdir(parents=True, exist_ok=True)
+    progress.start("write results and figures", 2 + len(figures_of(run)))
+    written = [write_summary(summary(run), place / SUMMARY)]
+    progress.advance()
+    written.append(write_dataset(dataset(run), place / DATA))
+    progress.advance()
+    written += save_figures(run, place / "figures", progress)
+    progress.finish()
+    return written
