@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from microslip.analyses.prepared import PreparedJoint, prepare_joint
-from microslip.analyses.statics.joint_modes import mode_of_structure
-from microslip.analyses.statics.prestress import Prestress, prestress
+from microslip.analyses.prepared.joint import PreparedJoint, prepare_joint
+from microslip.analyses.prepared.joint_modes import mode_of_structure
+from microslip.analyses.prepared.prestress import Prestress, prestress
 from microslip.contact.law import contact_law
 from microslip.model.elasticity import Material
 from microslip.model.flexibility import Flexibility, static_flexibility

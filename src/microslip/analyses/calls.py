@@ -19,15 +19,15 @@ from microslip.analyses.backbone.extended_motion import harmonic_backbone
 from microslip.analyses.backbone.points import METHODS, Backbone, amplitude_scale, geometric
 from microslip.analyses.harmonic.problem import harmonic_problem
 from microslip.analyses.harmonic.response import Adaptive, HarmonicResponse, frequency_response
-from microslip.analyses.prepared import PreparedJoint
+from microslip.analyses.prepared.joint import PreparedJoint
+from microslip.analyses.prepared.joint_modes import joint_modes, pick_mode
+from microslip.analyses.prepared.prestress import opening_load as limit_load
 from microslip.analyses.reduced.refined import load_offset, refined_table
 from microslip.analyses.reduced.response import Response, forced_response
 from microslip.analyses.reduced.trust import error_indicator
 from microslip.analyses.reduced.two_mode import two_mode_model
 from microslip.analyses.statics.cycle import Cycle, quasi_static_cycle
-from microslip.analyses.statics.joint_modes import joint_modes, pick_mode
 from microslip.analyses.statics.prescribed import hold_mode
-from microslip.analyses.statics.prestress import opening_load as limit_load
 from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.steady import SteadyState
 from microslip.analyses.time.steady import steady_state as find_steady_state

@@ -14,10 +14,10 @@ from microslip.cli.options import Force, JointFile, Quiet
 from microslip.describe.lap import LapJoint
 from microslip.describe.reading import load_joint
 from microslip.pipeline.progress import Progress
-from microslip.pipeline.run import run_lap_joint
-from microslip.results.dataset import write_results
+from microslip.pipeline.run import run as run_joint
 from microslip.show.progress import progress_on
 from microslip.show.terminal import print_summary
+from microslip.show.write import write_results
 
 app = typer.Typer(add_completion=False)
 
@@ -50,7 +50,7 @@ def _compute(
     joint: LapJoint, folder: Path, progress: Progress, quiet: bool
 ) -> tuple[bool, list[Path]]:
     """Run, write and summarise; whether it was interrupted, and the files written."""
-    result = run_lap_joint(joint, progress)
+    result = run_joint(joint, progress)
     progress.finish()
     written = write_results(result, folder, progress)
     progress.finish()

@@ -47,14 +47,13 @@ class Erratum:
 
 
 def _model(study: Study, variant: str, table: str = "mode") -> Model:
-    states = study.assembly.states
-    return two_mode_model(states, "moment", study.rayleigh, variant), study.tables[table]
+    return two_mode_model(study.assembly.prepared, variant), study.tables[table]
 
 
 def _friction_alone(study: Study) -> EquivalentTable:
     a = study.assembly
     return friction_table(
-        study.tables["mode"], study.run.cycles["mode"], a.model, a.structure.interface, a.states
+        study.tables["mode"], study.run.cycles["mode"], a.structure.interface, a.states, a.prepared
     )
 
 

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from microslip.analyses.reduced.curve import evaluate_curve, table_curve
 from microslip.analyses.reduced.response import Response, all_amplitudes, forced_response
 from microslip.analyses.reduced.sweep import CONVERGED, fixed_point, next_amplitude
-from microslip.analyses.reduced.table import DRIVES
 from microslip.analyses.reduced.two_mode import VARIANTS, TwoModeModel, two_mode_model
+from microslip.pipeline.loads import DRIVES
 from microslip.reproduce.study import Study
 from microslip.typing import Array
 
@@ -65,7 +65,7 @@ def cases() -> tuple[Case, ...]:
 def linear_part(study: Study, case: Case) -> TwoModeModel:
     """Linear part of a case, and where its table enters."""
     offset = study.refined.offset if case == REFINED else 0.0
-    return two_mode_model(study.assembly.states, "moment", study.rayleigh, case.variant, offset)
+    return two_mode_model(study.assembly.prepared, case.variant, offset)
 
 
 def respond(study: Study, case: Case, rho: float, frequency: Array) -> Response:
@@ -97,7 +97,7 @@ def read_table(study: Study, table: str, amplitude: Array) -> NDArray[np.complex
     curve = table_curve(found)
     out = np.zeros(curve.coefficients.shape[2])
     values = np.zeros(len(amplitude), complex)
-    for i, x in enumerate(np.log(np.maximum(amplitude, 1e-300) / found.clamp)):
+    for i, x in enumerate(np.log(np.maximum(amplitude, 1e-300) / found.preload)):
         evaluate_curve(curve, x, out)
         values[i] = out[0] + 1j * out[1]
     return values
@@ -109,7 +109,7 @@ def fixed_point_map(
     """The map g of the appendix: the amplitude that answers a table read at an amplitude."""
     found = study.tables[case.table]
     curve = table_curve(found)
-    system = fixed_point(linear_part(study, case), curve, found.clamp, study.moment(rho))
+    system = fixed_point(linear_part(study, case), curve, found.preload, study.moment(rho))
     out, y = np.zeros(curve.coefficients.shape[2]), np.zeros(2, complex)
 
     def g(amplitude: float) -> float:

@@ -39,9 +39,9 @@ from microslip.analyses.backbone.points import (
     failed,
     material_damping,
 )
-from microslip.analyses.prepared import PreparedJoint
+from microslip.analyses.prepared.joint import PreparedJoint
+from microslip.analyses.prepared.joint_modes import JointMode, walking_modes, with_mode_port
 from microslip.analyses.statics.cycle import quasi_static_cycle
-from microslip.analyses.statics.joint_modes import JointMode, walking_modes, with_mode_port
 from microslip.analyses.statics.prescribed import hold_port, prescribed_cycle
 from microslip.errors import ContactError, Failure
 from microslip.numerics.execute import in_threads, workers
@@ -89,7 +89,7 @@ def quasi_static_backbone(
     ----------
     joint : PreparedJoint
     mode : JointMode
-        From `microslip.analyses.statics.joint_modes.joint_modes`.
+        From `microslip.analyses.prepared.joint_modes.joint_modes`.
     amplitudes : (n,) array
         Of the inertia load over omega_sl²: the amplitudes of q that come out are close to these.
     control : CycleControl

@@ -29,8 +29,8 @@ from microslip.analyses.harmonic.linear import HarmonicSolver
 from microslip.analyses.harmonic.paths import CONTROL, LoadPath
 from microslip.analyses.harmonic.points import HarmonicPoint, describe
 from microslip.analyses.harmonic.problem import HarmonicProblem, state_equations
-from microslip.analyses.prepared import PreparedJoint
-from microslip.analyses.statics.joint_modes import JointMode, with_mode_port
+from microslip.analyses.prepared.joint import PreparedJoint
+from microslip.analyses.prepared.joint_modes import JointMode, with_mode_port
 from microslip.analyses.statics.prescribed import modal_rest
 from microslip.brief import Brief
 from microslip.errors import Failure

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from microslip.analyses.prepared import PreparedJoint
-from microslip.analyses.statics.joint_modes import JointMode, with_mode_port
-from microslip.analyses.statics.prestress import opening_load
+from microslip.analyses.prepared.joint import PreparedJoint
+from microslip.analyses.prepared.joint_modes import JointMode, with_mode_port
+from microslip.analyses.prepared.prestress import opening_load
 from microslip.brief import Brief
 from microslip.errors import Failure, MicroslipError
 from microslip.model.flexibility import static_flexibility

@@ -62,7 +62,7 @@ def resonance_locus(
             path, branch = follow_frequency(problem, float(load), band, control=control)
             peaks.append(resonance_peak(path, branch, control))
         except ContinuationError as error:
-            failures.append(Failure("harmonic balance", f"load {load:.4g}", str(error)))
+            failures.append(Failure("harmonic", f"load {load:.4g}", str(error)))
     return peaks, failures
 
 

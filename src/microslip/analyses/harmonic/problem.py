@@ -10,8 +10,8 @@ from functools import cached_property
 
 import numpy as np
 
-from microslip.analyses.prepared import PreparedJoint
-from microslip.analyses.statics.prestress import Prestress
+from microslip.analyses.prepared.joint import PreparedJoint
+from microslip.analyses.prepared.prestress import Prestress
 from microslip.brief import Brief
 from microslip.contact.law import ContactLaw
 from microslip.contact.pairs import (

@@ -163,7 +163,7 @@ def frequency_response(
 
 
 def _failure(where: str, reason: str) -> Failure:
-    return Failure("harmonic balance", where, reason)
+    return Failure("harmonic", where, reason)
 
 
 def _branches(

@@ -123,7 +123,7 @@ def refined_table(
                 start=below[-1].state if below else None,
             )
         except ContactError as error:
-            return Failure("prescribed cycle", f"at amplitude {a:.4g}", str(error))
+            return Failure("reduced", f"prescribed cycle at amplitude {a:.4g}", str(error))
 
     solved: list[PrescribedCycle] = []
     wanted = list(np.geomspace(smallest, largest, count - count // 2))

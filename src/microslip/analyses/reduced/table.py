@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from microslip.analyses.prepared import PreparedJoint
+from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.statics.cycle import Cycle
 from microslip.brief import Brief
 from microslip.numerics.fourier import harmonic

@@ -22,7 +22,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from microslip.analyses.prepared import PreparedJoint
+from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.brief import Brief
 from microslip.errors import MicroslipError
 from microslip.typing import Array

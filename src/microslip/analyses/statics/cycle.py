@@ -11,8 +11,8 @@ from functools import cached_property
 
 import numpy as np
 
-from microslip.analyses.prepared import PreparedJoint
-from microslip.analyses.statics.prestress import opening_load
+from microslip.analyses.prepared.joint import PreparedJoint
+from microslip.analyses.prepared.prestress import opening_load
 from microslip.contact.fields import ContactFields, contact_fields
 from microslip.contact.pairs import tangential
 from microslip.contact.path import PathRecord, follow_path

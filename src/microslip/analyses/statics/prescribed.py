@@ -26,9 +26,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from microslip.analyses.prepared import PreparedJoint
-from microslip.analyses.statics.joint_modes import walking_modes
-from microslip.analyses.statics.prestress import Prestress
+from microslip.analyses.prepared.joint import PreparedJoint
+from microslip.analyses.prepared.joint_modes import walking_modes
+from microslip.analyses.prepared.prestress import Prestress
 from microslip.brief import Brief
 from microslip.contact.pairs import tangential
 from microslip.contact.path import FRICTION, PathRecord, follow_path

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from microslip.analyses.prepared import PreparedJoint
+from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.time.floquet import Multipliers, floquet_multipliers
 from microslip.analyses.time.readings import opening_of, phases
 from microslip.analyses.time.scheme import (
@@ -148,6 +148,6 @@ def steady_states(
             return solve_request(joint, request)
         except MicroslipError as error:
             where = f"rho = {request.rho:g}, {request.frequency:g} Hz"
-            return Failure("time domain", where, str(error))
+            return Failure("time", where, str(error))
 
     return in_threads(work, requests, threads)

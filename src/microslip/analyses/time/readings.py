@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from microslip.analyses.prepared import PreparedJoint
+from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.time.scheme import March, period_error
 from microslip.analyses.time.steady import SteadyState
 from microslip.contact.pairs import normal, touches

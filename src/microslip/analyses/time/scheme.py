@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, fields
 
 import numpy as np
 
-from microslip.analyses.prepared import PreparedJoint
+from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.brief import Brief
 from microslip.contact import tableau
 from microslip.contact.pairs import normal, tangential

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from microslip.analyses.statics.joint_modes import walking_modes
+from microslip.analyses.prepared.joint_modes import walking_modes
 from microslip.analyses.time.scheme import (
     LINEAR_FIELDS,
     March,

@@ -25,7 +25,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import scipy.sparse as sp
 
-from microslip.analyses.prepared import PreparedJoint
+from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.time.scheme import ALPHA, scheme_constants
 from microslip.brief import Brief
 from microslip.contact.pairs import by_pair, normal, tangential
@@ -258,7 +258,7 @@ def march_full(scheme: FullScheme, load: Array, state: FullState | None = None) 
     >>> from microslip.model.elasticity import Material
     >>> from microslip.model.lap_mesh import LapGeometry, MeshControl
     >>> from microslip.model.joint import Reducer
-    >>> from microslip.analyses.prepared import prepare_joint
+    >>> from microslip.analyses.prepared.joint import prepare_joint
     >>> from microslip.contact.law import contact_law
     >>> from microslip.model.lap import lap_joint_structure
     >>> joint = lap_joint_structure(

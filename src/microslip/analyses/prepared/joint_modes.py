@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from microslip.analyses.statics.prestress import Prestress
+from microslip.analyses.prepared.prestress import Prestress
 from microslip.brief import Brief
 from microslip.contact.law import ContactLaw
 from microslip.contact.pairs import normal_rows

@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from microslip.analyses.statics.joint_modes import JointMode, joint_modes
-from microslip.analyses.statics.prestress import Prestress, prestress
+from microslip.analyses.prepared.joint_modes import JointMode, joint_modes
+from microslip.analyses.prepared.prestress import Prestress, prestress
 from microslip.contact.law import ContactLaw
 from microslip.errors import ModelError
 from microslip.model.flexibility import Flexibility, static_flexibility, with_compliance
