@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from microslip.analyses.backbone.points import material_damping
+from microslip.analyses.backbone.points import Backbone, material_damping
 from microslip.pipeline.run import Run
 from microslip.results.labels import MODAL, variable
 

@@ -50,15 +50,17 @@ class Energies(Brief):
 
 def mechanical_energy(scheme: TimeScheme, state: State, load: float) -> float:
     """Kinetic and strain energy less the potential of the preload, J per metre of width."""
-    model, force = scheme.joint.model, scheme.joint.prestress.force
-    unit, a = scheme.joint.held / force, port_amplitudes(scheme, load)
+    model, a = scheme.joint.model, port_amplitudes(scheme, load)
     modes = 0.5 * np.sum(state.rate**2) + 0.5 * np.sum((model.omega * state.eta) ** 2)
-    displaced = (
-        (model.port_modes @ unit) @ state.eta
-        + (unit @ model.port_port) @ a
-        - (model.port_v @ unit) @ state.r
-    )
-    potential = force * displaced
+    potential = 0.0
+    for name, amplitude in scheme.joint.prestress.preload.items():
+        port = model.port(name)
+        displaced = (
+            model.port_modes[:, port] @ state.eta
+            + model.port_port[port] @ a
+            - model.port_v[:, port] @ state.r
+        )
+        potential += amplitude * displaced
     return float(modes + residual_energy(scheme, state, load) - potential)
 
 
