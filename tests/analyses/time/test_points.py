@@ -123,7 +123,9 @@ def test_modal_force_is_the_equation_of_motion(point, small_reference):
     expected = work_through_sliding(point, joint.mode) - own_damping(point, small_reference, 15)
     assert area == pytest.approx(expected, rel=2e-3)
     theta = phases(point.steady)
-    kappa = harmonics_of(f, theta, 1)[1] / harmonics_of(q, theta, 1)[1] / joint.mode.sliding_omega**2
+    kappa = (
+        harmonics_of(f, theta, 1)[1] / harmonics_of(q, theta, 1)[1] / joint.mode.sliding_omega**2
+    )
     found = equivalent_at(point, small_reference)
     assert kappa == pytest.approx(found.k_eq + 1j * found.gamma_eq, rel=1e-9)
 
