@@ -12,10 +12,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from microslip.analyses.statics.cycle import prestress
+from microslip.analyses.prepared import prepare_joint
 from microslip.analyses.time.scheme import march, prestressed_state, time_scheme
 from microslip.analyses.time.steady import steady_state
-from microslip.model.flexibility import static_flexibility
+from microslip.contact.law import contact_law
 from microslip.model.joint import JointModel
 
 MASS, STIFFNESS, MU = 2.5, 4e4, 0.3
