@@ -228,7 +228,7 @@ def prestressed_state(scheme: TimeScheme, amplitude: float = 0.0, omega: float =
     ----------
     scheme : TimeScheme
     amplitude : float
-        Amplitude of the modal coordinate (`PreparedJoint.coordinate`).
+        Amplitude of `PreparedJoint.coordinate`.
     omega : float
         Its circular frequency, rad/s.
     """
@@ -239,7 +239,7 @@ def prestressed_state(scheme: TimeScheme, amplitude: float = 0.0, omega: float =
     eta = np.concatenate([solution.q, force[e:] / model.omega[e:] ** 2])
     rate = np.zeros_like(eta)
     if amplitude:
-        rate = model.port_modes[:, model.port(scheme.joint.coordinate)] * (amplitude * omega)
+        rate = _unit_rate(scheme.joint) * (amplitude * omega)
     return State(
         eta=eta,
         rate=rate,
@@ -251,6 +251,14 @@ def prestressed_state(scheme: TimeScheme, amplitude: float = 0.0, omega: float =
         r_before=normal(solution.r).copy(),
         status=scheme.joint.prestress.status,
     )
+
+
+def _unit_rate(joint: PreparedJoint) -> Array:
+    """Rates of the modes, of least energy, at which the joint's coordinate moves by one per second."""
+    g = joint.model.port_modes[:, joint.model.port(joint.coordinate)]
+    square = g @ g
+    # the port of a mode is of unit length already
+    return g if joint.mode is not None or square == 0 else g / square
 
 
 def contact_memory(scheme: TimeScheme) -> tableau.Memory:
