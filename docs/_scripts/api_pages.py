@@ -1,6 +1,6 @@
 """Write the API pages, one a wing, from the folders of the package: no public module is left out.
 
-    python docs/_scripts/api_pages.py FOLDER
+python docs/_scripts/api_pages.py FOLDER
 """
 
 from __future__ import annotations

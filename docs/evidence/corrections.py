@@ -1,10 +1,10 @@
 """Numbers behind the corrections: the reference joint with 201 contact pairs. Half a minute."""
 
 import numpy as np
+from microslip.analyses.statics.linear_states import linear_states
 
 from microslip.analyses.reduced.table import equivalent_table
 from microslip.analyses.statics.cycle import opening_load, prestress, quasi_static_cycle
-from microslip.analyses.statics.linear_states import linear_states
 from microslip.model.elasticity import Material
 from microslip.model.flexibility import static_flexibility
 from microslip.model.joint import Reducer

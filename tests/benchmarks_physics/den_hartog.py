@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from microslip.analyses.prepared import PreparedJoint, prepare_joint
+from microslip.analyses.prepared.joint import PreparedJoint, prepare_joint
 from microslip.contact.law import contact_law
 from microslip.model.joint import JointModel
 

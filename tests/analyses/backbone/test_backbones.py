@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from microslip.show.plots.natural import natural_figure
 
 from microslip.analyses.backbone.cycles import (
     CycleControl,
@@ -18,8 +19,8 @@ from microslip.analyses.backbone.cycles import (
 from microslip.analyses.backbone.extended_motion import harmonic_backbone
 from microslip.analyses.harmonic.equations import harmonic_problem
 from microslip.analyses.harmonic.response import LoadPath, describe, raise_load
-from microslip.analyses.statics.cycle import prestress
 from microslip.analyses.prepared.joint_modes import bonded_modes, joint_modes, pick_mode
+from microslip.analyses.statics.cycle import prestress
 from microslip.describe.reading import parse_joint
 from microslip.errors import InputError, MicroslipError, ModelError
 from microslip.model.flexibility import static_flexibility
@@ -28,7 +29,6 @@ from microslip.model.modes import linear_modes
 from microslip.pipeline.run import run_lap_joint
 from microslip.results.backbone import matters
 from microslip.results.dataset import dataset, summary
-from microslip.show.plots.natural import natural_figure
 
 FRICTION = 0.25
 FINE = CycleControl(steps=2000, cycles=3, closure=1e-9)

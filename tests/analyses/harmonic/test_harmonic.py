@@ -29,7 +29,7 @@ from microslip.analyses.harmonic.peaks import resonance_locus, resonance_peak
 from microslip.analyses.harmonic.points import describe
 from microslip.analyses.harmonic.problem import harmonic_problem, padded, with_harmonics
 from microslip.analyses.harmonic.response import Adaptive, amplitude_sweep, frequency_response
-from microslip.analyses.prepared import prepare_joint
+from microslip.analyses.prepared.joint import prepare_joint
 from microslip.analyses.time.scheme import period_error, time_scheme
 from microslip.analyses.time.steady import steady_state
 from microslip.contact.law import contact_law

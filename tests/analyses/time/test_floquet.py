@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from conftest import FRICTION
 
-from microslip.analyses.statics.joint_modes import walking_modes
+from microslip.analyses.prepared.joint_modes import walking_modes
 from microslip.analyses.time.floquet import DeviationNorm, floquet_multipliers
 from microslip.analyses.time.scheme import amplification, march, prestressed_state, time_scheme
 from microslip.analyses.time.steady import steady_state

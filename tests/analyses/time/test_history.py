@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from conftest import FRICTION
 
-from microslip.analyses.prepared import prepare_joint
+from microslip.analyses.prepared.joint import prepare_joint
 from microslip.analyses.statics.cycle import quasi_static_cycle
 from microslip.analyses.time import history as module
 from microslip.analyses.time.decay import dwell_response

@@ -9,8 +9,8 @@ import pytest
 import scipy.sparse.linalg as spla
 from conftest import CLAMP, FRICTION, RAYLEIGH
 
-from microslip.analyses.prepared import prepare_joint
-from microslip.analyses.statics.prestress import opening_load
+from microslip.analyses.prepared.joint import prepare_joint
+from microslip.analyses.prepared.prestress import opening_load
 from microslip.analyses.time import scheme as transient
 from microslip.analyses.time.scheme import (
     amplification,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from conftest import CLAMP, FRICTION, build_reference
 
-from microslip.analyses.prepared import prepare_joint
+from microslip.analyses.prepared.joint import prepare_joint
 from microslip.analyses.time.scheme import march, prestressed_state, time_scheme
 from microslip.analyses.time.unreduced import full_scheme, march_full, prestressed_full_state
 from microslip.contact.law import contact_law
