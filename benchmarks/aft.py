@@ -20,8 +20,9 @@ import warnings
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from microslip.contact.aft import contact_cycle, sample_table
-from microslip.contact.planar import SEPARATED
+from microslip.contact.aft import contact_cycle
+from microslip.contact.pairs import SEPARATED
+from microslip.contact.samples import sample_table
 
 PAIRS, HARMONICS, FRICTION = 200, 3, 0.3
 PENALTY, MEAN = 1.0, 1.5

@@ -1,4 +1,4 @@
-"""The reference joint (theory, section 5), built once for all tests."""
+"""The reference joint (theory, section 5), described once and built once for all tests."""
 
 from __future__ import annotations
 
@@ -8,15 +8,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
-from microslip.analyses.statics.cycle import Prestress, prestress
+from microslip.analyses.prepared.joint import PreparedJoint, prepare_joint
+from microslip.analyses.prepared.joint_modes import mode_of_structure
+from microslip.analyses.prepared.prestress import Prestress, prestress
+from microslip.contact.law import contact_law
 from microslip.model.elasticity import Material
 from microslip.model.flexibility import Flexibility, static_flexibility
 from microslip.model.joint import JointModel, Reducer
+from microslip.model.lap import lap_joint_structure
 from microslip.model.lap_mesh import LapGeometry, MeshControl
-from microslip.model.modes import LinearModes, linear_modes
-from microslip.model.structure import Structure, lap_joint_structure
+from microslip.model.modes import LinearModes
+from microslip.model.states import LinearStates, linear_states
+from microslip.model.structure import Structure
 from microslip.pipeline.outcome import Outcome
 from microslip.pipeline.run import Run
 
@@ -51,23 +55,30 @@ def bending_mode(modes: LinearModes, structure: Structure) -> int:
 
 @dataclass(frozen=True)
 class Reference:
-    """A joint with its model, prestress, and its sliding and stuck bending modes."""
+    """A joint with its structure, and the sliding and stuck bending mode on all its degrees of freedom."""
 
     geometry: LapGeometry
     structure: Structure
     reducer: Reducer
-    model: JointModel
-    flexibility: Flexibility
-    start: Prestress
-    omega_sliding: float
-    omega_stuck: float
-    shape_sliding: NDArray[np.float64]
-    shape_stuck: NDArray[np.float64]
+    states: LinearStates
+    joint: PreparedJoint
+
+    @property
+    def model(self) -> JointModel:
+        return self.joint.model
+
+    @property
+    def flexibility(self) -> Flexibility:
+        return self.joint.flexibility
+
+    @property
+    def start(self) -> Prestress:
+        return self.joint.prestress
 
     @property
     def moment(self) -> float:
         """P L: the end moments are given in units of it."""
-        return self.start.clamp * self.geometry.length
+        return self.start.force * self.geometry.length
 
     @property
     def spacing(self) -> float:
@@ -75,34 +86,25 @@ class Reference:
         return float(np.diff(self.model.position).max())
 
 
-def build_reference(pairs: int, clamp: float = CLAMP, modes: int = MODES) -> Reference:
-    """Reference joint with ports for its loads and for both modal inertia loads."""
-    structure = joint_structure(pairs)
+def build_reference(
+    pairs: int,
+    clamp: float = CLAMP,
+    modes: int = MODES,
+    structure: Structure | None = None,
+    geometry: LapGeometry = GEOMETRY,
+) -> Reference:
+    """Reference joint, or that of another structure, driven by the end moment."""
+    structure = structure or joint_structure(pairs)
     reducer = Reducer(structure, modes, RAYLEIGH)
     plain = reducer.model(structure.loads)
-    start = prestress(plain, static_flexibility(plain), clamp)
-    chosen = []
-    for directions in (1, 2):
-        linear = linear_modes(structure, start.bonded(directions), 8, align="moment")
-        k = bending_mode(linear, structure)
-        chosen.append((linear.omega[k], linear.shapes[:, k]))
-    (omega_sliding, sliding), (omega_stuck, stuck) = chosen
-    model = reducer.with_ports(
-        plain, {"sliding": structure.mass @ sliding, "stuck": structure.mass @ stuck}
-    )
-    flexibility = static_flexibility(model)
-    return Reference(
-        GEOMETRY,
-        structure,
-        reducer,
-        model,
-        flexibility,
-        prestress(model, flexibility, clamp),
-        float(omega_sliding),
-        float(omega_stuck),
-        sliding,
-        stuck,
-    )
+    start = prestress(plain, static_flexibility(plain), {"clamp": clamp})
+    bonded = start.bonded(1), start.bonded(2)
+    states = linear_states(structure, np.flatnonzero(start.touching), bonded, "moment")
+    model = reducer.with_ports(plain, states.ports(structure))
+    mode = mode_of_structure(states, structure, model)
+    law = contact_law(model.pairs, FRICTION)
+    joint = prepare_joint(model, law, {"clamp": clamp}, "moment", mode)
+    return Reference(geometry, structure, reducer, states, joint)
 
 
 def with_value(run: Run, analysis: str, value: object) -> Run:

@@ -32,9 +32,9 @@ from threadpoolctl import threadpool_limits
 from microslip import load_joint
 from microslip.analyses.statics.cycle import prestress, quasi_static_cycle
 from microslip.errors import ContactError, MicroslipError
+from microslip.model import lap
 from microslip.model.flexibility import static_flexibility
 from microslip.model.joint import Reducer
-from microslip.model.structure import lap_joint_structure
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 LOAD_SCALE = 1e-3
@@ -207,16 +207,16 @@ def run_ours(name, reduced, loading):
 
 def compare(joint, loading, ccx, folder):
     """All rows, and what else is worth saying: iterations of ccx, slip profile."""
-    material, control = joint.material_model(), joint.mesh_control()
-    linear = linear_joint(joint.geometry(), control)
+    material, control = lap.material(joint), lap.mesh_control(joint)
+    linear = linear_joint(lap.geometry(joint), control)
 
     def same(points):
         model = matched_model(linear, material, loading.spring, points)
         return model, penalty_flexibility(model, loading)
 
     def shipped(exact):
-        structure = lap_joint_structure(
-            joint.geometry(), material, control, horizontal_spring=loading.spring
+        structure = lap.lap_joint_structure(
+            lap.geometry(joint), material, control, horizontal_spring=loading.spring
         )
         model = Reducer(structure, joint.mesh.modes, (0.0, 0.0)).model(structure.loads)
         return model, static_flexibility(model) if exact else penalty_flexibility(model, loading)

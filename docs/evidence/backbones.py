@@ -22,7 +22,7 @@ from microslip.analyses.backbone.cycles import (
 from microslip.analyses.backbone.extended_motion import harmonic_backbone
 from microslip.analyses.harmonic.equations import harmonic_problem
 from microslip.analyses.harmonic.response import LoadPath, describe, raise_load
-from microslip.analyses.statics.joint_modes import joint_modes
+from microslip.analyses.prepared.joint_modes import joint_modes
 from microslip.pipeline.run import JointAssembly, assemble_joint
 
 REFERENCE = Path(__file__).parents[2] / "examples" / "lap_joint.toml"

@@ -1,15 +1,15 @@
 """Numbers behind the corrections: the reference joint with 201 contact pairs. Half a minute."""
 
 import numpy as np
+from microslip.analyses.statics.linear_states import linear_states
 
 from microslip.analyses.reduced.table import equivalent_table
 from microslip.analyses.statics.cycle import opening_load, prestress, quasi_static_cycle
-from microslip.analyses.statics.linear_states import linear_states
 from microslip.model.elasticity import Material
 from microslip.model.flexibility import static_flexibility
 from microslip.model.joint import Reducer
+from microslip.model.lap import lap_joint_structure
 from microslip.model.lap_mesh import LapGeometry, MeshControl
-from microslip.model.structure import lap_joint_structure
 
 CLAMP, FRICTION, LENGTH, STEPS = 1e6, 0.25, 0.2515, 300
 LOADS = (1e-6, 1e-4, 7e-4, 2e-3, 4e-3)

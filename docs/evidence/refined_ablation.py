@@ -16,20 +16,15 @@ from numpy.typing import NDArray
 from scipy.stats import spearmanr
 
 from microslip.analyses.reduced.refined import moment_offset, refined_table
-from microslip.analyses.reduced.response import (
-    CONVERGED,
-    Response,
-    TwoModeModel,
-    answers,
-    forced_response,
-    two_mode_model,
-)
+from microslip.analyses.reduced.response import Response, answers, forced_response
+from microslip.analyses.reduced.sweep import CONVERGED
 from microslip.analyses.reduced.table import EquivalentTable, equivalent_table
 from microslip.analyses.reduced.trust import error_indicator
+from microslip.analyses.reduced.two_mode import TwoModeModel, two_mode_model
 from microslip.analyses.statics.cycle import opening_load, quasi_static_cycle
 from microslip.analyses.statics.prescribed import hold_mode
 from microslip.analyses.time.points import Request, steady_states
-from microslip.describe.lap import load_joint
+from microslip.describe.reading import load_joint
 from microslip.numerics.execute import in_threads, workers
 from microslip.pipeline.run import JointAssembly, assemble_joint
 

@@ -7,9 +7,10 @@ up to the pair before and up to the pair after. About a minute.
 import numpy as np
 
 from microslip.model.elasticity import Material
+from microslip.model.lap import lap_joint_structure
 from microslip.model.lap_mesh import LapGeometry, MeshControl
 from microslip.model.modes import linear_modes
-from microslip.model.structure import Structure, lap_joint_structure
+from microslip.model.structure import Structure
 
 CLAMP_HALF_LENGTH = 0.025
 LENGTHS = (1.18, 1.1955)

@@ -14,7 +14,7 @@ import numpy as np
 
 from microslip.analyses.time.scheme import march
 from microslip.analyses.time.steady import steady_state
-from microslip.contact.planar import STICK
+from microslip.contact.pairs import STICK
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "tests" / "benchmarks_physics"))
 from test_den_hartog import EXACT, OMEGA, P0, RATIO, STIFFNESS, amplitude, oscillator

@@ -12,8 +12,8 @@ from conftest import ROOT
 
 from microslip.errors import ContactError, ModelError
 from microslip.model.elasticity import Material, elastic_body
+from microslip.model.lap import lap_joint_structure
 from microslip.model.lap_mesh import LapGeometry, MeshControl, lap_joint_meshes
-from microslip.model.structure import lap_joint_structure
 
 FOLDER = ROOT / "benchmarks" / "calculix"
 sys.path.insert(0, str(FOLDER))

@@ -1,9 +1,5 @@
-"""Den Hartog's oscillator: a mass on a spring and a Coulomb slider, against exact amplitudes.
+"""Den Hartog's oscillator over time, against exact amplitudes.
 
-    m x'' + k x + F sgn(x') = P0 cos(omega t)
-
-as a joint model made by hand: one mode ``phi = 1/sqrt(m)``, one contact pair whose normal direction
-is a unit flexibility of its own, pressed with ``N = F/mu``, and no tangential residual flexibility.
 Exact amplitudes: Den Hartog (1931), to six digits from an event-driven simulation.
 """
 
@@ -11,16 +7,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from den_hartog import MASS, MU, OMEGA, P0, STIFFNESS, oscillator
 
-from microslip.analyses.statics.cycle import prestress
 from microslip.analyses.time.scheme import march, prestressed_state, time_scheme
 from microslip.analyses.time.steady import steady_state
-from microslip.model.flexibility import static_flexibility
-from microslip.model.joint import JointModel
 
-MASS, STIFFNESS, MU = 2.5, 4e4, 0.3
-OMEGA = np.sqrt(STIFFNESS / MASS)
-P0 = 100.0
 RATIO = (0.7, 0.9, 1.1, 1.5)
 """omega / omega_n."""
 EXACT = {
@@ -31,31 +22,17 @@ EXACT = {
 """F/P0: X k/P0 at each RATIO."""
 
 
-def oscillator(friction_force, dt, alpha=0.05):
-    phi = 1 / np.sqrt(MASS)
-    model = JointModel(
-        position=np.zeros(1),
-        area=np.ones(1),
-        dimension=2,
-        omega=np.array([OMEGA]),
-        equilibrium_modes=0,
-        mode_v=np.array([[0.0], [phi]]),
-        residual=np.diag([1.0, 0.0]),
-        ports=("clamp", "force", "sliding"),
-        port_modes=np.array([[0.0, phi, 1.0]]),
-        port_v=np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 0.0]]),
-        port_port=np.zeros((3, 3)),
-        rayleigh=(0.0, 0.0),
-    )
-    normal = friction_force / MU
-    start = prestress(model, static_flexibility(model), normal)
-    assert start.solution.r == pytest.approx([normal, 0.0], abs=1e-9 * normal)
-    return time_scheme(model, start, MU, dt, port="force", alpha=alpha)
+def marching(friction_force, dt):
+    """The oscillator made ready for steps of dt; its slider is pressed with F/mu."""
+    joint = oscillator(friction_force)
+    pressed = friction_force / MU
+    assert joint.prestress.solution.r == pytest.approx([pressed, 0.0], abs=1e-9 * pressed)
+    return time_scheme(joint, dt)
 
 
 def test_reads_the_displacement_of_the_mass():
     """Port force is conjugate to x, port sliding to sqrt(m) x."""
-    scheme = oscillator(1e-9, 1e-3)
+    scheme = marching(1e-9, 1e-3)
     marched = march(scheme, prestressed_state(scheme), P0 * np.ones(50))
     assert marched.output[:, 2] == pytest.approx(np.sqrt(MASS) * marched.output[:, 1], rel=1e-12)
 
@@ -63,7 +40,7 @@ def test_reads_the_displacement_of_the_mass():
 def amplitude(ratio, r, steps):
     """Largest |x| k / P0 over the steady cycle, and the steady state."""
     frequency = r * OMEGA / (2 * np.pi)
-    scheme = oscillator(ratio * P0, 1 / (frequency * steps))
+    scheme = marching(ratio * P0, 1 / (frequency * steps))
     found = steady_state(scheme, frequency, P0, tolerance=1e-6)
     assert found.converged
     return np.abs(found.cycle.output[:, 1]).max() * STIFFNESS / P0, found
@@ -105,11 +82,11 @@ def test_free_decay_is_linear():
     """Peaks fall by 2 F/k per half cycle until the spring no longer overcomes friction."""
     force = 1.0
     steps = 2000
-    scheme = oscillator(force, 2 * np.pi / OMEGA / steps)
+    scheme = marching(force, 2 * np.pi / OMEGA / steps)
     drop = 2 * force / STIFFNESS
     amplitude = 20.3 * drop
     load = np.zeros(12 * steps)
-    state = prestressed_state(scheme, np.sqrt(MASS) * amplitude, OMEGA)
+    state = prestressed_state(scheme, amplitude, OMEGA)
     x = march(scheme, state, load).output[:, 1]
     peaks = np.flatnonzero((np.diff(np.abs(x))[:-1] > 0) & (np.diff(np.abs(x))[1:] <= 0)) + 1
     size = np.abs(x[peaks])

@@ -10,16 +10,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from den_hartog import MASS, OMEGA, P0, STIFFNESS, oscillator
 
-from microslip.analyses.harmonic.equations import harmonic_problem
-from microslip.analyses.harmonic.response import LoadPath, describe, raise_load
-from microslip.analyses.statics.cycle import prestress
-from microslip.model.flexibility import static_flexibility
-from microslip.model.joint import JointModel
+from microslip.analyses.harmonic.paths import LoadPath, raise_load
+from microslip.analyses.harmonic.points import describe
+from microslip.analyses.harmonic.problem import harmonic_problem
 from microslip.numerics.continuation import StepControl, solve_at
 
-MASS, STIFFNESS, MU, P0 = 2.5, 4e4, 0.3, 100.0
-OMEGA = np.sqrt(STIFFNESS / MASS)
 CONTROL = StepControl(
     first=0.1, smallest=1e-7, largest=0.5, good_iterations=8, max_iterations=40, tolerance=1e-9
 )
@@ -27,43 +24,14 @@ SOFTEST = 1e6
 """Augmentation that every search starts with, N/m."""
 
 
-def oscillator(friction_force):
-    """One mode on one contact pair, pressed with ``friction_force / MU``; no modal damping."""
-    phi = 1 / np.sqrt(MASS)
-    model = JointModel(
-        position=np.zeros(1),
-        area=np.ones(1),
-        dimension=2,
-        omega=np.array([OMEGA]),
-        equilibrium_modes=0,
-        mode_v=np.array([[0.0], [phi]]),
-        residual=np.diag([1.0, 0.0]),
-        ports=("clamp", "force", "sliding"),
-        port_modes=np.array([[0.0, phi, 1.0]]),
-        port_v=np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 0.0]]),
-        port_port=np.zeros((3, 3)),
-        rayleigh=(0.0, 0.0),
-    )
-    flexibility = static_flexibility(model)
-    return model, prestress(model, flexibility, friction_force / MU)
-
-
 def response(ratio, r, harmonics, samples, stiffnesses):
     """First harmonic and largest value of x k/P0 for every augmentation."""
-    model, start = oscillator(ratio * P0)
+    joint = oscillator(ratio * P0)
     frequency = r * OMEGA / (2 * np.pi)
     theta = 2 * np.pi * np.arange(4096) / 4096
     w, found = None, []
     for stiffness in [SOFTEST, *stiffnesses]:
-        problem = harmonic_problem(
-            model,
-            start,
-            MU,
-            harmonics=harmonics,
-            samples=samples,
-            port="force",
-            stiffness=stiffness,
-        )
+        problem = harmonic_problem(joint, harmonics=harmonics, samples=samples, stiffness=stiffness)
         path = LoadPath(problem, frequency, P0)
         if w is None:
             w, _ = raise_load(problem, frequency, P0, CONTROL)
@@ -121,19 +89,9 @@ def test_all_harmonics_of_den_hartog(published, ratio, column):
 def test_oscillator_on_a_jenkins_element(r, spring):
     """An elastic contact with its own spring as augmentation: the one-term closed form."""
     force = 0.05 * P0
-    model, start = oscillator(force)
-    compliance = np.array([0.0, 1 / spring])
+    joint = oscillator(force, spring)
     frequency = r * OMEGA / (2 * np.pi)
-    problem = harmonic_problem(
-        model,
-        start,
-        MU,
-        harmonics=1,
-        samples=4096,
-        port="force",
-        compliance=compliance,
-        stiffness=np.array([1.0, spring]),
-    )
+    problem = harmonic_problem(joint, harmonics=1, samples=4096, stiffness=np.array([1.0, spring]))
     w, _ = raise_load(problem, frequency, P0, CONTROL)
     point = describe(LoadPath(problem, frequency, P0).at(w, P0), 0, 0.0)
     X = point.output[1, 2] / np.sqrt(MASS)

@@ -9,8 +9,8 @@ from conftest import MATERIAL, SPRING
 from microslip.analyses.statics.cycle import prestress
 from microslip.model.flexibility import static_flexibility
 from microslip.model.joint import Reducer
+from microslip.model.lap import lap_joint_structure
 from microslip.model.lap_mesh import LapGeometry, MeshControl
-from microslip.model.structure import lap_joint_structure
 
 THICKNESS = 0.0125
 

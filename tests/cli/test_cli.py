@@ -2,22 +2,27 @@
 
 from __future__ import annotations
 
-import math
+import inspect
 import os
 import re
 import subprocess
 import sys
+from io import StringIO
 from pathlib import Path
-from types import ModuleType, SimpleNamespace
+from types import SimpleNamespace
 
 import pytest
 from conftest import ROOT
+from rich.console import Console
 from typer.testing import CliRunner
 
 from microslip import __version__
-from microslip.cli.main import app, bending_frequency, degrees_of_freedom, seconds
-from microslip.describe.lap import load_joint
-from microslip.model.structure import lap_joint_structure
+from microslip.cli import main
+from microslip.cli.main import COMMANDS, app, load
+from microslip.describe.reading import load_joint
+from microslip.errors import ContactError
+from microslip.pipeline.progress import NullProgress
+from microslip.show.progress import RichProgress, progress_on
 
 EXAMPLE = ROOT / "examples" / "lap_joint.toml"
 
@@ -38,7 +43,7 @@ class Stages:
         self.interrupted = False
         self.failure: BaseException | None = None
 
-    def run(self, joint, progress):
+    def run_joint(self, joint, progress):
         self.runs += 1
         progress.start("cycles", 2)
         progress.advance()
@@ -60,14 +65,8 @@ class Stages:
 @pytest.fixture
 def stages(monkeypatch):
     stages = Stages()
-    for module, name in [
-        ("pipeline.run", "run"),
-        ("show.write", "write_results"),
-        ("show.terminal", "print_summary"),
-    ]:
-        fake = ModuleType(f"microslip.{module}")
-        setattr(fake, name, getattr(stages, name))
-        monkeypatch.setitem(sys.modules, f"microslip.{module}", fake)
+    for name in ("run_joint", "write_results", "print_summary"):
+        monkeypatch.setattr(f"microslip.cli.run.{name}", getattr(stages, name))
     return stages
 
 
@@ -100,6 +99,48 @@ def test_help_imports_nothing_heavy():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_package_runs_as_a_command():
+    done = subprocess.run(
+        [sys.executable, "-m", "microslip", "--version"], capture_output=True, text=True, check=True
+    )
+    assert done.stdout == f"microslip {__version__}\n"
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_command_is_listed_with_the_first_line_of_its_own_help(command, name):
+    _, line = COMMANDS[name]
+    assert inspect.cleandoc(load(name).help) == line
+    assert line in re.sub(r"[\s│]+", " ", command("--help").stdout)
+    assert line in re.sub(r"[\s│]+", " ", command(name, "--help").stdout)
+
+
+def test_only_the_command_that_runs_is_imported():
+    code = (
+        "import sys; from typer.testing import CliRunner; from microslip.cli.main import app; "
+        "assert CliRunner().invoke(app, ['new', '--help']).exit_code == 0; "
+        "print(sorted(n for n in sys.modules if n.startswith('microslip.cli.')))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    imported = {"main", "messages", "new", "options"}
+    assert set(re.findall(r"microslip\.cli\.(\w+)", done.stdout)) == imported
+
+
+def test_unknown_command_is_refused(command):
+    result = command("chek")
+    assert result.exit_code == 2
+    assert "No such command 'chek'" in result.stderr
+
+
+def test_interrupted_while_a_command_is_imported(command, monkeypatch):
+    def interrupted(module):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(main, "import_module", interrupted)
+    result = command("run", "joint.toml")
+    assert result.exit_code == 130
+    assert result.stderr == "interrupted before it was finished\n"
 
 
 # -- new ---------------------------------------------------------------------------------------
@@ -208,35 +249,6 @@ def test_check_counts_the_steady_states(command, tmp_path):
     assert "steady states in time 2 frequencies, 170 to 175 Hz, 150 steps per cycle" in shown
 
 
-def test_frequency_estimate_is_that_of_one_beam():
-    """Pinned at both ends: first root of sin(k l) = 0, l = 428 mm; the joint slides at 174.9 Hz."""
-    joint = load_joint(EXAMPLE)
-    stiffness, mass, span = 70e9 / 0.91 * 0.0125**3 / 12, 2000 * 0.0125, 0.428
-    omega = (math.pi / span) ** 2 * math.sqrt(stiffness / mass)
-    assert bending_frequency(joint) == pytest.approx(omega / (2 * math.pi))
-    assert bending_frequency(joint) == pytest.approx(174.9, rel=0.15)
-
-
-def test_degrees_of_freedom_are_those_of_the_structure():
-    joint = load_joint(EXAMPLE)
-    joint = joint.model_copy(update={"contact": joint.contact.model_copy(update={"pairs": 21})})
-    structure = lap_joint_structure(
-        joint.geometry(),
-        joint.material_model(),
-        joint.mesh_control(),
-        horizontal_spring=joint.support.horizontal_spring,
-    )
-    assert degrees_of_freedom(joint) == structure.dofs
-
-
-def test_cost_grows_with_what_is_asked_for():
-    joint = load_joint(EXAMPLE)
-    cycle = joint.analysis.cycle.model_copy(update={"drives": ("mode",)})
-    less = joint.model_copy(update={"analysis": joint.analysis.model_copy(update={"cycle": cycle})})
-    assert 5 < seconds(less, 10_000) < seconds(joint, 10_000) < seconds(joint, 20_000)
-    assert seconds(joint, 10_000, 50_000) > seconds(joint, 10_000) + 10
-
-
 # -- run ---------------------------------------------------------------------------------------
 
 
@@ -314,8 +326,6 @@ def test_bad_joint_creates_no_output(command, stages, tmp_path):
 
 
 def test_failed_run_leaves_no_empty_folder(command, stages, tmp_path):
-    from microslip.errors import ContactError
-
     stages.failure = ContactError("contact not solved")
     result = command("run", "joint.toml", "--out", "a/b")
     assert result.exit_code == 1
@@ -340,12 +350,6 @@ def test_run_interrupted_before_anything_was_done(command, stages, tmp_path):
 
 
 def test_bars_follow_the_work():
-    from io import StringIO
-
-    from rich.console import Console
-
-    from microslip.pipeline.progress import NullProgress, RichProgress, progress_on
-
     screen = StringIO()
     terminal = Console(file=screen, force_terminal=True, width=80)
     with progress_on(terminal) as progress:

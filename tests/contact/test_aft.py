@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from microslip.contact.aft import CHANGING, LINEAR, OPEN, contact_cycle, sample_table
-from microslip.contact.planar import SEPARATED, STICK
+from microslip.contact.aft import CHANGING, LINEAR, OPEN, contact_cycle
+from microslip.contact.pairs import SEPARATED, STICK
+from microslip.contact.samples import sample_table
 from microslip.errors import ContactError
 
 

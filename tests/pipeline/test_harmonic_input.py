@@ -11,13 +11,13 @@ import pytest
 import xarray as xr
 from rich.console import Console
 
-from microslip.analyses.statics.cycle import opening_load
-from microslip.contact.aft import sample_table
-from microslip.describe.lap import (
+from microslip.analyses.prepared.prestress import opening_load
+from microslip.contact.samples import sample_table
+from microslip.describe.reading import parse_joint
+from microslip.describe.requests import (
     FEWEST_ADAPTIVE,
     SAMPLES_OF_A_HARMONIC,
     HarmonicAnalysis,
-    parse_joint,
 )
 from microslip.errors import ContactError, InputError
 from microslip.numerics import execute
@@ -124,11 +124,11 @@ def test_energy_of_a_cycle_balances(found):
 
 def test_without_friction_the_sliding_mode_answers_alone(run, found):
     """``q = f_M M / (omega_sl² - omega² + i omega beta omega_sl²)``; nothing else moves the interface."""
-    states, beta = run.states, run.joint.damping.beta
+    mode, beta = run.mode, run.joint.damping.beta
     for row in found["harmonic"][:4]:
-        omega, omega2 = 2 * np.pi * row["frequency_hz"], states.sliding_omega**2
+        omega, omega2 = 2 * np.pi * row["frequency_hz"], mode.sliding_omega**2
         moment = row["moment_over_clamp_force_length"] * run.assembly.moment_unit
-        expected = states.load_on_sliding["moment"] * moment
+        expected = mode.load_on_sliding["moment"] * moment
         expected /= omega2 - omega**2 + 1j * omega * beta * omega2
         answer = row["modal_amplitude"] * np.exp(1j * row["phase_rad"])
         assert answer == pytest.approx(expected, rel=1e-4)
@@ -139,9 +139,9 @@ def test_without_friction_the_sliding_mode_answers_alone(run, found):
 def test_the_gentle_load_is_gentle(run):
     """At its peak in the band the joint without friction is far from opening."""
     peak = max(abs(point.amplitude) for point in run.harmonic[0].points)
-    inertia = peak * run.states.sliding_omega**2
-    a = run.assembly
-    opening = opening_load(a.model, a.flexibility, a.prestress, "sliding")
+    inertia = peak * run.mode.sliding_omega**2
+    p = run.prepared
+    opening = opening_load(p.model, p.flexibility, p.prestress, "sliding")
     assert inertia == pytest.approx(GENTLE * opening, rel=1e-3)
 
 

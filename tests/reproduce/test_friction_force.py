@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from microslip.analyses.statics.linear_states import linear_states
 
 from microslip.analyses.reduced.table import equivalent_table
 from microslip.analyses.statics.cycle import quasi_static_cycle
-from microslip.analyses.statics.linear_states import linear_states
 from microslip.reproduce.friction_force import friction_modal_force, friction_table
 
 

@@ -12,7 +12,7 @@ from conftest import ROOT
 from typer.testing import CliRunner
 
 from microslip.cli.main import app
-from microslip.describe.lap import load_joint
+from microslip.describe.reading import load_joint
 from microslip.errors import ContactError, InputError
 from microslip.reproduce import registry, run, settings
 from microslip.reproduce.fig11 import case_errors

@@ -14,15 +14,17 @@ import xarray as xr
 from conftest import with_value
 from rich.console import Console
 
+from microslip.analyses.prepared.prestress import opening_load
 from microslip.analyses.reduced.response import Response
-from microslip.describe.lap import Load, parse_joint
+from microslip.contact.fields import contact_extent
+from microslip.describe.amplitude import Load
+from microslip.describe.reading import parse_joint
 from microslip.errors import Failure, InputError
 from microslip.numerics import execute
 from microslip.pipeline.cycle import DrivenCycles
 from microslip.pipeline.run import Run
 from microslip.pipeline.run import run as run_joint
 from microslip.results.dataset import dataset
-from microslip.results.fields import contact_extent
 from microslip.results.files import (
     replacing,
     write_dataset,
@@ -561,12 +563,10 @@ def test_histories_by_name_in_the_tree(timed: Run, timed_tree: xr.DataTree) -> N
 
 def test_mode_driven_history_is_as_close_to_opening(timed: Run) -> None:
     """The load of the mode over its opening load is that of the end moments over theirs."""
-    from microslip.analyses.statics.cycle import opening_load
-
-    a = timed.assembly
+    a, p = timed.assembly, timed.prepared
     (history,) = (h for h in timed.histories if h.drive == "mode")
     moment = 0.0023 * 0.25 * a.moment_unit / 2.4
-    opening = opening_load(a.model, a.flexibility, a.prestress, "sliding")
+    opening = opening_load(p.model, p.flexibility, p.prestress, "sliding")
     assert np.abs(history.load).max() / opening == pytest.approx(
         moment / a.opening_moment, rel=1e-3
     )

@@ -12,7 +12,7 @@ from conftest import with_value
 from matplotlib import colors
 from matplotlib.figure import Figure
 
-from microslip.describe.lap import parse_joint
+from microslip.describe.reading import parse_joint
 from microslip.pipeline.cycle import DrivenCycles
 from microslip.pipeline.outcome import Outcome
 from microslip.pipeline.run import Run

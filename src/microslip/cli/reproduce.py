@@ -1,18 +1,27 @@
-"""The command ``microslip reproduce``."""
+"""The command ``microslip reproduce``: the paper, figure by figure."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
 
-if TYPE_CHECKING:
-    from rich.console import Console
+from microslip.cli.folders import claimed
+from microslip.cli.messages import FAILED, messages, stop_interrupted
+from microslip.cli.options import Force, Quiet
+from microslip.reproduce import run, settings
+from microslip.reproduce.gallery import value
+from microslip.reproduce.registry import chosen
+from microslip.show.progress import progress_on
 
-    from microslip.reproduce.run import Reproduction
+app = typer.Typer(add_completion=False)
 
 
+@app.command()
 def reproduce(
     figures: Annotated[
         list[str] | None,
@@ -24,44 +33,29 @@ def reproduce(
     quick: Annotated[
         bool, typer.Option("--quick", help="A coarser joint and fewer points.")
     ] = False,
-    force: Annotated[bool, typer.Option("--force", help="Replace what is already there.")] = False,
-    quiet: Annotated[bool, typer.Option("--quiet", help="No progress and no summary.")] = False,
+    force: Force = False,
+    quiet: Quiet = False,
 ) -> None:
     """Reproduce the paper, figure by figure, beside what it reports."""
-    from rich.console import Console
-
-    from microslip.cli.main import FAILED, INTERRUPTED, _claim, _messages, _withdraw
-    from microslip.pipeline.progress import progress_on
-
-    with _messages():
-        from microslip.reproduce.registry import chosen
-        from microslip.reproduce.run import reproduce as compute
-        from microslip.reproduce.settings import FULL, QUICK
-
+    fineness = settings.QUICK if quick else settings.FULL
+    with messages():
         names = chosen(figures or [])
-        created = _claim(out, force)
-        try:
-            with progress_on(Console(stderr=True), quiet=quiet) as progress:
-                result = compute(names, out, QUICK if quick else FULL, progress)
-        finally:
-            _withdraw(created)
+        with (
+            claimed(out, force),
+            progress_on(Console(stderr=True), quiet=quiet) as progress,
+        ):
+            result = run.reproduce(names, out, fineness, progress)
     if not quiet:
         _summarise(result, Console())
         typer.echo(f"figures, reproduction.json, gallery.md and numbers.md are in {out}")
     if result.interrupted:
-        typer.echo(f"interrupted: what was finished is in {out}", err=True)
-        raise typer.Exit(INTERRUPTED)
+        stop_interrupted(out)
     if len(result.report["figures"]) < len(names):
         raise typer.Exit(FAILED)
 
 
-def _summarise(result: Reproduction, console: Console) -> None:
+def _summarise(result: run.Reproduction, console: Console) -> None:
     """Numbers paper | here, trends that fail, failures and the time it took."""
-    from rich.markup import escape
-    from rich.table import Table
-
-    from microslip.reproduce.gallery import value
-
     report = result.report
     if report["numbers"]:
         table = Table("quantity", "paper", "here", box=None, pad_edge=True)

@@ -27,96 +27,30 @@ clipped in every cycle, on the side that the drift pushes to, and forget `held`.
 Derivative. Over a run of sticking samples ``dr_t[k] = dx_t[k] - dx_t[a] + dr_t[a]`` with ``a`` the last
 sample before the run, over a run of slip ``dr_t = ±mu dx_n``. Products of sines and cosines are sines and
 cosines of sums and differences, and their sum over a run is the difference of two rows of a table
-(`SampleTable.sums`): the Jacobian costs per run, not per sample.
+(`samples.SampleTable.sums`): the Jacobian costs per run, not per sample.
 
-Coefficients follow `harmonics.py`: ``y = c_0 + sum_h c_{2h-1} sin(h theta) + c_{2h} cos(h theta)``, that is
-``Y_h = c_{2h-1} + i c_{2h}``.
+Coefficients are those of `samples.py`: ``Y_h = c_{2h-1} + i c_{2h}`` in the convention of
+`numerics/fourier.py`.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip.contact.tableau import BACKWARD, FORWARD, SEPARATED, STICK, _jit
-from microslip.errors import ContactError
-from microslip.typing import Array
+from microslip.contact.compiled import jit
+from microslip.contact.pairs import BACKWARD, FORWARD, SEPARATED, STICK
+from microslip.contact.samples import SampleTable, add_run, analyse, synthesise
+from microslip.typing import Array, Status
 
 OPEN, LINEAR, CHANGING = 0, 1, 2
 """Kinds of a component over the cycle: its reaction is zero throughout; its reaction is the augmented
 force throughout (touching, sticking); anything else."""
 
 
-@dataclass(frozen=True)
-class SampleTable:
-    """Fourier basis on the samples of one cycle, and running sums of its products.
-
-    Attributes
-    ----------
-    harmonics, samples : int
-    basis : (2 H + 1, N) array
-        1, sin, cos, sin 2, cos 2, ... at ``theta = 2 pi k / N``.
-    projection : (2 H + 1, N) array
-        Coefficients of a sampled signal are ``projection @ signal``.
-    sums : (N + 1, 2, 2 H + 1) array
-        Row k: sums of ``cos(g theta)`` and of ``sin(g theta)``, g = 0 .. 2 H, over the first k samples.
-    """
-
-    harmonics: int
-    samples: int
-    basis: Array
-    projection: Array
-    sums: Array
-
-    @property
-    def coefficients(self) -> int:
-        """Number of real coefficients, 2 H + 1."""
-        return 2 * self.harmonics + 1
-
-
-def sample_table(harmonics: int, samples: int) -> SampleTable:
-    """Basis of `harmonics` on `samples` equal steps.
-
-    Raises
-    ------
-    ContactError
-        Where the samples do not resolve the harmonics: at least four per period of the highest
-        are asked for, as the contact laws double its frequency.
-
-    Examples
-    --------
-    >>> table = sample_table(2, 16)
-    >>> np.allclose(table.projection @ table.basis.T, np.eye(5))
-    True
-    """
-    if harmonics < 1:
-        raise ContactError(f"{harmonics} harmonics: at least the first is needed")
-    if samples < 4 * harmonics:
-        raise ContactError(
-            f"{samples} samples per cycle do not resolve {harmonics} harmonics: take at least "
-            f"{4 * harmonics} samples or fewer harmonics"
-        )
-    theta = 2 * np.pi * np.arange(samples) / samples
-    basis = np.ones((2 * harmonics + 1, samples))
-    for h in range(1, harmonics + 1):
-        basis[2 * h - 1], basis[2 * h] = np.sin(h * theta), np.cos(h * theta)
-    projection = 2 * basis / samples
-    projection[0] /= 2
-    angles = theta[:, None] * np.arange(2 * harmonics + 1)
-    waves = np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    return SampleTable(
-        harmonics=harmonics,
-        samples=samples,
-        basis=basis,
-        projection=projection,
-        sums=np.concatenate([np.zeros((1, *waves.shape[1:])), np.cumsum(waves, axis=0)]),
-    )
-
-
-@dataclass(frozen=True)
-class ContactCycle:
+class ContactCycle(NamedTuple):
     """Reactions of all pairs over the cycle and their derivatives.
 
     Attributes
@@ -131,7 +65,7 @@ class ContactCycle:
     kind : (m, 2) int8 array
         `OPEN`, `LINEAR` or `CHANGING`.
     status : (m, N) int8 array
-        Contact state at every sample, numbered as in `planar.py`.
+        Contact state at every sample, numbered as in `contact/pairs.py`.
     """
 
     r: Array
@@ -140,7 +74,7 @@ class ContactCycle:
     tt: Array
     td: Array
     kind: NDArray[np.int8]
-    status: NDArray[np.int8]
+    status: Status
 
 
 def contact_cycle(
@@ -165,6 +99,7 @@ def contact_cycle(
     A slider pressed by 1 with mu = 0.5, moved far enough: a stiff spring's friction is nearly a
     square wave, whose first harmonic is 4/pi times its height.
 
+    >>> from microslip.contact.samples import sample_table
     >>> table = sample_table(1, 4096)
     >>> x = np.zeros((1, 2, 3)); x[0, 0, 0] = 1.0; x[0, 1, 1] = 1e4
     >>> cycle = contact_cycle(table, x, np.array([0.5]), np.zeros(1))
@@ -181,39 +116,28 @@ def contact_cycle(
         kind=np.empty((m, 2), np.int8),
         status=np.empty((m, table.samples), np.int8),
     )
-    all_pairs(
-        table.basis,
-        table.projection,
-        table.sums,
-        np.ascontiguousarray(x),
-        friction,
-        held,
-        np.zeros(m) if drift is None else drift,
-        out.r,
-        out.nn,
-        out.tn,
-        out.tt,
-        out.td,
-        out.kind,
-        out.status,
-    )
+    start = np.zeros(m) if drift is None else drift
+    all_pairs(table, np.ascontiguousarray(x), friction, held, start, out)
     return out
 
 
-@_jit
-def all_pairs(basis, projection, sums, x, mu, held, drift, r, nn, tn, tt, td, kind, status):
-    """Evaluate every pair into the last seven arguments."""
+@jit
+def all_pairs(table, x, mu, held, drift, cycle):
+    """Evaluate every pair into `cycle`."""
+    basis, projection, sums = table.basis, table.projection, table.sums
+    r, nn, tn, tt, td = cycle.r, cycle.nn, cycle.tn, cycle.tt, cycle.td
+    kind, status = cycle.kind, cycle.status
     N = basis.shape[1]
     xn, xt, bound, traction = np.empty(N), np.empty(N), np.empty(N), np.empty(N)
     since = np.empty(N)
     transposed = np.ascontiguousarray(basis.T)
     for i in range(x.shape[0]):
-        _synthesise(basis, x[i, 0], xn)
-        _synthesise(basis, x[i, 1], xt)
+        synthesise(basis, x[i, 0], xn)
+        synthesise(basis, x[i, 1], xt)
         state = status[i]
         closed = _normal(xn, sums, nn[i], state, bound)
         kind[i, 0] = LINEAR if closed == N else (OPEN if closed == 0 else CHANGING)
-        _analyse(projection, bound, r[i, 0])
+        analyse(projection, bound, r[i, 0])
         if closed == N:
             r[i, 0] = x[i, 0]
         tn[i] = 0.0
@@ -246,63 +170,13 @@ def all_pairs(basis, projection, sums, x, mu, held, drift, r, nn, tn, tt, td, ki
             continue
         kind[i, 1] = CHANGING
         _friction(xt, bound, anchor, side, step, traction, state)
-        _analyse(projection, traction, r[i, 1])
+        analyse(projection, traction, r[i, 1])
         _friction_derivative(transposed, sums, mu[i], state, anchor, tn[i], tt[i])
         _steps_since_slip(state, anchor, since)
-        _analyse(projection, since, td[i])
+        analyse(projection, since, td[i])
 
 
-@_jit
-def _synthesise(basis, coefficients, out):
-    N = out.shape[0]
-    c = coefficients[0]
-    for k in range(N):
-        out[k] = c
-    for j in range(1, coefficients.shape[0]):
-        c = coefficients[j]
-        row = basis[j]
-        for k in range(N):
-            out[k] += c * row[k]
-
-
-@_jit
-def _analyse(projection, signal, out):
-    for j in range(out.shape[0]):
-        row = projection[j]
-        s = 0.0
-        for k in range(signal.shape[0]):
-            s += row[k] * signal[k]
-        out[j] = s
-
-
-@_jit
-def _add_run(total, sums, first, last, samples, factor):
-    """Add to `total` the matrix ``projection basis^T`` summed over the samples first..last-1."""
-    H = total.shape[0] // 2
-    ca, cb = sums[first, 0], sums[last, 0]
-    sa, sb = sums[first, 1], sums[last, 1]
-    one = factor / samples
-    total[0, 0] += one * (cb[0] - ca[0])
-    for h in range(1, H + 1):
-        s = one * (sb[h] - sa[h])
-        c = one * (cb[h] - ca[h])
-        total[0, 2 * h - 1] += s
-        total[0, 2 * h] += c
-        total[2 * h - 1, 0] += 2.0 * s
-        total[2 * h, 0] += 2.0 * c
-        for g in range(1, H + 1):
-            up, down = h + g, abs(h - g)
-            c_up, c_down = one * (cb[up] - ca[up]), one * (cb[down] - ca[down])
-            s_up, s_down = one * (sb[up] - sa[up]), one * (sb[down] - sa[down])
-            if h < g:
-                s_down = -s_down
-            total[2 * h - 1, 2 * g - 1] += c_down - c_up
-            total[2 * h, 2 * g] += c_down + c_up
-            total[2 * h - 1, 2 * g] += s_up + s_down
-            total[2 * h, 2 * g - 1] += s_up - s_down
-
-
-@_jit
+@jit
 def _normal(xn, sums, nn, state, reaction):
     """Positive part of the normal force; returns how many samples are closed."""
     N = xn.shape[0]
@@ -323,12 +197,12 @@ def _normal(xn, sums, nn, state, reaction):
             while last < N and state[last] == state[first]:
                 last += 1
             if state[first] != SEPARATED:
-                _add_run(nn, sums, first, last, N, 1.0)
+                add_run(nn, sums, first, last, N, 1.0)
             first = last
     return closed
 
 
-@_jit
+@jit
 def _forget(xt, bound, start, step):
     """One cycle from the traction `start`: the last clipped sample and its side, or (-1, 0)."""
     N = xt.shape[0]
@@ -351,7 +225,7 @@ def _forget(xt, bound, start, step):
     return anchor, side
 
 
-@_jit
+@jit
 def _friction(xt, bound, anchor, side, step, traction, state):
     """Periodic traction from the anchor round to itself; `state` knows who is separated."""
     N = xt.shape[0]
@@ -378,7 +252,7 @@ def _friction(xt, bound, anchor, side, step, traction, state):
         traction[k] = value
 
 
-@_jit
+@jit
 def _friction_derivative(basis, sums, mu, state, anchor, tn, tt):
     """Sum the derivative over runs of equal state, from the anchor round to itself."""
     N = state.shape[0]
@@ -393,7 +267,7 @@ def _friction_derivative(basis, sums, mu, state, anchor, tn, tt):
             last += 1
         kind = state[first]
         if kind == STICK:
-            _add_run(tt, sums, first, last, N, 1.0)
+            add_run(tt, sums, first, last, N, 1.0)
             origin = basis[before]
             for i in range(c):
                 kind_i, h = (0, i // 2) if i % 2 == 0 else (1, (i + 1) // 2)
@@ -405,13 +279,13 @@ def _friction_derivative(basis, sums, mu, state, anchor, tn, tt):
             slope = 0.0
             if kind != SEPARATED:
                 slope = mu if kind == FORWARD else -mu
-                _add_run(tn, sums, first, last, N, slope)
+                add_run(tn, sums, first, last, N, slope)
             before = last - 1
         done += last - first
         first = last if last < N else 0
 
 
-@_jit
+@jit
 def _steps_since_slip(state, anchor, since):
     """Sticking samples since the last that did not stick, as a share of the cycle."""
     N = state.shape[0]
@@ -424,7 +298,7 @@ def _steps_since_slip(state, anchor, since):
         since[k] = count / N
 
 
-@_jit
+@jit
 def times_derivative(nn, tn, tt, x, out):
     """Write the derivative of all reactions along `x`, (m, 2, c), into `out`."""
     c = x.shape[2]

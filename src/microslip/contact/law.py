@@ -6,12 +6,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from microslip.brief import Brief
 from microslip.errors import ContactError
 from microslip.typing import Array
 
 
-@dataclass(frozen=True)
-class ContactLaw:
+@dataclass(frozen=True, repr=False)
+class ContactLaw(Brief):
     """Signorini's and Coulomb's law at every pair, behind a spring where the contact is elastic.
 
     A penalty contact of stiffness k per area is the exact contact behind the compliance

@@ -15,8 +15,9 @@ from __future__ import annotations
 from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
-from microslip.typing import Array, Indices, Mask, Status
+from microslip.typing import Indices, Mask, Status
 
 STICK, FORWARD, BACKWARD, SEPARATED = 1, 2, 3, 4
 """Contact states, numbered as in the paper's figure 5."""
@@ -34,7 +35,7 @@ def tangential_rows() -> slice:
     return slice(1, None, 2)
 
 
-def normal(x: Array, dimension: int = 2) -> Array:
+def normal(x: NDArray[T], dimension: int = 2) -> NDArray[T]:
     """Normal components, (..., m), of (..., d m); a view.
 
     Examples
@@ -45,7 +46,7 @@ def normal(x: Array, dimension: int = 2) -> Array:
     return x[..., ::dimension]
 
 
-def tangential(x: Array) -> Array:
+def tangential(x: NDArray[T]) -> NDArray[T]:
     """Tangential components, (..., m), of planar pairs, (..., 2 m); a view.
 
     Examples
@@ -56,7 +57,7 @@ def tangential(x: Array) -> Array:
     return x[..., 1::2]
 
 
-def by_pair(x: Array, dimension: int = 2) -> Array:
+def by_pair(x: NDArray[T], dimension: int = 2) -> NDArray[T]:
     """(..., m, d) view of (..., d m): the components of each pair together."""
     return x.reshape(*x.shape[:-1], -1, dimension)
 

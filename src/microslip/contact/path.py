@@ -1,45 +1,143 @@
-"""Compiled load path: one contact problem after another, halving a step that does not solve."""
+"""Load path: one planar contact problem after another, halving a step that does not solve."""
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Callable
+from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip.contact.compiled import jit
 from microslip.contact.planar import NOT_SOLVED, solve
-from microslip.contact.tableau import _jit, restart
+from microslip.contact.problem import Given
+from microslip.contact.solver import CERTIFICATE, ContactSolver, singularity_named
+from microslip.contact.tableau import restart
+from microslip.errors import ContactError
+from microslip.model.flexibility import Flexibility
+from microslip.typing import Array, Status
 
 MAX_HALVINGS = 8
 
+FRICTION, NORMAL = 0, 1
+"""Places in the last direction of `PathRecord.work`."""
 
-@_jit
-def march(
-    problem,
-    memory,
-    loads_v,
-    loads_q,
-    path,
-    vt_old,
-    status,
-    r,
-    q,
-    v,
-    r_out,
-    v_out,
-    q_out,
-    status_out,
-    iterations_out,
-    residual_out,
-    rule_out,
-    work_out,
-):
+
+class PathRecord(NamedTuple):
+    """What happened along a path of n steps; row 0 is the state at entry.
+
+    Attributes
+    ----------
+    r, v : (n + 1, 2 m) arrays
+        Reactions and relative displacements, layout of `contact/pairs.py`.
+    q : (n + 1, e) array
+        Coordinates of equilibrium.
+    status : (n + 1, m) int8 array
+    iterations : (n + 1,) int array
+    residual : (n + 1,) array
+        Complementarity residual.
+    rule : (n + 1,) int array
+        How states were changed, numbered as in `planar.py`: 0 is the plain way.
+    work : (n + 1, m, 2) array
+        Work of friction and of the normal reactions of each step and pair, J per metre of width.
+    """
+
+    r: Array
+    v: Array
+    q: Array
+    status: Status
+    iterations: NDArray[np.int64]
+    residual: Array
+    rule: NDArray[np.int64]
+    work: Array
+
+    @property
+    def friction_work(self) -> Array:
+        """Work dissipated by each pair along the path, J per metre of width."""
+        return np.asarray(self.work[1:, :, FRICTION].sum(axis=0))
+
+    @property
+    def normal_work(self) -> float:
+        """Work of the normal reactions along the path, J per metre of width."""
+        return float(self.work[1:, :, NORMAL].sum())
+
+
+def follow_path(
+    solver: ContactSolver,
+    flexibility: Flexibility,
+    path: Array,
+    vt_old: Array,
+    *,
+    where: Callable[[int], str],
+    remedy: str,
+) -> PathRecord:
+    """Take a solver along the rows of a load path, from the state that it is in.
+
+    Parameters
+    ----------
+    solver : ContactSolver
+        On `flexibility`, at the state of ``path[0]``; left at that of ``path[-1]``.
+    flexibility : Flexibility
+    path : (n + 1, p) array
+        Amplitudes of all ports.
+    vt_old : (m,) array
+        Tangential displacement at which each pair sticks; changed in place.
+    where : function of int to str
+        What to say of a step that does not solve, after its number.
+    remedy : str
+        What to try then.
+
+    Raises
+    ------
+    ContactError
+        Where a step does not solve.
+    """
+    n, m = len(path), len(solver.status)
+    record = PathRecord(
+        r=np.zeros((n, 2 * m)),
+        v=np.zeros((n, 2 * m)),
+        q=np.zeros((n, len(solver.q))),
+        status=np.zeros((n, m), dtype=np.int8),
+        iterations=np.zeros(n, dtype=np.int64),
+        residual=np.zeros(n),
+        rule=np.zeros(n, dtype=np.int64),
+        work=np.zeros((n, m, 2)),
+    )
+    record.r[0], record.v[0], record.q[0] = solver.r, solver.v, solver.q
+    record.status[0] = solver.status
+    with singularity_named():
+        failed = march(
+            solver.problem,
+            solver.memory,
+            np.ascontiguousarray(flexibility.loads_v),
+            np.ascontiguousarray(flexibility.loads_q),
+            path,
+            vt_old,
+            solver.contact,
+            record,
+        )
+    if failed >= 0 or not record.residual.max() <= CERTIFICATE:
+        step = failed if failed >= 0 else int(np.argmax(record.residual))
+        raise ContactError(
+            f"contact not solved at step {step} of {n - 1} {where(step)}: residual "
+            f"{record.residual[step]:.1e}; {remedy}"
+        )
+    return record
+
+
+@jit
+def march(problem, memory, loads_v, loads_q, path, vt_old, contact, record):
     """Solve along the rows of `path` (port amplitudes); row 0 is the state at entry.
 
     Friction work ``(r_t + r_t_old)/2 (v_t - v_t_old)`` and the work of the normal reactions are
-    accumulated per step and pair in ``work_out[step, pair, 0 | 1]``. Returns the first unsolved
-    step, or -1.
+    accumulated per step and pair in ``record.work``. Returns the first unsolved step, or -1.
     """
+    status, r, v = contact.status, contact.r, contact.v
+    work = record.work
     m = status.shape[0]
     v_free = np.empty(2 * m)
-    f_q = np.empty(q.shape[0])
+    f_q = np.empty(contact.q.shape[0])
+    given = Given(v_free, f_q, vt_old)
     r_old = r.copy()
     v_old = v.copy()
     status_old = status.copy()
@@ -50,20 +148,20 @@ def march(
         count = 0
         worst = 0.0
         top_rule = 0
-        work_out[step] = 0.0
+        work[step] = 0.0
         while done < 1.0:
             target = min(1.0, done + part)
             load = path[step - 1] + target * (path[step] - path[step - 1])
             v_free[:] = np.dot(loads_v, load)
             f_q[:] = np.dot(loads_q, load)
-            its, residual, rule = solve(problem, memory, v_free, f_q, vt_old, status, r, q, v)
+            its, residual, rule = solve(problem, memory, given, contact)
             count += its
             if rule == NOT_SOLVED:
                 halvings += 1
                 if halvings > MAX_HALVINGS:
-                    residual_out[step] = residual
-                    iterations_out[step] = count
-                    rule_out[step] = NOT_SOLVED
+                    record.residual[step] = residual
+                    record.iterations[step] = count
+                    record.rule[step] = NOT_SOLVED
                     return step
                 part *= 0.5
                 status[:] = status_old
@@ -76,19 +174,19 @@ def march(
             worst = max(worst, residual)
             for i in range(m):
                 mean_t = 0.5 * (r[2 * i + 1] + r_old[2 * i + 1])
-                work_out[step, i, 0] += mean_t * (v[2 * i + 1] - v_old[2 * i + 1])
+                work[step, i, FRICTION] += mean_t * (v[2 * i + 1] - v_old[2 * i + 1])
                 mean_n = 0.5 * (r[2 * i] + r_old[2 * i])
-                work_out[step, i, 1] += mean_n * (v[2 * i] - v_old[2 * i])
+                work[step, i, NORMAL] += mean_n * (v[2 * i] - v_old[2 * i])
                 vt_old[i] = v[2 * i + 1]
             r_old[:] = r
             v_old[:] = v
             status_old[:] = status
             done = target
-        r_out[step] = r
-        v_out[step] = v
-        q_out[step] = q
-        status_out[step] = status
-        iterations_out[step] = count
-        residual_out[step] = worst
-        rule_out[step] = top_rule
+        record.r[step] = r
+        record.v[step] = v
+        record.q[step] = contact.q
+        record.status[step] = status
+        record.iterations[step] = count
+        record.residual[step] = worst
+        record.rule[step] = top_rule
     return -1

@@ -1,6 +1,6 @@
 """Compiled active-set solver of planar Signorini–Coulomb contact.
 
-Solves, for ``m`` contact pairs with ``v = (v_n, v_t)`` per pair (layout of `interface.py`),
+Solves, for ``m`` contact pairs with ``v = (v_n, v_t)`` per pair (layout of `contact/pairs.py`),
 
     v = v_free + R q - W r,        K_q q + R^T r = f_q
     v_n <= 0,  r_n >= 0,  v_n r_n = 0                                   (Signorini)
@@ -30,12 +30,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from microslip.contact.compiled import jit
+from microslip.contact.pairs import BACKWARD, FORWARD, SEPARATED, STICK
+from microslip.contact.problem import natural_residual, relative_displacement, unbalance
 from microslip.contact.tableau import (
-    BACKWARD,
-    FORWARD,
-    SEPARATED,
-    STICK,
-    _jit,
+    WARM,
     add_rows,
     exchange,
     pending,
@@ -43,8 +42,6 @@ from microslip.contact.tableau import (
     solve_small,
     turn,
 )
-
-__all__ = ["BACKWARD", "FORWARD", "SEPARATED", "STICK", "natural_residual", "solve"]
 
 ACCEPTED = 1e-9
 """Natural-map residual below which a solution with no violated pair is accepted."""
@@ -65,56 +62,11 @@ FULL, WORST, LEAST_INDEX, NOT_SOLVED = 0, 1, 2, 3
 """Rules of changing states."""
 
 
-@_jit
-def _relative_displacement(v, v_free, W, R, r, q):
-    """Compute ``v = v_free + R q - W r`` row by row of the symmetric W, zero reactions skipped."""
-    n = v.shape[0]
-    for i in range(n):
-        s = -v_free[i]
-        for a in range(q.shape[0]):
-            s -= R[i, a] * q[a]
-        v[i] = s
-    add_rows(W, r, v)
-    for i in range(n):
-        v[i] = -v[i]
-
-
-@_jit
-def natural_residual(W, R, stiffness, mu, f_q, vt_old, r, q, v, force):
-    """Largest violation of the contact laws and of equilibrium, relative to `force`.
-
-    ``max_i |r - proj(r + v / W_ii)| / force_i`` over normal and tangential components, where the
-    displacement is measured in units of the pair's own compliance, and the imbalance of the
-    coordinates q; `v` belongs to `r` and `q`.
-    """
-    worst = 0.0
-    for i in range(mu.shape[0]):
-        rn = r[2 * i]
-        rt = r[2 * i + 1]
-        en = abs(rn - max(0.0, rn + v[2 * i] / W[2 * i, 2 * i]))
-        bound = mu[i] * max(rn, 0.0)
-        trial = rt + (v[2 * i + 1] - vt_old[i]) / W[2 * i + 1, 2 * i + 1]
-        et = abs(rt - min(max(trial, -bound), bound))
-        worst = max(worst, max(en, et) / force[i])
-        if not (en < np.inf and et < np.inf):
-            return np.inf
-    total = 0.0
-    for i in range(mu.shape[0]):
-        total += force[i]
-    for a in range(q.shape[0]):
-        e = stiffness[a] * q[a] - f_q[a]
-        size = 0.0
-        for i in range(r.shape[0]):
-            e += R[i, a] * r[i]
-            size = max(size, abs(R[i, a]))
-        if size > 0.0:
-            worst = max(worst, abs(e) / (size * total))
-    return worst
-
-
-@_jit
-def _judge(W, mu, force, vt_old, status, r, v, slack, rule, wanted):
+@jit
+def _judge(problem, vt_old, contact, slack, rule, wanted):
     """New states into `wanted`: how many differ, and the pair that may change alone."""
+    W, mu, force = problem.W, problem.friction, problem.force
+    status, r, v = contact.status, contact.r, contact.v
     changes = 0
     worst = 0.0
     pair = -1
@@ -150,7 +102,7 @@ def _judge(W, mu, force, vt_old, status, r, v, slack, rule, wanted):
         wanted[i] = new
         if new != state:
             changes += 1
-            if rule == 2:
+            if rule == LEAST_INDEX:
                 if pair < 0:
                     pair = i
             elif size > worst:
@@ -159,11 +111,14 @@ def _judge(W, mu, force, vt_old, status, r, v, slack, rule, wanted):
     return changes, pair
 
 
-@_jit
-def _start(problem, memory, v_free, f_q, vt_old, r, q, v, c, weights):
+@jit
+def _start(problem, memory, given, contact, c, weights):
     """Unknowns of the tableau's states into c, from any r and q and the v that belongs to them."""
-    _, R, stiffness, scale, mu, _, mean, _ = problem
-    Dt, held, sign, _, _ = memory
+    R, stiffness, scale = problem.R, problem.stiffness, problem.scale
+    mu, mean = problem.friction, problem.mean
+    Dt, held, sign = memory.transposed, memory.held, memory.sign
+    f_q, vt_old = given.f_q, given.vt_old
+    r, q, v = contact.r, contact.q, contact.v
     N, nr = R.shape
     for i in range(mu.shape[0]):
         rn, rt = mean * r[2 * i], mean * r[2 * i + 1]
@@ -183,11 +138,13 @@ def _start(problem, memory, v_free, f_q, vt_old, r, q, v, c, weights):
     add_rows(Dt, weights, c)
 
 
-@_jit
-def _remainder(problem, memory, f_q, vt_old, status, r, q, v, c, weights):
+@jit
+def _remainder(problem, memory, given, contact, c, weights):
     """What the equations of the states still lack, as unknowns of the tableau's states into c."""
-    _, R, stiffness, scale, _, _, _, _ = problem
-    Dt, held, _, _, _ = memory
+    R, stiffness, scale = problem.R, problem.stiffness, problem.scale
+    Dt, held = memory.transposed, memory.held
+    f_q, vt_old = given.f_q, given.vt_old
+    status, r, q, v = contact.status, contact.r, contact.q, contact.v
     N, nr = R.shape
     c[:] = 0.0
     weights[:] = 0.0
@@ -211,11 +168,11 @@ def _remainder(problem, memory, f_q, vt_old, status, r, q, v, c, weights):
     add_rows(Dt, weights, c)
 
 
-@_jit
+@jit
 def _try_states(problem, memory, status, J, c, x):
     """Unknowns of given states into x. False where their system is singular."""
-    Dt = memory[0]
-    k = pending(memory[1], status, J)
+    Dt = memory.transposed
+    k = pending(memory.held, status, J)
     if k > MAX_PENDING:
         if not exchange(memory, J[:k], c):
             return False
@@ -250,10 +207,11 @@ def _try_states(problem, memory, status, J, c, x):
     return True
 
 
-@_jit
-def _scatter(problem, sign, status, vt_old, x, r, q, v):
+@jit
+def _scatter(problem, sign, vt_old, x, contact):
     """Reactions, coordinates and displacements from the unknowns x of given states."""
-    _, R, _, scale, mu, _, mean, _ = problem
+    R, scale, mu, mean = problem.R, problem.scale, problem.friction, problem.mean
+    status, r, q, v = contact.status, contact.r, contact.q, contact.v
     N, nr = R.shape
     inverse = 1.0 / mean
     for i in range(status.shape[0]):
@@ -274,37 +232,10 @@ def _scatter(problem, sign, status, vt_old, x, r, q, v):
         q[a] = x[N + a] * scale[a] * inverse
 
 
-@_jit
-def _unbalance(problem, f_q, vt_old, status, r, q, v):
-    """Largest relative violation of the equations of the states by a solution and its v."""
-    W, R, stiffness, _, _, force, _, _ = problem
-    worst = 0.0
-    total = 0.0
-    for i in range(status.shape[0]):
-        if status[i] == SEPARATED:
-            continue
-        e = abs(v[2 * i]) / (W[2 * i, 2 * i] * force[i])
-        total += force[i]
-        if status[i] == STICK:
-            e = max(e, abs(v[2 * i + 1] - vt_old[i]) / (W[2 * i + 1, 2 * i + 1] * force[i]))
-        if not e < np.inf:
-            return np.inf
-        worst = max(worst, e)
-    for a in range(q.shape[0]):
-        e = f_q[a] - stiffness[a] * q[a]
-        top = 0.0
-        for i in range(r.shape[0]):
-            e -= R[i, a] * r[i]
-            top = max(top, abs(R[i, a]))
-        if top > 0.0 and total > 0.0:
-            worst = max(worst, abs(e) / (top * total))
-    return worst
-
-
-@_jit
+@jit
 def _align(problem, memory, status, wanted, J, c):
     """Give each pair that is about to slip the sign of its slip. False where that is singular."""
-    held, sign = memory[1], memory[2]
+    held, sign = memory.held, memory.sign
     for i in range(wanted.shape[0]):
         if wanted[i] == FORWARD or wanted[i] == BACKWARD:
             new = 1.0 if wanted[i] == FORWARD else -1.0
@@ -314,20 +245,22 @@ def _align(problem, memory, status, wanted, J, c):
             # the other way in the tableau: bring that to the states reached since
             if slips and not exchange(memory, J[: pending(held, status, J)], c):
                 return False
-            turn(problem[4], memory, i, new, c)
+            turn(problem.friction, memory, i, new, c)
     return True
 
 
-@_jit
-def solve(problem, memory, v_free, f_q, vt_old, status, r, q, v):
-    """Solve one contact problem from the states in `status`.
+@jit
+def solve(problem, memory, given, contact):
+    """Solve one contact problem from the states in `contact`.
 
-    `status`, `r`, `q`, `v` hold the last solution on entry and the new one on return. The
-    memory must belong to `status` in the sense of `follow` or `restart`.
+    `contact` holds the last solution on entry and the new one on return. The memory must belong to
+    its states in the sense of `follow` or `restart`.
     Returns ``(iterations, residual, rule)``; `rule` tells how states were changed.
     """
-    W, R, stiffness, _, mu, force, _, tolerance = problem
-    _, held, sign, v_free_old, flags = memory
+    W, R, tolerance = problem.W, problem.R, problem.tolerance
+    held, sign, v_free_old, flags = memory.held, memory.sign, memory.v_free, memory.flags
+    v_free, vt_old = given.v_free, given.vt_old
+    status, r, q, v = contact.status, contact.r, contact.q, contact.v
     m = status.shape[0]
     size = R.shape[0] + R.shape[1]
     c = np.empty(size)
@@ -343,29 +276,27 @@ def solve(problem, memory, v_free, f_q, vt_old, status, r, q, v):
     rule = FULL
     refreshed = -1
     residual = np.inf
-    small = flags[0]
+    small = flags[WARM]
     if small:
         for i in range(v.shape[0]):
             v[i] += v_free[i] - v_free_old[i]
     else:
-        _relative_displacement(v, v_free, W, R, r, q)
-    flags[0] = False
-    _start(problem, memory, v_free, f_q, vt_old, r, q, v, c, weights)
+        relative_displacement(v, v_free, W, R, r, q)
+    flags[WARM] = False
+    _start(problem, memory, given, contact, c, weights)
     for iteration in range(limit):
         good = _try_states(problem, memory, status, J, c, x)
         changes, worst_pair = 0, -1
         if good:
-            _scatter(problem, sign, status, vt_old, x, r, q, v)
-            changes, worst_pair = _judge(
-                W, mu, force, vt_old, status, r, v, PROVISIONAL, rule, wanted
-            )
+            _scatter(problem, sign, vt_old, x, contact)
+            changes, worst_pair = _judge(problem, vt_old, contact, PROVISIONAL, rule, wanted)
         error = 0.0
         if changes == 0 or rule > FULL:
             error = np.inf
             for attempt in range(5):
                 previous = error
-                _relative_displacement(v, v_free, W, R, r, q)
-                error = _unbalance(problem, f_q, vt_old, status, r, q, v)
+                relative_displacement(v, v_free, W, R, r, q)
+                error = unbalance(problem, given, contact)
                 # from nothing, soft rigid motions are exact to rounding only once corrected
                 exact = error <= 5.0 * tolerance and (small or attempt > 0)
                 if good and (exact or attempt == 4):
@@ -379,36 +310,35 @@ def solve(problem, memory, v_free, f_q, vt_old, status, r, q, v):
                     if not error < np.inf:
                         r[:] = 0.0
                         q[:] = 0.0
-                        _relative_displacement(v, v_free, W, R, r, q)
-                    _start(problem, memory, v_free, f_q, vt_old, r, q, v, c, weights)
+                        relative_displacement(v, v_free, W, R, r, q)
+                    _start(problem, memory, given, contact, c, weights)
                     good = _try_states(problem, memory, status, J, c, x)
                 else:
-                    _remainder(problem, memory, f_q, vt_old, status, r, q, v, dc, weights)
+                    _remainder(problem, memory, given, contact, dc, weights)
                     good = _try_states(problem, memory, status, J, dc, dx)
                     c += dc
                     x += dx
-                _scatter(problem, sign, status, vt_old, x, r, q, v)
+                _scatter(problem, sign, vt_old, x, contact)
             if not good:
                 return iteration + 1, np.inf, NOT_SOLVED
-            changes, worst_pair = _judge(
-                W, mu, force, vt_old, status, r, v, max(tolerance, 3.0 * error), rule, wanted
-            )
+            slack = max(tolerance, 3.0 * error)
+            changes, worst_pair = _judge(problem, vt_old, contact, slack, rule, wanted)
         if not error < np.inf:
             return iteration + 1, np.inf, NOT_SOLVED
         if changes == 0:
-            residual = natural_residual(W, R, stiffness, mu, f_q, vt_old, r, q, v, force)
+            residual = natural_residual(problem, given, contact)
             if residual <= ACCEPTED:
                 k = pending(held, status, J)
                 if k > MAX_KEPT:
                     exchange(memory, J[:k], c)
                 v_free_old[:] = v_free
-                flags[0] = True
+                flags[WARM] = True
                 return iteration + 1, residual, rule
             if refreshed == iteration:
                 return iteration + 1, residual, NOT_SOLVED
             restart(problem, memory, status)
             refreshed = iteration + 1
-            _start(problem, memory, v_free, f_q, vt_old, r, q, v, c, weights)
+            _start(problem, memory, given, contact, c, weights)
             continue
         code = np.uint64(1469598103934665603)
         for i in range(m):
@@ -434,7 +364,7 @@ def solve(problem, memory, v_free, f_q, vt_old, status, r, q, v):
         if not _align(problem, memory, status, wanted, J, c):
             status[:] = wanted
             restart(problem, memory, status)
-            _relative_displacement(v, v_free, W, R, r, q)
-            _start(problem, memory, v_free, f_q, vt_old, r, q, v, c, weights)
+            relative_displacement(v, v_free, W, R, r, q)
+            _start(problem, memory, given, contact, c, weights)
         status[:] = wanted
     return limit, residual, NOT_SOLVED

@@ -7,12 +7,13 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from microslip.brief import Brief
 from microslip.contact import planar, tableau
+from microslip.contact.problem import Contact, Given, contact_problem
 from microslip.errors import ContactError
 from microslip.model.flexibility import Flexibility
-from microslip.typing import Array
+from microslip.typing import Array, Status
 
 TOLERANCE = 1e-12
 """Inequalities may be violated by this much of the contact pressure before a state changes."""
@@ -21,18 +22,18 @@ CERTIFICATE = 1e-8
 """A solution with a larger complementarity residual is an error."""
 
 
-@dataclass(frozen=True)
-class Solution:
+@dataclass(frozen=True, repr=False)
+class Solution(Brief):
     """One solved contact problem.
 
     Attributes
     ----------
     r, v : (d m,) arrays
-        Reactions (N/m) and relative displacements (m), layout of `interface.py`.
+        Reactions (N/m) and relative displacements (m), layout of `contact/pairs.py`.
     q : (e,) array
         Coordinates of equilibrium.
     status : (m,) int8 array
-        1 stick, 2 forward slip, 3 backward slip, 4 separation.
+        Contact states, numbered as in `contact/pairs.py`.
     residual : float
         Complementarity residual relative to contact pressure and contact displacement.
     iterations : int
@@ -41,7 +42,7 @@ class Solution:
     r: Array
     v: Array
     q: Array
-    status: NDArray[np.int8]
+    status: Status
     residual: float
     iterations: int
 
@@ -82,7 +83,7 @@ class ContactSolver:
         flexibility: Flexibility,
         friction: float | Array,
         force: Array,
-        status: NDArray[np.int8],
+        status: Status,
     ) -> None:
         pairs = len(status)
         if flexibility.W.shape != (2 * pairs, 2 * pairs):
@@ -94,9 +95,8 @@ class ContactSolver:
         if not (np.isfinite(self.friction).all() and (self.friction >= 0).all()):
             raise ContactError("coefficient of friction must be finite and not negative")
         self.force = np.asarray(force, dtype=float)
-        self.status = np.array(status, dtype=np.int8)
         e = flexibility.R.shape[1]
-        self.problem = tableau.problem(
+        self.problem = contact_problem(
             flexibility.W,
             flexibility.R,
             flexibility.stiffness,
@@ -105,10 +105,37 @@ class ContactSolver:
             TOLERANCE,
         )
         self.memory = tableau.memory(pairs, e)
-        self.r = np.zeros(2 * pairs)
-        self.q = np.zeros(e)
-        self.v = np.zeros(2 * pairs)
+        self.contact = Contact(
+            status=np.array(status, dtype=np.int8),
+            r=np.zeros(2 * pairs),
+            q=np.zeros(e),
+            v=np.zeros(2 * pairs),
+        )
         self.refresh()
+
+    @property
+    def status(self) -> Status:
+        """Present contact states."""
+        return self.contact.status
+
+    @property
+    def r(self) -> Array:
+        """Present reactions."""
+        return self.contact.r
+
+    @property
+    def q(self) -> Array:
+        """Present coordinates of equilibrium."""
+        return self.contact.q
+
+    @property
+    def v(self) -> Array:
+        """Present relative displacements."""
+        return self.contact.v
+
+    def start_from(self, r: Array, q: Array, v: Array) -> None:
+        """Take over a solution that belongs to the present states."""
+        self.r[:], self.q[:], self.v[:] = r, q, v
 
     @singularity_named()
     def refresh(self) -> None:
@@ -128,17 +155,8 @@ class ContactSolver:
         vt_old : (m,) array
             Tangential displacement at which each pair sticks.
         """
-        iterations, residual, rule = planar.solve(
-            self.problem,
-            self.memory,
-            np.ascontiguousarray(v_free),
-            np.ascontiguousarray(f_q),
-            np.ascontiguousarray(vt_old),
-            self.status,
-            self.r,
-            self.q,
-            self.v,
-        )
+        given = Given(*(np.ascontiguousarray(a) for a in (v_free, f_q, vt_old)))
+        iterations, residual, rule = planar.solve(self.problem, self.memory, given, self.contact)
         if rule == planar.NOT_SOLVED or not residual <= CERTIFICATE:
             raise ContactError(
                 f"contact not solved: residual {residual:.1e} after {iterations} iterations; "

@@ -26,16 +26,13 @@ entries are comparable.
 
 from __future__ import annotations
 
-from typing import Any, TypeAlias
+from typing import NamedTuple
 
-import numba as nb
 import numpy as np
-from numpy.typing import NDArray
 
-from microslip.typing import Array
-
-STICK, FORWARD, BACKWARD, SEPARATED = 1, 2, 3, 4
-"""Contact states, numbered as in the paper's figure 5."""
+from microslip.contact.compiled import jit
+from microslip.contact.pairs import BACKWARD, FORWARD, SEPARATED, STICK
+from microslip.typing import Array, Mask
 
 LARGE = 48
 """Components exchanged at once from which on the library's blocked routines are faster."""
@@ -43,47 +40,47 @@ LARGE = 48
 SINGULAR = 1e-13
 """Smallest pivot over the largest entry of its row."""
 
-_jit = nb.njit(
-    cache=True, nogil=True, fastmath={"contract", "reassoc", "arcp", "nsz"}, error_model="numpy"
-)
-
-Problem: TypeAlias = "tuple[Array, Array, Array, Array, Array, Array, float, float]"
-"""W, R, stiffness K_q, scale of q, mu, force scale of each pair, mean of diag W, tolerance."""
-
-Memory: TypeAlias = "tuple[NDArray[Any], ...]"
-"""What a solver keeps from one solution to the next; see `memory`."""
+WARM, MADE = 0, 1
+"""Places in the flags of a memory: there is a last solution; the tableau is made."""
 
 
-def problem(
-    W: Array, R: Array, stiffness: Array, friction: Array, force: Array, tolerance: float
-) -> Problem:
-    """Arrays of a contact problem and the scales that make its equations comparable."""
-    mean = float(np.mean(np.diag(W)))
-    top = np.abs(R).max(axis=0, initial=0.0)
-    scale = np.where(top > 0, mean / np.where(top > 0, top, 1), 1.0)
-    W, R, stiffness, friction, force = (
-        np.ascontiguousarray(a, dtype=float) for a in (W, R, stiffness, friction, force)
-    )
-    return W, R, stiffness, scale, friction, force, mean, tolerance
+class Memory(NamedTuple):
+    """What a solver keeps from one solution to the next, changed in place.
+
+    Attributes
+    ----------
+    transposed : (n, n) array
+        D of the tableau, transposed; n = 2 m + e.
+    held : (n,) bool array
+        Components held in the tableau.
+    sign : (m,) array
+        Sign s of each pair.
+    v_free : (2 m,) array
+        Of the last solution.
+    flags : (2,) bool array
+        At `WARM` and `MADE`.
+    """
+
+    transposed: Array
+    held: Mask
+    sign: Array
+    v_free: Array
+    flags: Mask
 
 
 def memory(pairs: int, coordinates: int) -> Memory:
-    """Arrays of a solver, not yet valid: `restart` fills them.
-
-    The transpose of D, which components are held in it, the sign of each pair, the ``v_free`` of
-    the last solution, and two flags: there is a last solution, the tableau is made.
-    """
+    """Arrays of a solver, not yet valid: `restart` fills them."""
     n = 2 * pairs + coordinates
-    return (
-        np.zeros((n, n)),
-        np.zeros(n, np.bool_),
-        np.ones(pairs),
-        np.zeros(2 * pairs),
-        np.zeros(2, np.bool_),
+    return Memory(
+        transposed=np.zeros((n, n)),
+        held=np.zeros(n, np.bool_),
+        sign=np.ones(pairs),
+        v_free=np.zeros(2 * pairs),
+        flags=np.zeros(2, np.bool_),
     )
 
 
-@_jit
+@jit
 def add_rows(M, weights, out):
     """``out += weights @ M``, zero weights skipped, four rows of M at a time."""
     n = out.shape[0]
@@ -109,7 +106,7 @@ def add_rows(M, weights, out):
         j += 1
 
 
-@_jit
+@jit
 def solve_small(C, X):
     """``X <- C^-1 X`` by elimination with row pivots; C is destroyed. False where it is singular."""
     k = C.shape[0]
@@ -147,7 +144,7 @@ def solve_small(C, X):
     return True
 
 
-@_jit
+@jit
 def _subtract_product(M, X, Y):
     """``M -= X @ Y`` in place, for few rows of Y, by blocks of four by four that stay in registers."""
     n, k = X.shape
@@ -179,7 +176,7 @@ def _subtract_product(M, X, Y):
         add_rows(Y, -X[i], M[i])
 
 
-@_jit
+@jit
 def pending(held, status, J):
     """Components whose state is not the tableau's, into J; returns how many."""
     k = 0
@@ -193,10 +190,10 @@ def pending(held, status, J):
     return k
 
 
-@_jit
+@jit
 def exchange(memory, J, c):
     """Exchange held and free for the components J, in the tableau and in c. False if singular."""
-    Dt, held, _, _, _ = memory
+    Dt, held = memory.transposed, memory.held
     n = Dt.shape[0]
     k = J.shape[0]
     if k == 0:
@@ -239,11 +236,12 @@ def exchange(memory, J, c):
     return True
 
 
-@_jit
+@jit
 def restart(problem, memory, status):
     """Make the tableau afresh for given states."""
-    W, R, stiffness, scale, mu, _, mean, _ = problem
-    Dt, held, sign, _, flags = memory
+    W, R, stiffness, scale = problem.W, problem.R, problem.stiffness, problem.scale
+    mu, mean = problem.friction, problem.mean
+    Dt, held, sign, flags = memory.transposed, memory.held, memory.sign, memory.flags
     N, nr = R.shape
     for i in range(status.shape[0]):
         if status[i] == FORWARD:
@@ -271,13 +269,13 @@ def restart(problem, memory, status):
         k += 1
     if not exchange(memory, J[:k], np.zeros(N + nr)):
         raise np.linalg.LinAlgError("Matrix is singular to machine precision.")
-    flags[1] = True
+    flags[MADE] = True
 
 
-@_jit
+@jit
 def turn(mu, memory, pair, sign_new, c):
     """Give a pair the other sign, where it is sticking or separated in the tableau."""
-    Dt, held, sign, _, _ = memory
+    Dt, held, sign = memory.transposed, memory.held, memory.sign
     n, t = 2 * pair, 2 * pair + 1
     change = (sign_new - sign[pair]) * mu[pair]
     sign[pair] = sign_new
@@ -290,15 +288,15 @@ def turn(mu, memory, pair, sign_new, c):
             Dt[n, i] += change * Dt[t, i]
 
 
-@_jit
+@jit
 def follow(problem, memory, status):
     """Make the tableau fit for other states than those it was left with, afresh where it has to."""
-    mu = problem[4]
-    _, held, sign, _, flags = memory
-    flags[0] = False
+    mu = problem.friction
+    held, sign, flags = memory.held, memory.sign, memory.flags
+    flags[WARM] = False
     J = np.empty(held.shape[0], np.int64)
     nothing = np.zeros(held.shape[0])
-    if not flags[1] or pending(held, status, J) > status.shape[0] // 2:
+    if not flags[MADE] or pending(held, status, J) > status.shape[0] // 2:
         restart(problem, memory, status)
         return
     for i in range(status.shape[0]):

@@ -23,10 +23,16 @@ and keeps the second order.
 
 from __future__ import annotations
 
-import numpy as np
+from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip.contact.compiled import jit
 from microslip.contact.planar import NOT_SOLVED, solve
-from microslip.contact.tableau import _jit, add_rows
+from microslip.contact.problem import Contact, Given
+from microslip.contact.tableau import add_rows
+from microslip.typing import Array, Status
 
 IMPACT = 0.5
 """An impact is a reaction above this share of the largest under the clamp. Weaker ones, as where a
@@ -38,49 +44,121 @@ EXTERNAL, FRICTION, NORMAL, MODAL, RESIDUAL = 0, 1, 2, 3, 4
 damping of the residual part."""
 
 
-@_jit
-def step_through(
-    problem,
-    memory,
-    psi_t,
-    omega,
-    damping,
-    tau,
-    alpha,
-    dt,
-    drive_modes,
-    drive_v,
-    constant_modes,
-    constant_v,
-    load,
-    drive,
-    out_modes,
-    out_v,
-    out_load,
-    eta,
-    eta1,
-    eta2,
-    modal_force,
-    s,
-    vt_old,
-    status,
-    r,
-    v,
-    r_before,
-    outputs,
-    works,
-    friction,
-    r_out,
-    v_out,
-    status_out,
-    iterations,
-    residuals,
-):
-    """March over the steps of `load` (row 0 is the state at entry); the state is updated in place.
+class StepConstants(NamedTuple):
+    """A joint model with k modes, m pairs and p ports, and one way of stepping it.
 
-    ``r_out``, ``v_out``, ``status_out`` are filled where they have as many rows as `load`.
+    Attributes
+    ----------
+    psi_t : (k, 2 m) array
+        Relative displacements of the modes, transposed.
+    omega, damping : (k,) arrays
+        Circular frequency (rad/s) and viscous damping c (1/s) of each mode.
+    tau : float
+        Share of the residual part's stiffness in its damping, s.
+    alpha, dt : float
+        Numerical dissipation, and step (s).
+    drive_modes, drive_v : (k,) and (2 m,) arrays
+        Forces on the modes and relative displacements per unit load.
+    constant_modes, constant_v : (k,) and (2 m,) arrays
+        The same of the loads that are held.
+    out_modes, out_v : (k, p) and (p, 2 m) arrays
+        Outputs of all ports per unit of the modes and of minus the reactions.
+    out_load : (2, p) array
+        Outputs of the loads that are held, and per unit load.
+    drive : int
+        Driven port among the outputs.
+    """
+
+    psi_t: Array
+    omega: Array
+    damping: Array
+    tau: float
+    alpha: float
+    dt: float
+    drive_modes: Array
+    drive_v: Array
+    constant_modes: Array
+    constant_v: Array
+    out_modes: Array
+    out_v: Array
+    out_load: Array
+    drive: int
+
+
+class Motion(NamedTuple):
+    """State of a joint model, changed in place from step to step.
+
+    Attributes
+    ----------
+    eta, rate, acceleration, modal_force : (k,) arrays
+        Modal coordinates, their derivatives, and all forces f on the modes.
+    residual_v, r, v : (2 m,) arrays
+        Residual part s of the relative displacement, reactions, relative displacements.
+    r_before : (m,) array
+        Normal reactions one step before `r`.
+    vt_old : (m,) array
+        Tangential displacement at which each pair sticks.
+    status : (m,) int8 array
+    """
+
+    eta: Array
+    rate: Array
+    acceleration: Array
+    modal_force: Array
+    residual_v: Array
+    r: Array
+    v: Array
+    r_before: Array
+    vt_old: Array
+    status: Status
+
+
+class Records(NamedTuple):
+    """What is written while marching n steps, row 0 is the state at entry.
+
+    Attributes
+    ----------
+    output : (n + 1, p) array
+        Outputs of all ports; row 0 is given.
+    works : (5,) array
+        Works since the start, at `EXTERNAL` to `RESIDUAL`, J per metre of width.
+    friction_work : (m,) array
+        Friction work of each pair.
+    r, v : (n + 1, 2 m) arrays, or (0, 2 m)
+    status : (n + 1, m) int8 array, or (0, m)
+        Histories, not kept where they have no rows.
+    iterations, residual : (n + 1,) arrays
+        Of the contact solver.
+    """
+
+    output: Array
+    works: Array
+    friction_work: Array
+    r: Array
+    v: Array
+    status: Status
+    iterations: NDArray[np.int64]
+    residual: Array
+
+
+@jit
+def step_through(problem, memory, constants, load, motion, records):
+    """March over the steps of `load` (row 0 is the state at entry); `motion` is updated in place.
+
     Returns the failed step, or -1.
     """
+    psi_t, omega, damping = constants.psi_t, constants.omega, constants.damping
+    tau, alpha, dt, drive = constants.tau, constants.alpha, constants.dt, constants.drive
+    drive_modes, drive_v = constants.drive_modes, constants.drive_v
+    constant_modes, constant_v = constants.constant_modes, constants.constant_v
+    out_modes, out_v, out_load = constants.out_modes, constants.out_v, constants.out_load
+    eta, eta1, eta2 = motion.eta, motion.rate, motion.acceleration
+    modal_force, s = motion.modal_force, motion.residual_v
+    r, v, r_before = motion.r, motion.v, motion.r_before
+    vt_old, status = motion.vt_old, motion.status
+    outputs, works, friction = records.output, records.works, records.friction_work
+    r_out, v_out, status_out = records.r, records.v, records.status
+    iterations, residuals = records.iterations, records.residual
     k = eta.shape[0]
     N = v.shape[0]
     m = vt_old.shape[0]
@@ -91,6 +169,8 @@ def step_through(
     keep = r_out.shape[0] == load.shape[0]
     nothing = np.empty(0)
     v_free = np.empty(N)
+    given = Given(v_free, nothing, vt_old)
+    contact = Contact(status, r, nothing, v)
     pv = np.empty(k)
     denominator = np.empty(k)
     start = np.empty(k)
@@ -117,15 +197,13 @@ def step_through(
             for i in range(N):
                 v_free[i] = (constant_v[i] + drive_v[i] * load[step] + decay * s[i]) / (1.0 + decay)
             add_rows(psi_t, predicted, v_free)
-            its, residual, rule = solve(
-                problem, memory, v_free, nothing, vt_old, status, r, nothing, v
-            )
+            its, residual, rule = solve(problem, memory, given, contact)
             iterations[step] += its
             if rule == NOT_SOLVED:
                 break
             opened = False
             for i in range(m):
-                strong = r_old[2 * i] > IMPACT * problem[5][i]
+                strong = r_old[2 * i] > IMPACT * problem.force[i]
                 sudden = strong and r_old[2 * i] >= r_before[i] and r[2 * i] <= 0.0
                 if sudden and not dropped[i]:
                     dropped[i] = True
@@ -182,7 +260,8 @@ def step_through(
             r_out[step] = r
             v_out[step] = v
             status_out[step] = status
-        r_before[:] = r_old[::2]
+        for i in range(m):
+            r_before[i] = r_old[2 * i]
         r_old[:] = r
         v_old[:] = v
     return -1

@@ -1,45 +1,51 @@
 """Entries of ``[[analysis.history]]``: what loads the joint over time, and what is kept of it.
 
-Each kind of signal is a section of its own, told apart by its key ``signal``. All give the end
-moment (N m per metre of width) at every step; ``drive = "mode"`` turns it into the inertia load of
-the sliding mode that is as close to opening the joint.
+Each kind of signal is a section of its own, told apart by its key ``signal``. All describe the end
+moment (N m per metre of width) over time; ``drive = "mode"`` turns it into the inertia load of the
+sliding mode that is as close to opening the joint. `microslip.pipeline.excitation` makes the load at
+every step of them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal, Self, get_args
 
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
+from microslip.describe.amplitude import OneAmplitude
+from microslip.describe.band import Band
 from microslip.describe.quantities import (
     Count,
     Drive,
-    Frequencies,
     Frequency,
-    LineMoment,
     Number,
     Positions,
     Rule,
     Section,
     StepsPerCycle,
     Time,
-    evenly,
 )
-from microslip.errors import InputError
-from microslip.typing import Array
-
-if TYPE_CHECKING:
-    from typing import Self
-
 
 STEPS = 150
 """Time steps per cycle where the file gives neither them nor the step."""
 
 FEWEST_STEPS = 20
 """Fewer time steps per cycle say nothing about contact."""
+
+UNIVERSAL = (".uff", ".unv", ".uf", ".ufb")
+"""How the names of universal files end."""
+
+
+def is_universal(path: str | Path) -> bool:
+    """Whether the name is that of a universal file, and not of a CSV file.
+
+    Examples
+    --------
+    >>> is_universal("hammer.UFF"), is_universal("hammer.csv")
+    (True, False)
+    """
+    return Path(path).suffix.lower() in UNIVERSAL
 
 
 def _text(value: object) -> str:
@@ -65,7 +71,7 @@ class Excitation(Section):
     field_samples : int
         How many times contact states and tractions of all pairs are kept.
     field_from, field_to : float, optional
-        Part of the history that these samples are spread over, s.
+        Begin and end of the part of the history that these samples are spread over, s.
     """
 
     name: str | None = Field(default=None, pattern="^[A-Za-z][A-Za-z0-9_-]*$", max_length=40)
@@ -126,18 +132,6 @@ class Excitation(Section):
                 f"Hz; at least {FEWEST_STEPS} are needed: at most {longest:.3g} s",
             )
 
-    def load(self, moment: float, sliding: float) -> Array:
-        """End moment at every step from t = 0, N m per metre of width.
-
-        Parameters
-        ----------
-        moment : float
-            Amplitude.
-        sliding : float
-            Sliding frequency of the joint, Hz.
-        """
-        raise NotImplementedError
-
     @model_validator(mode="after")
     def _one_step(self) -> Self:
         if self.steps is not None and self.time_step is not None:
@@ -149,37 +143,22 @@ class Excitation(Section):
         return self
 
 
-LOADS = ("moment", "moment_over_clamp_force_length", "rho")
-
-
-class LoadedExcitation(Excitation):
+class LoadedExcitation(OneAmplitude, Excitation):
     """An excitation with an amplitude: exactly one of three keys, as in ``[load]``."""
 
-    moment: LineMoment | None = Field(default=None, gt=0)
-    moment_over_clamp_force_length: Number | None = Field(default=None, gt=0)
-    rho: Number | None = Field(default=None, gt=0)
-
-    @property
-    def load_key(self) -> str | None:
-        """Which key gives the amplitude; None where none does."""
-        return next((key for key in LOADS if getattr(self, key) is not None), None)
-
-    def check_load(self) -> None:
-        """Raise `Rule` unless exactly one key gives the amplitude."""
-        given = [key for key in LOADS if getattr(self, key) is not None]
-        if len(given) != 1:
-            found = " and ".join(given) if given else "none"
-            raise Rule("", f"give exactly one of {', '.join(LOADS)}; found {found}")
+    signal: str  # before the keys of each signal
 
 
-class _Driven(LoadedExcitation):
+class DrivenExcitation(LoadedExcitation):
+    """An excitation that is nothing without its amplitude."""
+
     @model_validator(mode="after")
     def _one_load(self) -> Self:
         self.check_load()
         return self
 
 
-class Sine(_Driven):
+class Sine(DrivenExcitation):
     """A sine of constant frequency that starts at rest."""
 
     signal: Literal["sine"]
@@ -188,62 +167,23 @@ class Sine(_Driven):
 
     @property
     def highest_frequency(self) -> float:
-        """Its frequency, Hz."""
+        """Frequency of the sine, Hz."""
         return self.frequency
 
-    def load(self, moment: float, sliding: float) -> Array:
-        """``M sin(2 pi f t)``."""
-        from microslip.analyses.time.signals import harmonic
 
-        return harmonic(moment, self.frequency, self.cycles, self.resolution(sliding))[1]
-
-
-class SteppedSine(_Driven):
+class SteppedSine(Band, DrivenExcitation):
     """A sine that dwells at one frequency after the other, in the order written."""
 
     signal: Literal["stepped_sine"]
-    frequencies: Frequencies | None = None
-    from_: Frequency | None = Field(default=None, gt=0, alias="from")
-    to: Frequency | None = Field(default=None, gt=0)
-    count: Count | None = Field(default=None, ge=2, le=10_000)
     cycles: Number = Field(gt=0, le=1e6)
-
-    def band(self) -> tuple[float, ...]:
-        """The frequencies in the order they are dwelt at, Hz."""
-        if self.frequencies is not None:
-            return self.frequencies
-        assert self.from_ is not None
-        assert self.to is not None
-        assert self.count is not None
-        return evenly(self.from_, self.to, self.count)
 
     @property
     def highest_frequency(self) -> float | None:
-        """Highest of the frequencies, Hz."""
-        complete = self.frequencies or (self.from_ and self.to and self.count)
-        return max(self.band()) if complete else None
-
-    def load(self, moment: float, sliding: float) -> Array:
-        """``M sin`` with continuous phase."""
-        from microslip.analyses.time.signals import stepped_sine
-
-        return stepped_sine(moment, self.band(), self.cycles, self.resolution(sliding))[1]
-
-    @model_validator(mode="after")
-    def _one_band(self) -> Self:
-        check_band(self.frequencies, (self.from_, self.to, self.count))
-        return self
+        """Highest of the frequencies, Hz; None where they are not said."""
+        return max(self.band()) if self.band_is_complete else None
 
 
-def check_band(frequencies: tuple[float, ...] | None, band: tuple[float | None, ...]) -> None:
-    """Raise `Rule` unless either the list or all of from, to and count are given."""
-    if frequencies is not None and any(x is not None for x in band):
-        raise Rule("frequencies", "lists the frequencies: remove from, to and count")
-    if frequencies is None and any(x is None for x in band):
-        raise Rule("frequencies", "give a list of frequencies, or from, to and count")
-
-
-class SweptSine(_Driven):
+class SweptSine(DrivenExcitation):
     """A sine whose frequency runs from one value to another, up or down."""
 
     signal: Literal["swept_sine"]
@@ -254,16 +194,8 @@ class SweptSine(_Driven):
 
     @property
     def highest_frequency(self) -> float:
-        """The higher end, Hz."""
+        """Frequency of the higher end, Hz."""
         return max(self.from_, self.to)
-
-    def load(self, moment: float, sliding: float) -> Array:
-        """``M sin(phase)``."""
-        from microslip.analyses.time.signals import swept_sine
-
-        return swept_sine(
-            moment, self.from_, self.to, self.duration, self.resolution(sliding), self.sweep
-        )[1]
 
 
 class FreeDecay(LoadedExcitation):
@@ -282,11 +214,11 @@ class FreeDecay(LoadedExcitation):
 
     @property
     def highest_frequency(self) -> float | None:
-        """Of the steady state it starts from, Hz."""
+        """Frequency of the steady state it starts from, Hz; None where it starts from none."""
         return self.frequency
 
     def resolved_frequency(self, sliding: float) -> float:
-        """Of the steady state, whose period the step must divide, else of the sliding mode, Hz."""
+        """Frequency of the steady state, whose period the step divides, else of the sliding mode, Hz."""
         if self.frequency is None:
             return sliding
         steps = self.steps or STEPS
@@ -297,15 +229,6 @@ class FreeDecay(LoadedExcitation):
                 f"cycle of the sliding mode, {sliding:.4g} Hz: give more",
             )
         return self.frequency
-
-    def load(self, moment: float, sliding: float) -> Array:
-        """Nothing, but what was held before the first step."""
-        from microslip.analyses.time.signals import silence
-
-        load = silence(self.duration, self.resolution(sliding))[1]
-        if self.start == "static":
-            load[0] = moment
-        return load
 
     @model_validator(mode="after")
     def _fits_start(self) -> Self:
@@ -343,25 +266,8 @@ class MeasuredSignal(Excitation):
             raise ValueError(f"{path}: no such file")
         return str(path)
 
-    def load(self, moment: float, sliding: float) -> Array:
-        """The signal, resampled to the step."""
-        from microslip.analyses.time.signals import read_signal
-
-        return (
-            self.scale
-            * read_signal(
-                self.file,
-                self.resolution(sliding),
-                column=self.column,
-                dataset=self.dataset,
-                unit=self.unit,
-            )[1]
-        )
-
     @model_validator(mode="after")
     def _fits_format(self) -> Self:
-        from microslip.analyses.time.signals import is_universal
-
         universal = is_universal(self.file)
         if universal and self.column is not None:
             raise Rule("column", "is for CSV files; a universal file has numbered datasets")
@@ -374,56 +280,8 @@ AnyExcitation = Annotated[
     Sine | SteppedSine | SweptSine | FreeDecay | MeasuredSignal, Field(discriminator="signal")
 ]
 
-
-@dataclass(frozen=True)
-class Prepared:
-    """An entry of the file with its load at every step.
-
-    Attributes
-    ----------
-    entry : Excitation
-    dt : float
-        s.
-    cycle_steps : int
-        Steps per cycle of the highest frequency, of the signal or of the sliding mode.
-    load : (n,) array
-        End moment: of unit amplitude where the entry has an amplitude, else the load itself.
-    """
-
-    entry: Excitation
-    dt: float
-    cycle_steps: int
-    load: Array
-
-    @property
-    def blocks(self) -> int:
-        """Into how many pieces the march is cut."""
-        return max(1, -(-(len(self.load) - 1) // self.cycle_steps))
-
-
-def prepare_histories(entries: Sequence[Excitation], sliding: float) -> list[Prepared]:
-    """Read all signals, before anything that takes long.
-
-    Parameters
-    ----------
-    entries : sequence of Excitation
-    sliding : float
-        Sliding frequency of the joint, Hz.
-
-    Raises
-    ------
-    InputError
-        Names the history and what is wrong with its signal or step.
-    """
-    prepared = []
-    for entry in entries:
-        try:
-            dt = entry.resolution(sliding)
-            cycle_steps = round(1 / (entry.resolved_frequency(sliding) * dt))
-            prepared.append(Prepared(entry, dt, cycle_steps, entry.load(1.0, sliding)))
-        except Rule as error:
-            key = f".{error.key}" if error.key else ""
-            raise InputError(f"analysis.history {entry.label!r}{key}: {error}") from None
-        except InputError as error:
-            raise InputError(f"analysis.history {entry.label!r}: {error}") from None
-    return prepared
+SIGNALS: dict[str, type[Excitation]] = {
+    get_args(kind.model_fields["signal"].annotation)[0]: kind
+    for kind in get_args(get_args(AnyExcitation)[0])
+}
+"""Sections by the kind of signal, as the key ``signal`` names it."""

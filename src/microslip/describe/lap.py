@@ -1,91 +1,46 @@
-"""What a user may write about a lap joint: validated input models, read from TOML.
+"""What a user may write about a lap joint: the sections of its file, validated.
 
 A joint file is TOML with one section per thing an engineer knows: the beams, their material, the
 contact, the clamp, the supports, what damps, how finely to look, what loads it and what to compute.
 Every quantity takes a unit (`microslip.describe.units`); after reading, everything is SI and immutable.
-Two-dimensional: forces, moments and stiffnesses are per metre of width.
+Two-dimensional: forces, moments and stiffnesses are per metre of width. `microslip.model.lap` makes
+the model of it.
 """
 
 from __future__ import annotations
 
-import difflib
-import json
-import tomllib
-from collections.abc import Mapping, Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
+from html import escape
+from typing import Literal, Self
 
-from pydantic import BaseModel, BeforeValidator, Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
 from microslip.describe import units
-from microslip.describe.excitation import AnyExcitation, Excitation, LoadedExcitation, check_band
+from microslip.describe.amplitude import Load
+from microslip.describe.excitation import Excitation, LoadedExcitation
 from microslip.describe.quantities import (
     AreaStiffness,
     Count,
     Density,
-    Drive,
-    Frequencies,
-    Frequency,
     Length,
     LineForce,
     LineStiffness,
     Modulus,
-    Moments,
     Number,
-    OneOrMore,
-    Positions,
     Rate,
-    Ratios,
-    Rhos,
     Rule,
     Section,
-    StepsPerCycle,
     Time,
-    evenly,
 )
-from microslip.errors import InputError
-
-if TYPE_CHECKING:
-    from typing import Self
-
-    from pydantic.fields import FieldInfo
-    from pydantic_core import ErrorDetails
-
-    from microslip.model.elasticity import Material
-    from microslip.model.lap_mesh import LapGeometry, MeshControl
-
-PAPER_GREATEST_DAMPING = 2.4
-"""The rho at which the paper finds the greatest damping."""
-
-MOST_OF_OPENING = 0.85
-"""Largest amplitude of the cycles where the file gives none, over the one that opens the joint."""
-
-FEWEST_ADAPTIVE = 5
-"""Harmonics that harmonic balance starts from where it chooses their number."""
-
-SAMPLES_OF_A_HARMONIC = 4
-"""Samples per period of the highest harmonic that the contact laws need at least."""
+from microslip.describe.requests import (
+    MOST_OF_OPENING,
+    Requests,
+    TimeAnalysis,
+    cycles_and_response,
+    holds_requests,
+)
 
 MOST_COLUMNS = 20_000
 """Elements along one beam outside the overlap: more is a slip of the pen."""
-
-
-def _harmonics(value: Any) -> Any:
-    """A number of harmonics, or the word that leaves it open."""
-    number = isinstance(value, int) and not isinstance(value, bool)
-    if value != "adaptive" and not (number and 1 <= value <= 101):
-        raise ValueError('must be a whole number from 1 to 101, or "adaptive"')
-    return value
-
-
-Variant = Literal["printed", "consistent", "refined"]
-Drives = Annotated[tuple[Drive, ...], OneOrMore]
-Variants = Annotated[tuple[Variant, ...], OneOrMore]
-BackboneMethod = Literal["quasi_static", "prescribed", "harmonic"]
-BackboneMethods = Annotated[tuple[BackboneMethod, ...], OneOrMore]
-ModeNumbers = Annotated[tuple[Annotated[Count, Field(ge=1, le=2000)], ...], OneOrMore]
-Harmonics = Annotated[int | Literal["adaptive"], BeforeValidator(_harmonics)]
-LoadKind = Literal["moment", "moment_over_clamp_force_length", "rho"]
 
 
 class Beams(Section):
@@ -171,287 +126,23 @@ class MeshInput(Section):
     modes: Count = Field(default=60, ge=4, le=2000)
 
 
-class Load(Section):
-    """Amplitudes of the end moment: exactly one of `moment`, its ratio to P L, and `rho`.
-
-    ``rho = C mu P L / M``. The constant C is given by `rho_scale`, or else fixed such that the
-    greatest damping falls at ``rho = greatest_damping_at``.
-    """
-
-    moment: Moments | None = None
-    moment_over_clamp_force_length: Ratios | None = None
-    rho: Rhos | None = None
-    greatest_damping_at: Number = Field(default=PAPER_GREATEST_DAMPING, gt=0)
-    rho_scale: Number | None = Field(default=None, gt=0)
-
-    @property
-    def kind(self) -> LoadKind:
-        """Which of the three keys gives the load."""
-        return next(kind for kind in get_args(LoadKind) if getattr(self, kind) is not None)
-
-    @property
-    def values(self) -> tuple[float, ...]:
-        """The values of that key."""
-        values: tuple[float, ...] = getattr(self, self.kind)
-        return values
-
-    @model_validator(mode="after")
-    def _one_load(self) -> Self:
-        kinds = get_args(LoadKind)
-        given = [kind for kind in kinds if getattr(self, kind) is not None]
-        if len(given) != 1:
-            found = " and ".join(given) if given else "none"
-            raise Rule("", f"give exactly one of {', '.join(kinds)}; found {found}")
-        for key in ("greatest_damping_at", "rho_scale"):
-            if given != ["rho"] and key in self.model_fields_set:
-                raise Rule(key, f"only belongs to load.rho, and the load is given by {given[0]}")
-        if self.rho_scale is not None and "greatest_damping_at" in self.model_fields_set:
-            raise Rule("rho_scale", "fixes what greatest_damping_at would calibrate: give one")
-        return self
-
-
-class CycleAnalysis(Section):
-    """Quasi-static cycles: stiffness and damping against amplitude M/(PL)."""
-
-    drives: Drives = ("moment", "mode")
-    smallest: Number = Field(default=5e-5, gt=0)
-    largest: Number | None = Field(default=None, gt=0)
-    count: Count = Field(default=25, ge=2, le=1000)
-    moment_over_clamp_force_length: Ratios | None = None
-    steps: Count = Field(default=300, ge=20, le=100_000)
-    max_cycles: Count = Field(default=6, ge=2, le=1000)
-    closure: Number = Field(default=1e-5, gt=0, lt=0.1)
-
-    def amplitudes(self, opening: float = 1.0) -> tuple[float, ...]:
-        """M/(PL) of every cycle, ascending; `largest` left out is 0.85 of `opening`.
-
-        Examples
-        --------
-        >>> CycleAnalysis(smallest=0.001, largest=0.1, count=3).amplitudes()
-        (0.001, 0.01, 0.1)
-        """
-        if self.moment_over_clamp_force_length is not None:
-            return tuple(sorted(set(self.moment_over_clamp_force_length)))
-        largest = MOST_OF_OPENING * opening if self.largest is None else self.largest
-        ratio = largest / self.smallest
-        inner = [self.smallest * ratio ** (i / (self.count - 1)) for i in range(1, self.count - 1)]
-        return (self.smallest, *inner, largest)
-
-    @model_validator(mode="after")
-    def _one_list(self) -> Self:
-        _distinct("drives", self.drives)
-        range_keys = {"smallest", "largest", "count"} & self.model_fields_set
-        if self.moment_over_clamp_force_length is not None and range_keys:
-            raise Rule(
-                "moment_over_clamp_force_length",
-                f"lists the amplitudes: remove {', '.join(sorted(range_keys))}",
-            )
-        if self.largest is not None and self.largest <= self.smallest:
-            raise Rule("largest", f"must be above smallest, {self.smallest:g}")
-        return self
-
-
-class ResponseAnalysis(Section):
-    """Frequency response of the reduced model, in Hz."""
-
-    from_: Frequency = Field(default=165.0, gt=0, alias="from")
-    to: Frequency = Field(default=190.0, gt=0)
-    count: Count = Field(default=501, ge=2, le=1_000_000)
-    variants: Variants = ("printed", "consistent", "refined")
-    tolerance: Number = Field(default=1e-10, gt=0, lt=0.1)
-    max_iterations: Count = Field(default=500, ge=1, le=1_000_000)
-
-    def frequencies(self) -> tuple[float, ...]:
-        """Evenly spaced frequencies, Hz.
-
-        Examples
-        --------
-        >>> ResponseAnalysis(from_=170, to=171, count=3).frequencies()
-        (170.0, 170.5, 171.0)
-        """
-        return evenly(self.from_, self.to, self.count)
-
-    @model_validator(mode="after")
-    def _ascending(self) -> Self:
-        _distinct("variants", self.variants)
-        if self.to <= self.from_:
-            raise Rule("to", f"must be above analysis.response.from, {self.from_:g} Hz")
-        return self
-
-
-class ReducedAnalysis(Section):
-    """Which reduced models, and how finely the refined one is tabulated."""
-
-    variant: Variants | None = None
-    amplitudes: Count = Field(default=48, ge=4, le=1000)
-    steps: Count = Field(default=200, ge=60, le=100_000)
-    max_cycles: Count = Field(default=4, ge=2, le=1000)
-    upper_modes: Count = Field(default=2, ge=0, le=20)
-
-    @model_validator(mode="after")
-    def _no_repetition(self) -> Self:
-        _distinct("variant", self.variant or ())
-        return self
-
-
-class BackboneAnalysis(Section):
-    """Natural frequency and damping ratio of modes of the joint against their amplitude.
-
-    `smallest` and `largest` are fractions of the amplitude at which the inertia of the mode opens
-    the joint.
-    """
-
-    modes: ModeNumbers = (1,)
-    methods: BackboneMethods = ("quasi_static", "prescribed")
-    smallest: Number = Field(default=1e-5, gt=0, lt=1)
-    largest: Number = Field(default=MOST_OF_OPENING, gt=0, lt=1)
-    count: Count = Field(default=30, ge=2, le=1000)
-    steps: Count = Field(default=100, ge=20, le=100_000, multiple_of=4)
-    max_cycles: Count = Field(default=4, ge=2, le=1000)
-    harmonics: Count = Field(default=5, ge=1, le=50)
-
-    @model_validator(mode="after")
-    def _ascending(self) -> Self:
-        _distinct("methods", self.methods)
-        _distinct("modes", self.modes)
-        if self.largest <= self.smallest:
-            raise Rule("largest", f"must be above analysis.backbone.smallest, {self.smallest:g}")
-        return self
-
-
-class TimeAnalysis(Section):
-    """Steady states by time integration with full contact: the truth at a few frequencies."""
-
-    frequencies: Frequencies | None = None
-    from_: Frequency | None = Field(default=None, gt=0, alias="from")
-    to: Frequency | None = Field(default=None, gt=0)
-    count: Count | None = Field(default=None, ge=2, le=10_000)
-    steps: StepsPerCycle = 150
-    positions: Positions | None = None
-    max_cycles: Count = Field(default=400, ge=2, le=100_000)
-    tolerance: Number = Field(default=1e-5, gt=0, lt=0.1)
-    search: Literal["accelerated", "marched"] = "accelerated"
-
-    def band(self) -> tuple[float, ...]:
-        """Frequencies, Hz, ascending.
-
-        Examples
-        --------
-        >>> TimeAnalysis(from_=170, to=171, count=3).band()
-        (170.0, 170.5, 171.0)
-        """
-        if self.frequencies is not None:
-            return tuple(sorted(set(self.frequencies)))
-        assert self.from_ is not None
-        assert self.to is not None
-        assert self.count is not None
-        return evenly(self.from_, self.to, self.count)
-
-    @model_validator(mode="after")
-    def _one_band(self) -> Self:
-        check_band(self.frequencies, (self.from_, self.to, self.count))
-        if self.from_ is not None and self.to is not None and self.to <= self.from_:
-            raise Rule("to", f"must be above analysis.time.from, {self.from_:g} Hz")
-        return self
-
-
-class HarmonicAnalysis(Section):
-    """Periodic responses by harmonic balance, on every branch that the ends of the band lie on."""
-
-    frequencies: Frequencies | None = None
-    from_: Frequency | None = Field(default=None, gt=0, alias="from")
-    to: Frequency | None = Field(default=None, gt=0)
-    count: Count | None = Field(default=None, ge=2, le=10_000)
-    harmonics: Harmonics = 5
-    tolerance: Number = Field(default=0.03, gt=0, lt=1)
-    most: Count = Field(default=21, ge=5, le=101)
-    samples: Count | None = Field(default=None, ge=16, le=100_000)
-    stability: bool = Field(default=True, strict=True)
-
-    @property
-    def branch_harmonics(self) -> int:
-        """Harmonics of the branch, from which adaptive ones are raised at each point."""
-        return FEWEST_ADAPTIVE if self.harmonics == "adaptive" else self.harmonics
-
-    def band(self) -> tuple[float, ...]:
-        """Frequencies, Hz, ascending.
-
-        Examples
-        --------
-        >>> HarmonicAnalysis(from_=170, to=171, count=3).band()
-        (170.0, 170.5, 171.0)
-        """
-        if self.frequencies is not None:
-            return tuple(sorted(set(self.frequencies)))
-        assert self.from_ is not None
-        assert self.to is not None
-        assert self.count is not None
-        return evenly(self.from_, self.to, self.count)
-
-    @model_validator(mode="after")
-    def _one_band(self) -> Self:
-        check_band(self.frequencies, (self.from_, self.to, self.count))
-        if self.from_ is not None and self.to is not None and self.to <= self.from_:
-            raise Rule("to", f"must be above analysis.harmonic.from, {self.from_:g} Hz")
-        if len(self.band()) < 2:
-            raise Rule(
-                "frequencies",
-                "a branch is followed from the first to the last of them: give two or more",
-            )
-        return self
-
-    @model_validator(mode="after")
-    def _resolved(self) -> Self:
-        for key in ("tolerance", "most"):
-            if self.harmonics != "adaptive" and key in self.model_fields_set:
-                raise Rule(
-                    key, 'is only for harmonics = "adaptive": remove it, or change harmonics'
-                )
-        needed = SAMPLES_OF_A_HARMONIC * self.branch_harmonics
-        if self.samples is not None and self.samples < needed:
-            raise Rule(
-                "samples",
-                f"per cycle do not resolve {self.branch_harmonics} harmonics: take at least "
-                f"{needed}, or fewer harmonics",
-            )
-        return self
-
-
-def _entries(value: Any) -> Any:
-    """One section [analysis.history] is a list of one."""
-    if isinstance(value, Mapping):
-        return (value,)
-    if not isinstance(value, list | tuple) or len(value) > 1000:
-        raise ValueError("must be sections, [[analysis.history]]")
-    return value
-
-
-class Analysis(Section):
-    """What to compute; a table left out is not computed."""
-
-    cycle: CycleAnalysis | None = None
-    response: ResponseAnalysis | None = None
-    reduced: ReducedAnalysis = Field(default_factory=ReducedAnalysis)
-    backbone: BackboneAnalysis | None = None
-    harmonic: HarmonicAnalysis | None = None
-    time: TimeAnalysis | None = None
-    history: Annotated[tuple[AnyExcitation, ...], BeforeValidator(_entries)] = ()
-
-    @model_validator(mode="after")
-    def _distinct_names(self) -> Self:
-        labels = [entry.label for entry in self.history]
-        for k, label in enumerate(labels):
-            if label in labels[:k]:
-                raise Rule(f"history.{k}.name", f"two histories are called {label!r}: give names")
-        return self
-
-
-def _everything() -> Analysis:
-    return Analysis(cycle=CycleAnalysis(), response=ResponseAnalysis())
-
-
+@holds_requests
 class LapJoint(Section):
-    """A lap joint, its loads and the analyses asked for. SI units throughout."""
+    """A lap joint, its loads and the analyses asked for. SI units throughout.
+
+    Examples
+    --------
+    >>> LapJoint.model_validate(
+    ...     {
+    ...         "beams": {"length": "0.25 m", "thickness": "12.5 mm", "overlap_half_length": 0.0375},
+    ...         "material": {"youngs_modulus": "70 GPa", "poissons_ratio": 0.3, "density": 2000},
+    ...         "contact": {"friction": 0.25},
+    ...         "clamp": {"force": "1 MN/m", "half_length": "25 mm"},
+    ...         "analysis": {"cycle": {}},
+    ...     }
+    ... )
+    LapJoint(length 250 mm, thickness 12.5 mm, 201 pairs, analyses: cycle)
+    """
 
     title: str | None = Field(default=None, max_length=200)
     beams: Beams
@@ -462,7 +153,7 @@ class LapJoint(Section):
     damping: Damping = Field(default_factory=Damping)
     mesh: MeshInput = Field(default_factory=MeshInput)
     load: Load | None = None
-    analysis: Analysis = Field(default_factory=_everything)
+    analysis: Requests = Field(default_factory=cycles_and_response)
 
     @property
     def clamp_force_length(self) -> float:
@@ -501,26 +192,44 @@ class LapJoint(Section):
         scale = 1.0 if self.load.kind == "moment" else self.clamp_force_length
         return tuple(scale * value for value in self.load.values)
 
-    def geometry(self) -> LapGeometry:
-        """Dimensions for the mesh."""
-        from microslip.model.lap_mesh import LapGeometry
+    def __repr__(self) -> str:
+        title = [repr(self.title)] if self.title else []
+        facts = (
+            f"length {units.readable(self.beams.length, 'm')}",
+            f"thickness {units.readable(self.beams.thickness, 'm')}",
+            f"{self.contact.pairs_used} pairs",
+            f"analyses: {', '.join(self.analysis.asked) or 'none'}",
+        )
+        return f"LapJoint({', '.join((*title, *facts))})"
 
-        b = self.beams
-        return LapGeometry(b.length, b.thickness, b.overlap_half_length, self.clamp.half_length)
+    __str__ = __repr__
 
-    def material_model(self) -> Material:
-        """Material for the assembly."""
-        from microslip.model.elasticity import Material
+    def _repr_html_(self) -> str:
+        """Main quantities as a table, for notebooks."""
+        rows = "".join(
+            f"<tr><td>{escape(name)}</td><td>{escape(value)}</td></tr>"
+            for name, value in self._main_quantities()
+        )
+        return f"<table><caption>{escape(self.title or 'Lap joint')}</caption>{rows}</table>"
 
-        m = self.material
-        return Material(m.youngs_modulus, m.poissons_ratio, m.density, m.plane)
-
-    def mesh_control(self) -> MeshControl:
-        """Fineness of the mesh, with the number of contact pairs that is used."""
-        from microslip.model.lap_mesh import MeshControl
-
-        m = self.mesh
-        return MeshControl(self.contact.pairs_used, m.overlap_growth, m.max_layer, m.rest_size)
+    def _main_quantities(self) -> list[tuple[str, str]]:
+        readable, m, c = units.readable, self.material, self.contact
+        rows = [
+            ("length of a beam", readable(self.beams.length, "m")),
+            ("thickness of a beam", readable(self.beams.thickness, "m")),
+            ("half length of the overlap", readable(self.beams.overlap_half_length, "m")),
+            ("Young's modulus", f"{readable(m.youngs_modulus, 'Pa')}, plane {m.plane}"),
+            ("Poisson's ratio", f"{m.poissons_ratio:g}"),
+            ("density", f"{m.density:g} kg/m³"),
+            ("friction", f"{c.friction:g}"),
+            ("contact", f"{c.law}, {c.pairs_used} pairs"),
+            ("clamp force", readable(self.clamp.force, "N/m")),
+            ("half length of the clamp", readable(self.clamp.half_length, "m")),
+        ]
+        if self.load is not None:
+            values = ", ".join(f"{value:g}" for value in self.load.values)
+            rows.append((f"load: {self.load.kind}", values))
+        return [*rows, ("analyses", ", ".join(self.analysis.asked) or "none")]
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
@@ -534,11 +243,6 @@ class LapJoint(Section):
         _positions_are_on_the_overlap(self)
         _joint_stays_closed(self)
         return self
-
-
-def _distinct(key: str, values: Sequence[str | int]) -> None:
-    if len(set(values)) < len(values):
-        raise Rule(key, "names one thing twice")
 
 
 def _clamp_fits(joint: LapJoint) -> None:
@@ -687,195 +391,3 @@ def _holds(joint: LapJoint, key: str, ratio: float) -> None:
             f"overlap_half_length/length = {limit:.4g}, a moment of "
             f"{limit * joint.clamp_force_length:.4g} N*m/m",
         )
-
-
-def load_joint(path: str | Path) -> LapJoint:
-    """Read and validate a joint file.
-
-    Raises
-    ------
-    InputError
-        With one message: file, key, value, and what is allowed.
-    """
-    file = Path(path)
-    return parse_joint(_read_toml(file), str(path), file.parent)
-
-
-def parse_joint(
-    document: Mapping[str, Any], source: str = "joint", folder: str | Path = ""
-) -> LapJoint:
-    """Validate a joint given as nested mappings, as `tomllib` makes them.
-
-    Files that it names are looked for in `folder`.
-
-    Raises
-    ------
-    InputError
-        Naming `source`, key, value, and what is allowed.
-
-    Examples
-    --------
-    >>> parse_joint({"beams": {"length": "-1 m"}})
-    Traceback (most recent call last):
-    ...
-    microslip.errors.InputError: joint: 6 problems
-      beams.length = "-1 m": must be greater than 0
-      beams.thickness is missing: expected a length, for example "12.5 mm"
-      beams.overlap_half_length is missing: expected a length, for example "12.5 mm"
-      [material] is missing: a section with youngs_modulus, poissons_ratio, density
-      [contact] is missing: a section with friction
-      ...
-    """
-    try:
-        return LapJoint.model_validate(document, context={"folder": folder})
-    except ValidationError as failure:
-        problems = [_describe(error, document) for error in failure.errors()]
-    raise InputError(_joined(source, problems)) from None
-
-
-def _read_toml(path: Path) -> dict[str, Any]:
-    if path.is_dir():
-        raise InputError(f"{path}: is a folder; a joint file was expected")
-    try:
-        return tomllib.loads(path.read_bytes().decode())
-    except FileNotFoundError:
-        hint = f"; `microslip new lap {path}` writes one" if path.suffix == ".toml" else ""
-        raise InputError(f"{path}: no such file{hint}") from None
-    except UnicodeDecodeError as failure:
-        raise InputError(f"{path}: not UTF-8 text (byte {failure.start})") from None
-    except tomllib.TOMLDecodeError as failure:
-        raise InputError(f"{path}: not valid TOML: {failure}") from None
-    except (OSError, ValueError) as failure:
-        reason = getattr(failure, "strerror", None) or failure
-        raise InputError(f"{path}: cannot be read: {reason}") from None
-
-
-def _joined(source: str, problems: list[str], shown: int = 5) -> str:
-    if len(problems) == 1:
-        return f"{source}: {problems[0]}"
-    rest = ["..."] if len(problems) > shown else []
-    return "\n  ".join([f"{source}: {len(problems)} problems", *problems[:shown], *rest])
-
-
-def _describe(error: ErrorDetails, document: Mapping[str, Any]) -> str:
-    """One problem in the words of the joint file."""
-    loc, kind = error["loc"], error["type"]
-    context: Mapping[str, Any] = error.get("ctx", {})
-    cause = context.get("error")
-    if isinstance(cause, Rule):
-        keys = [int(k) if k.isdigit() else k for k in cause.key.split(".") if k]
-        return f"{_written((*loc, *keys), document)}: {cause}"
-    if kind == "union_tag_not_found":
-        return f"{_written((*loc, 'signal'), document)} is missing: one of {', '.join(_signals())}"
-    if kind == "union_tag_invalid":
-        return f"{_written((*loc, 'signal'), document)}: must be one of {', '.join(_signals())}"
-    if kind == "missing":
-        return _missing(loc)
-    if kind == "extra_forbidden":
-        return _unknown(loc)
-    if kind == "model_type":
-        return f"{_written(loc, document)}: must be a section, [{_dotted(loc)}]"
-    message = str(cause) if cause is not None else error["msg"]
-    for start in ("Input should be ", "Value should have "):
-        message = message.replace(start, "must be " if start.startswith("I") else "must have ")
-    return f"{_written(loc, document)}: {message}"
-
-
-def _dotted(loc: Sequence[int | str]) -> str:
-    """A location as a path; the kind of signal in it is left out."""
-    parts = (f"[{p}]" if isinstance(p, int) else f".{p}" for p in loc if p not in _signals())
-    return "".join(parts).removeprefix(".")
-
-
-def _signals() -> dict[str, type[Excitation]]:
-    """Kinds of signal and their sections; a location in a file holds the kind as well."""
-    union, _ = get_args(AnyExcitation)
-    return {get_args(c.model_fields["signal"].annotation)[0]: c for c in get_args(union)}
-
-
-def _is_tag(part: str, value: Any) -> bool:
-    return isinstance(value, Mapping) and value.get("signal") == part and part not in value
-
-
-def _written(loc: Sequence[int | str], document: Mapping[str, Any]) -> str:
-    """Key and value as the user wrote them."""
-    value: Any = document
-    key = ""
-    for part in loc:
-        if isinstance(part, int):
-            if isinstance(value, list | tuple):
-                key += f"[{part}]"
-                value = value[part]
-        elif not _is_tag(part, value):
-            key += f".{part}" if key else part
-            value = value.get(part) if isinstance(value, Mapping) else None
-    if value is None:
-        return key
-    if isinstance(value, Mapping):
-        return f"[{key}]"
-    text = json.dumps(value, ensure_ascii=False, default=str)
-    return f"{key} = {text if len(text) <= 60 else text[:57] + '...'}"
-
-
-def _model_at(loc: Sequence[int | str]) -> type[BaseModel] | None:
-    """Model of the section at a location."""
-    model: type[BaseModel] = LapJoint
-    for part in loc:
-        if isinstance(part, int) or part == "history":
-            continue
-        found = _field(model, part)
-        section = _signals().get(part) if found is None else _section(found)
-        if section is None:
-            return None
-        model = section
-    return model
-
-
-def _field(model: type[BaseModel], key: int | str) -> FieldInfo | None:
-    return {info.alias or name: info for name, info in model.model_fields.items()}.get(str(key))
-
-
-def _section(info: FieldInfo) -> type[BaseModel] | None:
-    for choice in (info.annotation, *get_args(info.annotation)):
-        if isinstance(choice, type) and issubclass(choice, BaseModel):
-            return choice
-    return None
-
-
-def _keys(model: type[BaseModel], *, required: bool = False) -> list[str]:
-    return [
-        info.alias or name
-        for name, info in model.model_fields.items()
-        if info.is_required() or not required
-    ]
-
-
-def _missing(loc: Sequence[int | str]) -> str:
-    model = _model_at(loc[:-1])
-    info = None if model is None else _field(model, loc[-1])
-    section = None if info is None else _section(info)
-    if section is not None:
-        needed = ", ".join(_keys(section, required=True))
-        return f"[{_dotted(loc)}] is missing: a section with {needed}"
-    kinds = [item for item in (info.metadata if info else []) if isinstance(item, units.Kind)]
-    advice = f": {kinds[0].advice()}" if kinds else ""
-    return f"{_dotted(loc)} is missing{advice}"
-
-
-def _unknown(loc: Sequence[int | str]) -> str:
-    key, place = str(loc[-1]), _dotted(loc[:-1])
-    model = _model_at(loc[:-1]) or LapJoint
-    known = _keys(model)
-    close = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
-    where = f"in [{place}]" if place else "at the top of the file"
-    if close:
-        return f"{_dotted(loc)} is not a known key; the nearest {where} is {close[0]!r}"
-    homes = [name for name, info in LapJoint.model_fields.items() if _has(info, key)]
-    if homes:
-        return f"{_dotted(loc)} is not a known key {where}; it belongs in [{homes[0]}]"
-    return f"{_dotted(loc)} is not a known key; {where} there are {', '.join(known)}"
-
-
-def _has(info: FieldInfo, key: str) -> bool:
-    section = _section(info)
-    return section is not None and key in _keys(section)

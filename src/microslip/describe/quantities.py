@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
@@ -56,13 +57,7 @@ class Section(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)
 
 
-def evenly(start: float, stop: float, count: int) -> tuple[float, ...]:
-    """`count` values from `start` to `stop`, both met exactly.
-
-    Examples
-    --------
-    >>> evenly(170.0, 171.0, 3)
-    (170.0, 170.5, 171.0)
-    """
-    step = (stop - start) / (count - 1)
-    return (*(start + i * step for i in range(count - 1)), stop)
+def check_distinct(key: str, values: Sequence[str | int]) -> None:
+    """Raise `Rule` where a list names one thing twice."""
+    if len(set(values)) < len(values):
+        raise Rule(key, "names one thing twice")

@@ -14,11 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 import skfem
-from numpy.typing import NDArray
 from skfem.helpers import dot
 from skfem.models.elasticity import lame_parameters, linear_elasticity, plane_stress
 
-from microslip.typing import Array
+from microslip.brief import Brief
+from microslip.typing import Array, Indices
 
 
 @dataclass(frozen=True)
@@ -55,8 +55,8 @@ class Material:
         return self.youngs_modulus / (1 - self.poissons_ratio**2)
 
 
-@dataclass(frozen=True)
-class Body:
+@dataclass(frozen=True, repr=False)
+class Body(Brief):
     """One elastic body: its mesh, matrices and the basis that its loads are made with.
 
     Attributes
@@ -77,7 +77,7 @@ class Body:
     stiffness: sp.csc_matrix
     mass: sp.csc_matrix
     basis: skfem.Basis
-    order: NDArray[np.int64]
+    order: Indices
 
 
 ELEMENT = skfem.ElementVector(skfem.ElementQuadS2())
@@ -100,12 +100,13 @@ def elastic_body(mesh: skfem.MeshQuad, material: Material) -> Body:
     def inertia(u, v, w):  # type: ignore[no-untyped-def]
         return density * dot(u, v)
 
-    order = np.hstack([basis.nodal_dofs, basis.facet_dofs]).T.ravel()
+    dofs = np.hstack([basis.nodal_dofs, basis.facet_dofs])
+    order = dofs.T.ravel()
     stiffness = skfem.asm(linear_elasticity(lam, mu), basis).tocsr()[order][:, order]
     mass = skfem.asm(inertia, basis).tocsr()[order][:, order]
     return Body(
         mesh,
-        basis.doflocs[:, order[::2]],
+        basis.doflocs[:, dofs[0]],
         (0.5 * (stiffness + stiffness.T)).tocsc(),
         mass.tocsc(),
         basis,
@@ -114,7 +115,7 @@ def elastic_body(mesh: skfem.MeshQuad, material: Material) -> Body:
 
 
 def traction_load(
-    body: Body, facets: NDArray[np.int64], traction: Callable[[Array, Array], tuple[Array, Array]]
+    body: Body, facets: Indices, traction: Callable[[Array, Array], tuple[Array, Array]]
 ) -> Array:
     """Consistent nodal forces of a traction on boundary facets, per metre of width.
 
@@ -140,7 +141,7 @@ def traction_load(
     return np.asarray(skfem.asm(work, edge)[body.order], dtype=float)
 
 
-def pressed_length_load(body: Body, facets: NDArray[np.int64], half_length: float) -> Array:
+def pressed_length_load(body: Body, facets: Indices, half_length: float) -> Array:
     """Vertical nodal forces of a unit force spread evenly over ``|x| <= half_length``.
 
     Facets are horizontal and may be cut by the ends of the pressed length: two Gauss points on the
@@ -161,14 +162,10 @@ def pressed_length_load(body: Body, facets: NDArray[np.int64], half_length: floa
         load[first] += force * np.mean((1 - s) * (1 - 2 * s))
         load[second] += force * np.mean(s * (2 * s - 1))
         load[corners + facet] += force * np.mean(4 * s * (1 - s))
-    vertical: Array = np.zeros(2 * len(load))
-    vertical[1::2] = load
-    return vertical
+    return np.column_stack([np.zeros_like(load), load]).ravel()
 
 
-def traction_stiffness(
-    body: Body, facets: NDArray[np.int64], per_area: float, axis: int
-) -> sp.csc_matrix:
+def traction_stiffness(body: Body, facets: Indices, per_area: float, axis: int) -> sp.csc_matrix:
     """Stiffness of springs spread over boundary facets, `per_area` in N/m³ along `axis`."""
     edge = skfem.FacetBasis(body.mesh, ELEMENT, facets=facets, intorder=4)
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from microslip.brief import Brief
 from microslip.model.joint import JointModel
-from microslip.typing import Array
+from microslip.typing import Array, Complex
 
 
-@dataclass(frozen=True)
-class Flexibility:
+@dataclass(frozen=True, repr=False)
+class Flexibility(Brief):
     """The linear side of a contact problem.
 
     With port amplitudes ``a``:  ``v = loads_v a + R q - W r``,  ``k_q q + R^T r = loads_q^T a``,
@@ -64,9 +64,7 @@ def with_compliance(flexibility: Flexibility, compliance: Array) -> Flexibility:
     return replace(flexibility, W=flexibility.W + np.diag(compliance))
 
 
-def harmonic_compliance(
-    model: JointModel, omega: float, harmonics: int
-) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+def harmonic_compliance(model: JointModel, omega: float, harmonics: int) -> tuple[Complex, Complex]:
     """Compliance of every mode, and lag of the residual part, at the harmonics 0..H of `omega`.
 
     ``W_h = residual lag_h + mode_v diag(modal_h) mode_v^T`` with

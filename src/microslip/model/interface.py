@@ -1,10 +1,7 @@
 """Contact pairs: where they are, what area each stands for, and their relative displacement.
 
-The relative displacement of all pairs is one vector ``v = B x``, pair by pair: ``v[d i]`` is the
-approach along the normal (positive closes the gap, so contact means ``v_n = 0`` and separation
-``v_n < 0``), ``v[d i + 1 ...]`` the tangential motion of the upper body relative to the lower.
-The reactions ``r`` have the same layout, ``r_n >= 0`` in compression, and act on the structure as
-``K x + B^T r = f``.
+The relative displacement of all pairs is one vector ``v = B x``; the reactions ``r`` act on the
+structure as ``K x + B^T r = f``. Layout and signs of both: `microslip.contact.pairs`.
 """
 
 from __future__ import annotations
@@ -13,14 +10,14 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from microslip.brief import Brief
 from microslip.errors import ModelError
-from microslip.typing import Array
+from microslip.typing import Array, Indices
 
 
-@dataclass(frozen=True)
-class Interface:
+@dataclass(frozen=True, repr=False)
+class Interface(Brief):
     """The contact pairs of a joint.
 
     Attributes
@@ -33,12 +30,16 @@ class Interface:
         B: relative displacement of the pairs from the displacement of the structure.
     dimension : int
         d: 2 or 3.
+    image : (m,) int array, optional
+        Where a half turn of the structure onto itself takes each pair; None where it has no such
+        symmetry.
     """
 
     position: Array
     area: Array
     relative: sp.csr_matrix
     dimension: int = 2
+    image: Indices | None = None
 
     @property
     def pairs(self) -> int:
@@ -47,7 +48,11 @@ class Interface:
 
 
 def matching_interface(
-    lower_nodes: NDArray[np.int64], upper_nodes: NDArray[np.int64], x: Array, dofs: int
+    lower_nodes: Indices,
+    upper_nodes: Indices,
+    x: Array,
+    dofs: int,
+    image: Indices | None = None,
 ) -> Interface:
     """Interface of pairs of coincident nodes on a horizontal plane, upper body above.
 
@@ -59,6 +64,8 @@ def matching_interface(
         Coordinates, m.
     dofs : int
         Degrees of freedom of the structure; node ``k`` has ``2 k`` (x) and ``2 k + 1`` (y).
+    image : (m,) int array, optional
+        See `Interface`.
 
     Raises
     ------
@@ -80,7 +87,7 @@ def matching_interface(
     )
     values = np.concatenate([np.ones(m), -np.ones(m), -np.ones(m), np.ones(m)])
     relative = sp.csr_matrix((values, (rows, columns)), shape=(2 * m, dofs))
-    return Interface(np.asarray(x, dtype=float), nodal_areas(x), relative)
+    return Interface(np.asarray(x, dtype=float), nodal_areas(x), relative, image=image)
 
 
 def nodal_areas(x: Array) -> Array:

@@ -17,16 +17,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from microslip.brief import Brief
 from microslip.errors import ModelError
 from microslip.model.modes import LinearModes, factorise, linear_modes, spectral_shift
 from microslip.model.structure import Structure
-from microslip.typing import Array
+from microslip.typing import Array, Indices
 
 
-@dataclass(frozen=True)
-class JointModel:
+@dataclass(frozen=True, repr=False)
+class JointModel(Brief):
     """Reduced model of a joint with free contact pairs; per metre of width in 2D, SI units.
 
     With modal coordinates ``eta`` (k), port amplitudes ``a`` (p) and reactions ``r`` (d m):
@@ -59,6 +59,9 @@ class JointModel:
         Residual flexibility between ports.
     rayleigh : tuple of float
         alpha (1/s) and beta (s).
+    image : (m,) int array, optional
+        Where a half turn of the structure onto itself takes each pair; None where it has no such
+        symmetry.
     """
 
     position: Array
@@ -73,6 +76,7 @@ class JointModel:
     port_v: Array
     port_port: Array
     rayleigh: tuple[float, float]
+    image: Indices | None = None
 
     @property
     def pairs(self) -> int:
@@ -84,6 +88,33 @@ class JointModel:
         if name not in self.ports:
             raise ModelError(f"no port {name!r}; this model has {', '.join(self.ports)}")
         return self.ports.index(name)
+
+    def amplitudes(self, loads: Mapping[str, float]) -> Array:
+        """(p,) amplitudes of all ports from those of a few; raises `ModelError` as `port` does."""
+        a = np.zeros(len(self.ports))
+        for name, amplitude in loads.items():
+            a[self.port(name)] += amplitude
+        return a
+
+    def with_modal_ports(self, shapes: Mapping[str, Array]) -> JointModel:
+        """The model with more ports that act on the kept modes alone.
+
+        Parameters
+        ----------
+        shapes : mapping of str to (k,) array
+            Coordinates in the free-interface modes of mass-normalised shapes Phi: the ports are
+            their inertia loads ``M Phi``, the outputs ``Phi^T M x``. Nothing of them is in the
+            residual flexibility.
+        """
+        count = len(shapes)
+        columns = np.column_stack([np.zeros((len(self.omega), 0)), *shapes.values()])
+        return replace(
+            self,
+            ports=(*self.ports, *shapes),
+            port_modes=np.hstack([self.port_modes, columns]),
+            port_v=np.hstack([self.port_v, np.zeros((len(self.port_v), count))]),
+            port_port=np.pad(self.port_port, ((0, count), (0, count))),
+        )
 
     def modal_damping(self) -> Array:
         """``alpha + beta omega²`` of each mode, 1/s."""
@@ -110,18 +141,36 @@ class JointModel:
             port_port=self.port_port + (g.T * flexibility) @ g,
         )
 
-    def bonded_frequencies(self, bonded: NDArray[np.int64], count: int) -> Array:
-        """Natural frequencies (Hz) of the reduced model with components of v bonded.
 
-        ``r = W_res,bb^-1 Psi_b eta`` adds the stiffness ``Psi_b^T W_res,bb^-1 Psi_b``. Compared
-        with the same modes of the full structure it measures the error of the reduction.
-        """
-        psi = self.mode_v[bonded]
-        stiffness = np.diag(self.omega**2) + psi.T @ np.linalg.solve(
-            self.residual[np.ix_(bonded, bonded)], psi
-        )
-        values = np.linalg.eigvalsh(0.5 * (stiffness + stiffness.T))[:count]
-        return np.sqrt(np.maximum(values, 0)) / (2 * np.pi)
+def bonded_modes(
+    model: JointModel, bonded: Indices, compliance: Array | None = None
+) -> tuple[Array, Array]:
+    """Modes of the joint model with components of v bonded.
+
+    ``r = W_bb^-1 Psi_b eta`` adds the stiffness ``Psi_b^T W_bb^-1 Psi_b``. Compared with the same
+    modes of the full structure they measure the error of the reduction.
+
+    Parameters
+    ----------
+    model : JointModel
+    bonded : (b,) int array
+        Components of v.
+    compliance : (d m,) array, optional
+        Of an elastic contact, m/N: the bond is behind it.
+
+    Returns
+    -------
+    omega : (k,) array
+        Circular frequencies, rad/s, ascending.
+    shapes : (k, k) array
+        Columns, in the free-interface modes, mass-normalised.
+    """
+    psi, W = model.mode_v[bonded], model.residual[np.ix_(bonded, bonded)]
+    if compliance is not None:
+        W = W + np.diag(compliance[bonded])
+    bond = psi.T @ np.linalg.solve(W, psi)
+    values, shapes = np.linalg.eigh(np.diag(model.omega**2) + 0.5 * (bond + bond.T))
+    return np.sqrt(np.maximum(values, 0.0)), shapes
 
 
 class Reducer:
@@ -181,6 +230,7 @@ class Reducer:
             port_v=v[:, count:],
             port_port=0.5 * (port_port + port_port.T),
             rayleigh=self.rayleigh,
+            image=interface.image,
         )
 
     def with_ports(self, model: JointModel, ports: Mapping[str, Array]) -> JointModel:

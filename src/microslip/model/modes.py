@@ -12,15 +12,15 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
-from numpy.typing import NDArray
 
+from microslip.brief import Brief
 from microslip.errors import ModelError
 from microslip.model.structure import Structure
-from microslip.typing import Array
+from microslip.typing import Array, Indices
 
 
-@dataclass(frozen=True)
-class LinearModes:
+@dataclass(frozen=True, repr=False)
+class LinearModes(Brief):
     """Normal modes of a linear state of the joint.
 
     Attributes
@@ -35,7 +35,7 @@ class LinearModes:
 
     omega: Array
     shapes: Array
-    bonded: NDArray[np.int64]
+    bonded: Indices
 
     @property
     def frequency(self) -> Array:
@@ -59,7 +59,7 @@ def spectral_shift(structure: Structure) -> float:
     return 1e-10 * float(structure.stiffness.diagonal().sum() / structure.mass.diagonal().sum())
 
 
-def bonding(relative: sp.csr_matrix, bonded: NDArray[np.int64]) -> sp.csc_matrix:
+def bonding(relative: sp.csr_matrix, bonded: Indices) -> sp.csc_matrix:
     """Basis T of the displacements with ``relative[bonded] @ T = 0``, by eliminating one per row.
 
     Each bonded row gives up its own degree of freedom, so rows must not all share the same ones.
@@ -89,7 +89,7 @@ def bonding(relative: sp.csr_matrix, bonded: NDArray[np.int64]) -> sp.csc_matrix
 
 
 def linear_modes(
-    structure: Structure, bonded: NDArray[np.int64], count: int, align: str | None = None
+    structure: Structure, bonded: Indices, count: int, align: str | None = None
 ) -> LinearModes:
     """Lowest modes with some components of the relative displacement bonded.
 

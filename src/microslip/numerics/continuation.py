@@ -24,6 +24,7 @@ from typing import Protocol
 
 import numpy as np
 
+from microslip.brief import Brief
 from microslip.errors import MicroslipError
 from microslip.typing import Array
 
@@ -87,8 +88,8 @@ class StepControl:
     max_points: int = 500
 
 
-@dataclass(frozen=True)
-class BranchPoint:
+@dataclass(frozen=True, repr=False)
+class BranchPoint(Brief):
     """A solution with the direction in which its branch goes on.
 
     Attributes
@@ -115,8 +116,8 @@ class BranchPoint:
     error: float
 
 
-@dataclass(frozen=True)
-class Branch:
+@dataclass(frozen=True, repr=False)
+class Branch(Brief):
     """Points in the order in which they were found.
 
     Attributes

@@ -8,18 +8,16 @@ from typing import Any
 import numpy as np
 
 from microslip.analyses.backbone.cycles import (
-    Backbone,
     CycleControl,
-    amplitude_scale,
-    geometric,
     prescribed_backbone,
     quasi_static_backbone,
 )
 from microslip.analyses.backbone.extended_motion import harmonic_backbone
-from microslip.analyses.statics.joint_modes import JointMode, joint_modes, pick_mode
-from microslip.describe.lap import BackboneAnalysis
+from microslip.analyses.backbone.points import Backbone, amplitude_scale, geometric
+from microslip.analyses.prepared.joint_modes import JointMode, joint_modes, pick_mode
+from microslip.describe.requests import BackboneAnalysis
 from microslip.errors import Failure, InputError, ModelError
-from microslip.pipeline.outcome import Outcome, failure_of, until_interrupted
+from microslip.pipeline.outcome import Outcome, until_interrupted
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.progress import Progress
 from microslip.typing import Array
@@ -42,17 +40,15 @@ def run_backbones(
     modes = modes_asked_for(assembly, settings)
     with until_interrupted() as stop:
         for mode in modes:
-            scale = amplitude_scale(assembly.model, assembly.prestress, mode)
+            scale = amplitude_scale(assembly.prepared, mode)
             if not np.isfinite(scale):
                 failures.append(_idle(mode))
                 continue
             sizes = geometric(settings.smallest * scale, settings.largest * scale, settings.count)
             for method in settings.methods:
-                backbone, texts = _follow(assembly, settings, mode, method, sizes, progress)
+                backbone, missed = _follow(assembly, settings, mode, method, sizes, progress)
                 found.append(backbone)
-                failures += [
-                    failure_of("backbone", text.removeprefix("backbone of ")) for text in texts
-                ]
+                failures += missed
     return Outcome(tuple(found), tuple(failures), stop.is_set())
 
 
@@ -64,7 +60,7 @@ def modes_asked_for(assembly: Assembly, settings: BackboneAnalysis) -> list[Join
     InputError
         Where the joint has no mode of some number.
     """
-    modes = joint_modes(assembly.model, assembly.prestress, assembly.compliance)
+    modes = joint_modes(assembly.model, assembly.prestress, assembly.prepared.law)
     try:
         return [pick_mode(modes, number) for number in settings.modes]
     except ModelError as error:
@@ -87,22 +83,19 @@ def _follow(
     method: str,
     sizes: Array,
     progress: Progress,
-) -> tuple[Backbone, list[str]]:
+) -> tuple[Backbone, list[Failure]]:
     """One backbone by one method, and what it failed at."""
     progress.start(f"backbone of mode {mode.number}, {method.replace('_', '-')}", len(sizes))
-    what = (a.model, a.prestress, mode, a.joint.contact.friction, sizes)
     if method == "harmonic":
         found = harmonic_backbone(
-            *what,
-            compliance=a.compliance,
-            harmonics=settings.harmonics,
-            advance=progress.advance,
+            a.prepared, mode, sizes, harmonics=settings.harmonics, advance=progress.advance
         )
     else:
         by_cycles = quasi_static_backbone if method == "quasi_static" else prescribed_backbone
         found = by_cycles(
-            *what,
-            compliance=a.compliance,
+            a.prepared,
+            mode,
+            sizes,
             control=CycleControl(settings.steps, settings.max_cycles),
             advance=progress.advance,
         )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from microslip.describe.lap import parse_joint
+from microslip.describe.reading import parse_joint
 from microslip.pipeline.run import run
 
 

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from microslip.analyses.reduced.table import DRIVES, EquivalentTable, equivalent_table
+from microslip.analyses.reduced.table import EquivalentTable, equivalent_table
 from microslip.analyses.statics.cycle import Cycle, quasi_static_cycle
 from microslip.errors import ContactError, Failure
 from microslip.numerics.execute import each, threads
-from microslip.pipeline.loads import on_port
+from microslip.pipeline.loads import DRIVES, on_port
 from microslip.pipeline.outcome import Outcome, until_interrupted
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.progress import Progress
@@ -69,12 +69,9 @@ def drive_cycles(assembly: Assembly, drive: str, progress: Progress) -> Outcome[
     def one(load: float) -> Cycle | ContactError:
         try:
             return quasi_static_cycle(
-                a.model,
-                a.flexibility,
-                a.prestress,
+                a.prepared,
                 DRIVES[drive],
                 load,
-                a.joint.contact.friction,
                 steps=settings.steps,
                 max_cycles=settings.max_cycles,
                 closure=settings.closure,
@@ -98,7 +95,7 @@ def drive_cycles(assembly: Assembly, drive: str, progress: Progress) -> Outcome[
         progress.finish()
     table = None
     if len(solved) >= 2:
-        table = equivalent_table(solved, a.model, a.states, a.joint.clamp.force, drive)
+        table = equivalent_table(solved, a.prepared, drive)
     return Outcome(DrivenCycles(tuple(solved), tuple(kept), table), tuple(failures), stop.is_set())
 
 

@@ -9,20 +9,20 @@ from typing import Any
 
 import numpy as np
 
-from microslip.analyses.harmonic.equations import HarmonicProblem, harmonic_problem, with_harmonics
 from microslip.analyses.harmonic.hill import HillExponents, hill_exponents
-from microslip.analyses.harmonic.response import (
-    Adaptive,
-    HarmonicPoint,
-    HarmonicResponse,
-    frequency_response,
-    sliding_amplitudes,
+from microslip.analyses.harmonic.peaks import amplitudes_along
+from microslip.analyses.harmonic.points import HarmonicPoint
+from microslip.analyses.harmonic.problem import (
+    HarmonicProblem,
+    harmonic_problem,
+    with_harmonics,
 )
-from microslip.describe.lap import HarmonicAnalysis
+from microslip.analyses.harmonic.response import Adaptive, HarmonicResponse, frequency_response
+from microslip.describe.requests import HarmonicAnalysis
 from microslip.errors import Failure, MicroslipError
 from microslip.numerics.execute import NotBegun, gather, threads
 from microslip.pipeline.loads import Load, frictionless_response, gentle_moment, loads_of_file
-from microslip.pipeline.outcome import Outcome, failure_of, value_of
+from microslip.pipeline.outcome import Outcome, value_of
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.progress import Progress
 from microslip.pipeline.response import known_scale
@@ -83,12 +83,18 @@ def run_harmonic(
         if isinstance(outcome, NotBegun):
             failures.append(Failure("harmonic", place, "interrupted before it began"))
         elif isinstance(outcome, MicroslipError):
-            failures.append(failure_of("harmonic", str(outcome), place))
+            failures.append(Failure("harmonic", place, str(outcome)))
         else:
             found.append(outcome)
-            failures += [failure_of("harmonic", text, place) for text in outcome.response.failures]
+            failures += [_under(place, missed) for missed in outcome.response.failures]
     progress.finish()
     return Outcome(tuple(found), tuple(failures), stop.is_set())
+
+
+def _under(place: str, failure: Failure) -> Failure:
+    """A failure under one of several loads."""
+    where = ", ".join(part for part in (place, failure.where) if part)
+    return replace(failure, where=where)
 
 
 def loads_to_follow(
@@ -116,15 +122,11 @@ def follow(
     assembly: Assembly, settings: HarmonicAnalysis, load: Load, meter: _Meter, stop: Event
 ) -> HarmonicRun:
     """Branches, points and stability under one load, as far as they come until `stop` is set."""
-    a = assembly
-    friction = 0.0 if load.rho == 0 else a.joint.contact.friction
+    friction = 0.0 if load.rho == 0 else assembly.joint.contact.friction
     problem = harmonic_problem(
-        a.model,
-        a.prestress,
-        friction,
+        assembly.prepared.with_friction(friction),
         harmonics=settings.branch_harmonics,
         samples=settings.samples,
-        compliance=a.compliance,
     )
     adaptive = None
     if settings.harmonics == "adaptive":
@@ -146,7 +148,8 @@ def follow(
             stability.append(exponents_of(problem, point) if wanted else None)
         except MicroslipError as error:
             stability.append(None)
-            failures.append(str(error))
+            where = f"stability at {point.frequency:.6g} Hz"
+            failures.append(Failure("harmonic", where, str(error)))
     meter.close()
     return HarmonicRun(
         rho=load.rho,
@@ -154,7 +157,7 @@ def follow(
         load=load.moment,
         response=replace(response, failures=tuple(failures)),
         curves=tuple(
-            (way.parameters, sliding_amplitudes(problem, load.moment, way))
+            (way.parameters, amplitudes_along(problem, load.moment, way))
             for way in response.branches
         ),
         stability=tuple(stability),

@@ -7,7 +7,6 @@ from functools import partial
 from threading import Event
 from typing import Any
 
-from microslip.analyses.reduced.table import DRIVES
 from microslip.analyses.time.history import (
     History,
     Recording,
@@ -18,10 +17,11 @@ from microslip.analyses.time.history import (
 )
 from microslip.analyses.time.scheme import State, TimeScheme, prestressed_state, time_scheme
 from microslip.analyses.time.steady import steady_state
-from microslip.describe.excitation import Excitation, FreeDecay, LoadedExcitation, Prepared
+from microslip.describe.excitation import Excitation, FreeDecay, LoadedExcitation
 from microslip.errors import Failure, MicroslipError
 from microslip.numerics.execute import NotBegun, gather, threads
-from microslip.pipeline.loads import end_moment, on_port
+from microslip.pipeline.excitation import Prepared
+from microslip.pipeline.loads import DRIVES, end_moment, on_port
 from microslip.pipeline.outcome import Outcome
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.progress import Progress
@@ -87,14 +87,7 @@ def march_history(
     """
     a, entry = assembly, signal.entry
     amplitude = float(on_port(a, entry.drive, amplitude_of(entry, a, scale)))
-    scheme = time_scheme(
-        a.model,
-        a.prestress,
-        a.joint.contact.friction,
-        signal.dt,
-        port=DRIVES[entry.drive],
-        compliance=a.compliance,
-    )
+    scheme = time_scheme(a.prepared, signal.dt, port=DRIVES[entry.drive])
     positions = entry.positions or (a.joint.clamp.half_length,)
     recording = Recording(
         name=entry.label,
@@ -129,9 +122,9 @@ def _start(entry: Excitation, a: Assembly, scheme: TimeScheme, amplitude: float)
         return prestressed_state(scheme)
     if entry.start == "mode":
         assert entry.modal_amplitude is not None
-        return prestressed_state(scheme, entry.modal_amplitude, a.states.sliding_omega)
+        return prestressed_state(scheme, entry.modal_amplitude, a.mode.sliding_omega)
     if entry.start == "static":
-        return static_state(scheme, a.flexibility, amplitude)
+        return static_state(scheme, amplitude)
     assert entry.frequency is not None
     # from rest the phase of the cycle is zero, so that it ends as the load passes through zero
     found = steady_state(scheme, entry.frequency, amplitude)

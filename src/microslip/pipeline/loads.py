@@ -20,18 +20,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from microslip.analyses.reduced.response import (
-    Response,
-    TwoModeModel,
-    forced_response,
-    greatest_damping_load,
-    two_mode_model,
-)
-from microslip.analyses.reduced.table import DRIVES, EquivalentTable
-from microslip.analyses.statics.cycle import opening_load
+from microslip.analyses.prepared.prestress import opening_load
+from microslip.analyses.reduced.response import Response, forced_response, greatest_damping_load
+from microslip.analyses.reduced.table import EquivalentTable
+from microslip.analyses.reduced.two_mode import TwoModeModel, two_mode_model
 from microslip.errors import MicroslipError
-from microslip.pipeline.prepare import Assembly
+from microslip.pipeline.prepare import DRIVE, Assembly
 from microslip.typing import Array
+
+DRIVES = {"moment": DRIVE, "mode": "sliding"}
+"""Port that each drive acts on: the end moment (the paper), or the inertia load of the mode."""
 
 GENTLE = 3e-4
 """Peak of the joint without friction over the amplitude whose inertia opens the joint."""
@@ -104,7 +102,7 @@ def scale_of_file(assembly: Assembly, models: Mapping[str, Model]) -> float:
     MicroslipError
         As `calibrated_scale`.
     """
-    load, states = assembly.joint.load, assembly.states
+    load, mode = assembly.joint.load, assembly.mode
     if load is None or load.rho is None:
         return np.nan
     if load.rho_scale is not None:
@@ -112,7 +110,7 @@ def scale_of_file(assembly: Assembly, models: Mapping[str, Model]) -> float:
     if strength(assembly) == 0:
         return 1.0
     name = next(v for v in ("refined", "consistent", "printed") if v in models)
-    band = np.linspace(0.9 * states.sliding_frequency, 1.1 * states.stuck_frequency, 1201)
+    band = np.linspace(0.9 * mode.sliding_frequency, 1.1 * mode.stuck_frequency, 1201)
     return calibrated_scale(assembly, models[name], band, load.greatest_damping_at)
 
 
@@ -180,9 +178,14 @@ def on_port(assembly: Assembly, drive: str, moment: Array | float) -> Array | fl
     """Amplitude on the port of a drive that is as close to opening the joint as an end moment."""
     if drive == "moment":
         return moment
-    a = assembly
-    opening = opening_load(a.model, a.flexibility, a.prestress, DRIVES[drive])
-    return moment * opening / a.opening_moment
+    opening = opening_of(assembly, DRIVES[drive])
+    return moment * opening / assembly.opening_moment
+
+
+def opening_of(assembly: Assembly, port: str) -> float:
+    """Amplitude of a port that opens the joint."""
+    p = assembly.prepared
+    return opening_load(p.model, p.flexibility, p.prestress, port)
 
 
 # without friction ----------------------------------------------------------------------------------
@@ -190,7 +193,7 @@ def on_port(assembly: Assembly, drive: str, moment: Array | float) -> Array | fl
 
 def frictionless_response(assembly: Assembly, band: Array, moment: float = 1.0) -> Response:
     """Linear response of the joint without friction to an end moment, eq. (18)."""
-    linear = two_mode_model(assembly.states, "moment", assembly.rayleigh, "consistent")
+    linear = two_mode_model(assembly.prepared, "consistent")
     return forced_response(
         linear, None, band, moment, rho=0.0, friction=0.0, variant="frictionless"
     )
@@ -212,10 +215,9 @@ def gentle_moment(
     tables : mapping of str to EquivalentTable
         May be empty.
     """
-    a = assembly
     if tables:
         amplitude = float(min(table.amplitude[0] for table in tables.values()))
     else:
-        opening = opening_load(a.model, a.flexibility, a.prestress, "sliding")
-        amplitude = GENTLE * opening / a.states.sliding_omega**2
+        mode = assembly.mode
+        amplitude = GENTLE * opening_of(assembly, mode.port) / mode.sliding_omega**2
     return float(amplitude / (frictionless.peak_amplitude / frictionless.load))

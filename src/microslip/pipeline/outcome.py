@@ -65,17 +65,3 @@ def until_interrupted() -> Iterator[Event]:
         yield stop
     except KeyboardInterrupt:
         stop.set()
-
-
-def failure_of(stage: str, text: str, where: str = "") -> Failure:
-    """Failure from a message ``place: reason`` of an analysis, at `where` within the stage.
-
-    Examples
-    --------
-    >>> print(failure_of("harmonic", "load 84: stopped before 170 Hz", "rho = 2"))
-    harmonic, rho = 2, load 84: stopped before 170 Hz
-    """
-    place, found, reason = text.partition(": ")
-    if not found:
-        return Failure(stage, where, text)
-    return Failure(stage, ", ".join(part for part in (where, place) if part), reason)

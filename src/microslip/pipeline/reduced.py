@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from microslip.analyses.reduced.refined import moment_offset, refined_table
+from microslip.analyses.reduced.refined import load_offset, refined_table
 from microslip.analyses.reduced.table import EquivalentTable
 from microslip.analyses.statics.prescribed import hold_mode
-from microslip.pipeline.outcome import Outcome, failure_of, value_of
+from microslip.pipeline.outcome import Outcome, value_of
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.progress import Progress
 
@@ -25,7 +25,7 @@ class Refined:
     ----------
     table : EquivalentTable
     offset : float
-        c of the refined model, `microslip.analyses.reduced.refined.moment_offset`.
+        c of the refined model, `microslip.analyses.reduced.refined.load_offset`.
     """
 
     table: EquivalentTable
@@ -87,21 +87,13 @@ def tabulate(
     """
     a = assembly
     progress.start("cycles, mode prescribed", count)
-    held = hold_mode(
-        a.model,
-        a.prestress,
-        a.states,
-        a.joint.contact.friction,
-        a.between_states,
-        upper=upper,
-        compliance=a.compliance,
-    )
-    table, texts = refined_table(
+    held = hold_mode(a.prepared, a.between_states, upper=upper)
+    table, failures = refined_table(
         held, smallest, largest, count, steps=steps, cycles=cycles, advance=progress.advance
     )
-    offset = moment_offset(held, sticking)
+    offset = load_offset(held, sticking)
     progress.finish()
-    return Outcome(Refined(table, offset), tuple(failure_of("reduced", text) for text in texts))
+    return Outcome(Refined(table, offset), tuple(failures))
 
 
 def tables_of(done: Mapping[str, Outcome[Any]]) -> dict[str, EquivalentTable]:

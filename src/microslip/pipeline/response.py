@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from microslip.analyses.reduced.response import Response, forced_response, two_mode_model
+from microslip.analyses.reduced.response import Response, forced_response
 from microslip.analyses.reduced.trust import error_indicator
+from microslip.analyses.reduced.two_mode import two_mode_model
 from microslip.errors import Failure, MicroslipError
 from microslip.pipeline.loads import (
     Load,
@@ -102,7 +103,7 @@ def models_of(assembly: Assembly, done: Mapping[str, Outcome[Any]]) -> dict[str,
             drive = next((name for name in tables if name != "prescribed"), "")
         if drive in tables:
             offset = refined.offset if variant == "refined" else 0.0
-            linear = two_mode_model(assembly.states, "moment", assembly.rayleigh, variant, offset)
+            linear = two_mode_model(assembly.prepared, variant, offset)
             models[variant] = (linear, tables[drive])
     return models
 

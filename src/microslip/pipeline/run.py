@@ -10,11 +10,13 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from microslip.analyses.backbone.cycles import Backbone
+from microslip.analyses.backbone.points import Backbone
+from microslip.analyses.prepared.joint import PreparedJoint
+from microslip.analyses.prepared.joint_modes import JointMode
+from microslip.analyses.prepared.prestress import Prestress
 from microslip.analyses.reduced.response import Response
 from microslip.analyses.reduced.table import EquivalentTable
-from microslip.analyses.statics.cycle import Cycle, Prestress
-from microslip.analyses.statics.linear_states import LinearStates
+from microslip.analyses.statics.cycle import Cycle
 from microslip.analyses.time.history import History
 from microslip.analyses.time.points import TimePoint
 from microslip.describe.lap import LapJoint
@@ -24,7 +26,7 @@ from microslip.model.structure import Structure
 from microslip.pipeline.harmonic import HarmonicRun
 from microslip.pipeline.notebook import html_page
 from microslip.pipeline.outcome import Outcome, value_of
-from microslip.pipeline.prepare import Assembly, prepare
+from microslip.pipeline.prepare import Assembly, assemble
 from microslip.pipeline.progress import NullProgress, Progress
 from microslip.pipeline.reduced import tables_of
 from microslip.pipeline.response import known_scale
@@ -75,9 +77,14 @@ class Run:
         return self.assembly.prestress
 
     @property
-    def states(self) -> LinearStates:
+    def prepared(self) -> PreparedJoint:
+        """What every analysis took."""
+        return self.assembly.prepared
+
+    @property
+    def mode(self) -> JointMode:
         """Sliding and stuck mode."""
-        return self.assembly.states
+        return self.assembly.mode
 
     @property
     def failures(self) -> tuple[Failure, ...]:
@@ -107,7 +114,7 @@ class Run:
 
     @property
     def moment_offset(self) -> float:
-        """c of the refined model, `microslip.analyses.reduced.refined.moment_offset`; else nan."""
+        """c of the refined model, `microslip.analyses.reduced.refined.load_offset`; else nan."""
         refined = self.value("reduced")
         return np.nan if refined is None else refined.offset
 
@@ -164,8 +171,8 @@ def _facts(run: Run) -> dict[str, str]:
     """What is said of a run in a few lines."""
     seconds = run.timings.get("total", 0.0)
     facts = {
-        "joint": f"{run.model.pairs} contact pairs, {run.states.sliding_frequency:.2f} Hz sliding, "
-        f"{run.states.stuck_frequency:.2f} Hz stuck",
+        "joint": f"{run.model.pairs} contact pairs, {run.mode.sliding_frequency:.2f} Hz sliding, "
+        f"{run.mode.stuck_frequency:.2f} Hz stuck",
         "computed": f"{', '.join(run.outcomes) or 'nothing'} in {seconds:.1f} s",
     }
     if run.failures:
@@ -203,7 +210,7 @@ def run(joint: LapJoint, progress: Progress | None = None) -> Run:
     with threadpool_limits(1):
         start = time.perf_counter()
         progress.start("finite elements, reduction, prestress", 1)
-        assembly = prepare(joint)
+        assembly = assemble(joint)
         progress.advance()
         progress.finish()
         timings["assemble"] = time.perf_counter() - start

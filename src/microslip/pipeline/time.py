@@ -11,7 +11,7 @@ from microslip.analyses.reduced.response import Response
 from microslip.analyses.time.points import Request, TimePoint, steady_states
 from microslip.errors import Failure
 from microslip.numerics.execute import workers
-from microslip.pipeline.outcome import Outcome, failure_of, until_interrupted, value_of
+from microslip.pipeline.outcome import Outcome, until_interrupted, value_of
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.progress import Progress
 from microslip.pipeline.response import Responses
@@ -75,11 +75,10 @@ def integrate(
 
     A point that is not steady is an answer and a failure.
     """
-    a = assembly
-    found = steady_states(a.model, a.prestress, requests, a.compliance, workers())
+    found = steady_states(assembly.prepared, requests, workers())
     for request, outcome in zip(requests, found, strict=True):
-        if isinstance(outcome, str):
-            yield None, failure_of("time", outcome.removeprefix("time domain, "))
+        if isinstance(outcome, Failure):
+            yield None, outcome
         elif outcome.steady.converged:
             yield outcome, None
         else:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from microslip.analyses.statics.cycle import Cycle
 from microslip.analyses.time.points import phases
 from microslip.analyses.time.steady import SteadyState
+from microslip.contact.pairs import normal, tangential
 from microslip.model.joint import JointModel
 from microslip.numerics.fourier import harmonic
 from microslip.show.plots.states import COLOURS
@@ -23,7 +24,7 @@ QUARTERS = ((0, "0"), (1, "π/2"), (2, "π"), (3, "3π/2"))
 
 
 @dataclass(frozen=True)
-class Interface:
+class InterfaceMotion:
     """Contact over one cycle, phase counted from the zero of the motion (rows: steps).
 
     Attributes
@@ -52,13 +53,13 @@ class Interface:
         return round(quarter * self.steps / 4)
 
 
-def static_interface(cycle: Cycle, model: JointModel) -> Interface:
+def motion_of_cycle(cycle: Cycle, model: JointModel) -> InterfaceMotion:
     """Of a quasi-static cycle: load and motion are in phase."""
     q = cycle.output[:, model.port("sliding")]
-    return Interface(q, cycle.r, cycle.v, cycle.status, cycle.friction_work)
+    return InterfaceMotion(q, cycle.r, cycle.v, cycle.status, cycle.friction_work)
 
 
-def dynamic_interface(steady: SteadyState, model: JointModel) -> Interface:
+def motion_of_point(steady: SteadyState, model: JointModel) -> InterfaceMotion:
     """Of a steady vibration, its samples turned so that the motion passes zero first."""
     cycle = steady.cycle
     q = cycle.output[:, model.port("sliding")]
@@ -71,12 +72,12 @@ def dynamic_interface(steady: SteadyState, model: JointModel) -> Interface:
         rolled = np.roll(values[:-1], -shift, axis=0)
         return np.concatenate([rolled, rolled[:1]])
 
-    return Interface(
+    return InterfaceMotion(
         turned(q), turned(cycle.r), turned(cycle.v), turned(cycle.status), cycle.friction_work
     )
 
 
-def draw_states(ax: Axes, position: Array, contact: Interface) -> None:
+def draw_states(ax: Axes, position: Array, contact: InterfaceMotion) -> None:
     """Map of the contact states: position across, phase upward."""
     edges = np.concatenate([[position[0]], 0.5 * (position[1:] + position[:-1]), [position[-1]]])
     ax.pcolormesh(
@@ -96,15 +97,15 @@ def draw_states(ax: Axes, position: Array, contact: Interface) -> None:
 def draw_tractions(
     ax: Axes,
     position: Array,
-    contact: Interface,
+    contact: InterfaceMotion,
     step: int,
     area: Array,
     friction: float,
     unit: float,
 ) -> None:
     """Friction limit ``±mu p`` and traction on the upper body at one step, over a unit (Pa)."""
-    limit = friction * contact.r[step, ::2] / area / unit
-    traction = -contact.r[step, 1::2] / area / unit
+    limit = friction * normal(contact.r[step]) / area / unit
+    traction = -tangential(contact.r[step]) / area / unit
     ax.fill_between(position, -limit, limit, color="#dcdcdc", lw=0)
     ax.plot(position, limit, color=GREY, lw=0.9, ls="--", label=r"friction limit $\pm\mu p$")
     ax.plot(position, -limit, color=GREY, lw=0.9, ls="--")
@@ -113,8 +114,8 @@ def draw_tractions(
 
 
 def inner_height(
-    contact: Interface, position: Array, area: Array, friction: float, unit: float
+    contact: InterfaceMotion, position: Array, area: Array, friction: float, unit: float
 ) -> float:
     """Half height of axes that shows all tractions but the singular ones at the tips."""
     inner = np.abs(position) < 0.9 * np.abs(position).max()
-    return float(1.15 * (friction * contact.r[:, ::2] / area / unit)[:, inner].max())
+    return float(1.15 * (friction * normal(contact.r) / area / unit)[:, inner].max())

@@ -8,13 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from microslip.analyses.reduced.response import (
-    CONVERGED,
-    TwoModeModel,
-    forced_response,
-    two_mode_model,
-)
+from microslip.analyses.reduced.response import forced_response
+from microslip.analyses.reduced.sweep import CONVERGED
 from microslip.analyses.reduced.table import EquivalentTable
+from microslip.analyses.reduced.two_mode import TwoModeModel, two_mode_model
 from microslip.reproduce.fig11 import time_frequencies
 from microslip.reproduce.friction_force import friction_table
 from microslip.reproduce.peaks import time_domain_peak
@@ -50,14 +47,13 @@ class Erratum:
 
 
 def _model(study: Study, variant: str, table: str = "mode") -> Model:
-    states = study.assembly.states
-    return two_mode_model(states, "moment", study.rayleigh, variant), study.tables[table]
+    return two_mode_model(study.assembly.prepared, variant), study.tables[table]
 
 
 def _friction_alone(study: Study) -> EquivalentTable:
     a = study.assembly
     return friction_table(
-        study.tables["mode"], study.run.cycles["mode"], a.model, a.structure.interface, a.states
+        study.tables["mode"], study.run.cycles["mode"], a.structure.interface, a.states, a.prepared
     )
 
 

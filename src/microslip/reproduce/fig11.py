@@ -8,7 +8,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from microslip.analyses.reduced.response import CONVERGED, Response, forced_response, two_mode_model
+from microslip.analyses.reduced.response import Response, forced_response
+from microslip.analyses.reduced.sweep import CONVERGED
+from microslip.analyses.reduced.two_mode import two_mode_model
 from microslip.analyses.time.points import TimePoint
 from microslip.reproduce.peaks import time_domain_peak
 from microslip.reproduce.plate import Number, Plate, Trend
@@ -86,9 +88,9 @@ def time_frequencies(study: Study, rho: float) -> tuple[float, ...]:
 def _draw_frictionless(ax: Axes, study: Study) -> Trend:
     """The joint without friction: line of eq. (18) and time domain."""
     band = study.settings.response_band()
-    model = two_mode_model(study.assembly.states, "moment", study.rayleigh, "consistent")
+    model = two_mode_model(study.assembly.prepared, "consistent")
     load = study.moment(0.0)
-    centre = study.assembly.states.sliding_frequency
+    centre = study.assembly.mode.sliding_frequency
     points = study.time_points(0.0, [centre + offset for offset in LINEAR_OFFSETS])
     frequency = np.array([p.corrected_frequency for p in points])
     found = np.array([abs(p.steady.amplitude) for p in points])
@@ -137,7 +139,7 @@ def size_at(study: Study, case: Case, rho: float, frequency: NDArray) -> NDArray
 
 def _numbers(study: Study, errors: dict[float, dict[str, dict[str, Any]]]) -> list[Number]:
     peak = time_domain_peak(study, PAPER_RHO)
-    sliding = study.assembly.states.sliding_frequency
+    sliding = study.assembly.mode.sliding_frequency
     unit = study.frictionless.peak_amplitude / study.frictionless.load * study.moment(PAPER_RHO)
     printed = respond(study, PRINTED, PAPER_RHO, study.settings.response_band())
     worst = errors[PAPER_RHO][PRINTED.key]

@@ -46,8 +46,7 @@ def fig14(study: Study) -> Plate:
     consistent = maps[CONSISTENT]
     aligned = {case.key: aligned_range(found) for case, found in maps.items()}
     first = aligned[CONSISTENT.key][0]
-    states = study.assembly.states
-    stuck = (states.stuck_omega / states.sliding_omega) ** 2 - 1
+    stuck = study.assembly.mode.stiffening
     saturation = {n: float(study.tables[n].k_eq[0]) for n in study.tables}
     return Plate(
         figure,

@@ -12,7 +12,7 @@ from microslip.analyses.statics.cycle import quasi_static_cycle
 from microslip.analyses.time.points import Request, solve_request
 from microslip.errors import Failure, MicroslipError
 from microslip.numerics.execute import each, threads
-from microslip.pipeline.prepare import Assembly, prepare
+from microslip.pipeline.prepare import Assembly, assemble
 from microslip.reproduce.plate import Number, Plate
 from microslip.reproduce.settings import PAPER_RHO
 from microslip.reproduce.study import Study
@@ -54,14 +54,11 @@ def fig3(study: Study) -> Plate:
                 steps=study.settings.time_steps,
                 max_cycles=study.settings.max_cycles,
             )
-            steady = solve_request(a.model, a.prestress, None, request).steady
+            steady = solve_request(a.prepared, request).steady
             cycle = quasi_static_cycle(
-                a.model,
-                a.flexibility,
-                a.prestress,
-                "moment",
+                a.prepared,
+                a.prepared.drive,
                 load,
-                study.friction,
                 steps=study.settings.time_steps,
                 max_cycles=6,
                 closure=1e-6,
@@ -137,4 +134,4 @@ def _assembly(study: Study, pairs: int) -> Assembly:
     if pairs == study.settings.pairs:
         return study.assembly
     contact = study.joint.contact.model_copy(update={"pairs": pairs})
-    return prepare(study.joint.model_copy(update={"contact": contact}))
+    return assemble(study.joint.model_copy(update={"contact": contact}))

@@ -7,17 +7,18 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from microslip.contact.fields import contact_extent
+from microslip.contact.pairs import normal, tangential, touches
 from microslip.reproduce.drawing import (
     QUARTERS,
-    Interface,
+    InterfaceMotion,
     draw_states,
     draw_tractions,
     inner_height,
-    static_interface,
+    motion_of_cycle,
 )
 from microslip.reproduce.plate import Number, Plate, Trend
 from microslip.reproduce.study import Study
-from microslip.results.fields import contact_extent
 from microslip.show.plots.states import handles
 from microslip.show.plots.style import DOUBLE, MM, clamp_edges, house_style, new_figure
 
@@ -32,13 +33,14 @@ def fig5(study: Study) -> Plate:
     with study.timed("figure_cycles"):
         first = study.static_cycle("moment", load, max_cycles=1)
         steady = study.static_cycle("moment", load)
-    contacts = static_interface(first, a.model), static_interface(steady, a.model)
+    contacts = motion_of_cycle(first, a.model), motion_of_cycle(steady, a.model)
     figure = draw_cycles(study, contacts, ("first cycle", "steady cycle"))
     ends = [
-        contact_extent(study.position, contacts[1].status[contacts[1].at(q)] != 4) for q in (1, 3)
+        contact_extent(study.position, touches(contacts[1].status[contacts[1].at(q)]))
+        for q in (1, 3)
     ]
     rest = contact_extent(study.position, a.prestress.touching)
-    limit = study.friction * a.prestress.solution.r[::2].sum() / study.joint.clamp.force
+    limit = study.friction * normal(a.prestress.solution.r).sum() / study.joint.clamp.force
     spacing = float(np.diff(study.position).max())
     sign = "The growing side is the left one under a positive moment, mirrored to the paper's text."
     return Plate(
@@ -81,10 +83,10 @@ def fig5(study: Study) -> Plate:
     )
 
 
-def _locked_in(contact: Interface) -> Trend:
+def _locked_in(contact: InterfaceMotion) -> Trend:
     """Traction that is left at zero moment."""
-    traction = contact.r[contact.at(2), 1::2]
-    peak = contact.r[contact.at(1), 1::2]
+    traction = tangential(contact.r[contact.at(2)])
+    peak = tangential(contact.r[contact.at(1)])
     share = float(np.abs(traction).max() / np.abs(peak).max())
     return Trend(
         "locked_in",
@@ -96,7 +98,7 @@ def _locked_in(contact: Interface) -> Trend:
 
 
 def draw_cycles(
-    study: Study, contacts: tuple[Interface, Interface], names: tuple[str, str]
+    study: Study, contacts: tuple[InterfaceMotion, InterfaceMotion], names: tuple[str, str]
 ) -> Figure:
     """Two cycles: state maps above, tractions at the quarters of each below."""
     a, x = study.assembly, study.position

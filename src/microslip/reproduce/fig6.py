@@ -56,7 +56,7 @@ def fig6(study: Study) -> Plate:
             max_cycles=study.settings.max_cycles,
         )
         try:
-            return solve_request(a.model, a.prestress, None, request).steady
+            return solve_request(a.prepared, request).steady
         except MicroslipError as error:
             return Failure("fig6", f"{steps} steps per cycle", str(error))
 

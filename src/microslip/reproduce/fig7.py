@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from microslip.reproduce.drawing import dynamic_interface, static_interface
+from microslip.reproduce.drawing import motion_of_cycle, motion_of_point
 from microslip.reproduce.fig5 import draw_cycles
 from microslip.reproduce.plate import Number, Plate, Trend
 from microslip.reproduce.settings import PAPER_RHO
@@ -24,12 +24,12 @@ def fig7(study: Study) -> Plate:
     with study.timed("figure_cycles"):
         cycle = study.static_at("moment", amplitude)
         along_mode = study.static_at("mode", amplitude)
-    contacts = static_interface(cycle, a.model), dynamic_interface(point.steady, a.model)
+    contacts = motion_of_cycle(cycle, a.model), motion_of_point(point.steady, a.model)
     figure = draw_cycles(study, contacts, ("quasi-static", "dynamic"))
     same = {
         "moment_driven": float(np.mean(contacts[0].status[1:] == contacts[1].status[1:])),
         "mode_driven": float(
-            np.mean(static_interface(along_mode, a.model).status[1:] == contacts[1].status[1:])
+            np.mean(motion_of_cycle(along_mode, a.model).status[1:] == contacts[1].status[1:])
         ),
     }
     best = _greatest_damping(study)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip.reproduce.drawing import Interface, dynamic_interface, static_interface
+from microslip.reproduce.drawing import InterfaceMotion, motion_of_cycle, motion_of_point
 from microslip.reproduce.fig7 import FREQUENCY
 from microslip.reproduce.friction_force import friction_modal_force
 from microslip.reproduce.plate import Number, Plate, Trend
@@ -39,10 +39,10 @@ def fig8(study: Study) -> Plate:
     point = study.time_point(PAPER_RHO, FREQUENCY)
     amplitude = abs(point.steady.amplitude)
     with study.timed("figure_cycles"):
-        contacts: dict[str, Interface] = {
-            "time domain": dynamic_interface(point.steady, a.model),
+        contacts: dict[str, InterfaceMotion] = {
+            "time domain": motion_of_point(point.steady, a.model),
             **{
-                f"quasi-static, {drive}-driven": static_interface(
+                f"quasi-static, {drive}-driven": motion_of_cycle(
                     study.static_at(drive, amplitude), a.model
                 )
                 for drive in ("moment", "mode")
@@ -58,7 +58,7 @@ def fig8(study: Study) -> Plate:
         left.plot(x, density, label=name, **STYLES[name])
         top = max(top, float(density[inner].max()))
         f = friction_modal_force(contact.r, a.structure.interface, a.states)
-        unit = a.states.sliding_omega**2 * amplitude
+        unit = a.mode.sliding_omega**2 * amplitude
         right.plot(contact.q / amplitude, f / unit, **STYLES[name])
     clamp_edges(left)
     left.set_xlim(x[0], x[-1])
@@ -101,7 +101,7 @@ def fig8(study: Study) -> Plate:
     )
 
 
-def inside_slip_zone(contacts: dict[str, Interface], x: NDArray) -> Trend:
+def inside_slip_zone(contacts: dict[str, InterfaceMotion], x: NDArray) -> Trend:
     """Is the greatest dissipation between the edges of each slip zone, not at an edge?"""
     numbers = {}
     for name, contact in contacts.items():

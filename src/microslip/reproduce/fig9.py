@@ -21,7 +21,7 @@ def fig9(study: Study) -> Plate:
     frequency = np.array([p.steady.frequency for p in points])
     amplitude = np.array([abs(p.steady.amplitude) for p in points])
     equivalent = np.array([dynamic_equivalent(study, p) for p in points])
-    omega2 = a.states.sliding_omega**2
+    omega2 = a.mode.sliding_omega**2
     dynamic = (
         np.array([p.steady.cycle.dissipated for p in points]),
         0.5 * equivalent.real * omega2 * amplitude**2,

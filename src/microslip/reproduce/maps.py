@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip.analyses.reduced.response import CONVERGED
+from microslip.analyses.reduced.sweep import CONVERGED
 from microslip.reproduce.peaks import Peak, vertex
 from microslip.reproduce.study import Study
 from microslip.reproduce.variants import Case, equivalent, respond, solutions

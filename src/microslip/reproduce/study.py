@@ -13,21 +13,25 @@ from typing import Any, TypeVar
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from microslip.analyses.reduced.response import Response, forced_response, two_mode_model
-from microslip.analyses.reduced.table import DRIVES, EquivalentTable, equivalent_table
+from microslip.analyses.reduced.response import Response, forced_response
+from microslip.analyses.reduced.table import EquivalentTable, equivalent_table
+from microslip.analyses.reduced.two_mode import two_mode_model
 from microslip.analyses.statics.cycle import Cycle, quasi_static_cycle
-from microslip.analyses.time.points import Request, TimePoint, equivalent
-from microslip.describe.lap import LapJoint, load_joint
+from microslip.analyses.time.points import Request, TimePoint
+from microslip.analyses.time.readings import equivalent
+from microslip.describe.lap import LapJoint
+from microslip.describe.reading import load_joint
 from microslip.errors import Failure, MicroslipError
 from microslip.pipeline.cycle import DrivenCycles, drive_cycles
 from microslip.pipeline.loads import (
+    DRIVES,
     calibrated_scale,
     end_moment,
     frictionless_response,
     gentle_moment,
 )
 from microslip.pipeline.outcome import Outcome
-from microslip.pipeline.prepare import Assembly, prepare
+from microslip.pipeline.prepare import Assembly, assemble
 from microslip.pipeline.progress import NullProgress, Progress
 from microslip.pipeline.reduced import Refined, tabulate
 from microslip.pipeline.run import Run
@@ -111,7 +115,7 @@ class Study:
         """Matrices, reduction, prestress, linear states."""
         with self.timed("assemble"):
             self.progress.start("finite elements, reduction, prestress", 1)
-            assembly = prepare(self.joint)
+            assembly = assemble(self.joint)
             self.progress.finish()
         return assembly
 
@@ -123,7 +127,7 @@ class Study:
     @property
     def rayleigh(self) -> tuple[float, float]:
         """Alpha (1/s) and beta (s)."""
-        return self.assembly.rayleigh
+        return self.assembly.model.rayleigh
 
     @property
     def unit(self) -> float:
@@ -160,7 +164,11 @@ class Study:
         """
         run, a = self.run, self.assembly
         alone = friction_table(
-            run.tables["moment"], run.cycles["moment"], a.model, a.structure.interface, a.states
+            run.tables["moment"],
+            run.cycles["moment"],
+            a.structure.interface,
+            a.states,
+            a.prepared,
         )
         return {**run.tables, "friction": alone, "prescribed": self.refined.table}
 
@@ -184,15 +192,11 @@ class Study:
 
     def static_cycle(self, drive: str, load: float, **options: float) -> Cycle:
         """One quasi-static cycle with the paper's number of load steps."""
-        a = self.assembly
         settings = {"steps": self.settings.time_steps, "max_cycles": 6, "closure": 1e-6, **options}
         return quasi_static_cycle(
-            a.model,
-            a.flexibility,
-            a.prestress,
+            self.assembly.prepared,
             DRIVES[drive],
             load,
-            self.friction,
             steps=int(settings["steps"]),
             max_cycles=int(settings["max_cycles"]),
             closure=float(settings["closure"]),
@@ -200,13 +204,13 @@ class Study:
 
     def static_at(self, drive: str, amplitude: float) -> Cycle:
         """The quasi-static cycle whose modal amplitude is given (to 1e-4)."""
-        a, table = self.assembly, self.run.tables[drive]
+        table = self.run.tables[drive]
         load = float(
             np.exp(np.interp(np.log(amplitude), np.log(table.amplitude), np.log(table.load)))
         )
         for _ in range(6):
             cycle = self.static_cycle(drive, load)
-            found = equivalent_table([cycle], a.model, a.states, self.joint.clamp.force, drive)
+            found = equivalent_table([cycle], self.assembly.prepared, drive)
             error = amplitude / float(found.amplitude[0])
             if abs(error - 1) < 1e-4:
                 break
@@ -228,9 +232,9 @@ class Study:
     @cached_property
     def rho_scale(self) -> float:
         """C in ``rho = C mu P L / M``: the consistent model is damped most at the paper's 2.4."""
-        states = self.assembly.states
-        model = two_mode_model(states, "moment", self.rayleigh, "consistent")
-        band = np.linspace(0.95 * states.sliding_frequency, 1.05 * states.stuck_frequency, 801)
+        mode = self.assembly.mode
+        model = two_mode_model(self.assembly.prepared, "consistent")
+        band = np.linspace(0.95 * mode.sliding_frequency, 1.05 * mode.stuck_frequency, 801)
         found = (model, self.run.tables["mode"])
         return calibrated_scale(self.assembly, found, band, PAPER_BEST_RHO)
 
@@ -293,7 +297,7 @@ class Study:
 
     def _guesses(self, rho: float, frequencies: Sequence[float]) -> list[complex]:
         """Modal amplitudes of the consistent model, on the branch a sweep from above follows."""
-        model = two_mode_model(self.assembly.states, "moment", self.rayleigh, "consistent")
+        model = two_mode_model(self.assembly.prepared, "consistent")
         table = self.run.tables["mode"] if rho > 0 else None
         low = min(self.settings.band[0], *frequencies)
         high = max(self.settings.band[1], *frequencies)
@@ -327,10 +331,10 @@ class Study:
             port_port=a.model.port_port[np.ix_(kept, kept)],
         )
         model = a.reducer.with_ports(plain, {**a.states.ports(a.structure), "edge": unit})
-        return replace(a, model=model)
+        return replace(a, prepared=a.prepared.with_model(model))
 
 
 def dynamic_equivalent(study: Study, point: TimePoint) -> complex:
     """``k_eq + i gamma_eq`` of a steady vibration, over omega_sl²."""
-    found = equivalent(point, study.assembly.model, study.assembly.states)
+    found = equivalent(point.steady, point.corrected_frequency, study.assembly.prepared)
     return complex(found.k_eq, found.gamma_eq)

@@ -1,7 +1,7 @@
 """The reduced models that the figures compare: every variant with every table.
 
 The one place that knows how a variant is solved. A case is a variant of
-`microslip.analyses.reduced.response` with the table it reads; the first is what the paper prints,
+`microslip.analyses.reduced.two_mode` with the table it reads; the first is what the paper prints,
 friction alone under the end moment.
 """
 
@@ -13,20 +13,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip.analyses.reduced.response import (
-    CONVERGED,
-    VARIANTS,
-    Response,
-    TwoModeModel,
-    _respond,
-    _system,
-    all_amplitudes,
-    evaluate_curve,
-    forced_response,
-    table_curve,
-    two_mode_model,
-)
-from microslip.analyses.reduced.table import DRIVES
+from microslip.analyses.reduced.curve import evaluate_curve, table_curve
+from microslip.analyses.reduced.response import Response, all_amplitudes, forced_response
+from microslip.analyses.reduced.sweep import CONVERGED, fixed_point, next_amplitude
+from microslip.analyses.reduced.two_mode import VARIANTS, TwoModeModel, two_mode_model
+from microslip.pipeline.loads import DRIVES
 from microslip.reproduce.study import Study
 from microslip.typing import Array
 
@@ -74,7 +65,7 @@ def cases() -> tuple[Case, ...]:
 def linear_part(study: Study, case: Case) -> TwoModeModel:
     """Linear part of a case, and where its table enters."""
     offset = study.refined.offset if case == REFINED else 0.0
-    return two_mode_model(study.assembly.states, "moment", study.rayleigh, case.variant, offset)
+    return two_mode_model(study.assembly.prepared, case.variant, offset)
 
 
 def respond(study: Study, case: Case, rho: float, frequency: Array) -> Response:
@@ -106,8 +97,8 @@ def read_table(study: Study, table: str, amplitude: Array) -> NDArray[np.complex
     curve = table_curve(found)
     out = np.zeros(curve.coefficients.shape[2])
     values = np.zeros(len(amplitude), complex)
-    for i, x in enumerate(np.log(np.maximum(amplitude, 1e-300) / found.clamp)):
-        evaluate_curve(curve.knots, curve.coefficients, x, out)
+    for i, x in enumerate(np.log(np.maximum(amplitude, 1e-300) / found.preload)):
+        evaluate_curve(curve, x, out)
         values[i] = out[0] + 1j * out[1]
     return values
 
@@ -118,11 +109,11 @@ def fixed_point_map(
     """The map g of the appendix: the amplitude that answers a table read at an amplitude."""
     found = study.tables[case.table]
     curve = table_curve(found)
-    system = _system(linear_part(study, case), curve, found.clamp, study.moment(rho))
+    system = fixed_point(linear_part(study, case), curve, found.preload, study.moment(rho))
     out, y = np.zeros(curve.coefficients.shape[2]), np.zeros(2, complex)
 
     def g(amplitude: float) -> float:
-        return float(_respond(amplitude, 2 * np.pi * frequency, system, out, y))
+        return float(next_amplitude(amplitude, 2 * np.pi * frequency, system, out, y))
 
     return g
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from microslip.analyses.backbone.cycles import IDLE, Backbone, material_damping
+from microslip.analyses.backbone.points import Backbone, material_damping
 from microslip.pipeline.run import Run
 from microslip.results.labels import MODAL, variable
 
@@ -31,17 +31,12 @@ def _rows(run: Run, backbone: Backbone) -> list[dict[str, Any]]:
             "dissipated_energy_j_per_m": point.dissipated,
             "residual_max": point.residual,
             "closure": point.closure,
-            "sliding_frequency_hz": mode.frequency,
+            "sliding_frequency_hz": mode.sliding_frequency,
             "stuck_frequency_hz": mode.stuck_frequency,
-            "interface_matters": matters(backbone),
+            "interface_matters": backbone.interface_matters,
         }
         for point in backbone.points
     ]
-
-
-def matters(backbone: Backbone) -> bool:
-    """Whether the interface can change the frequency of the mode noticeably."""
-    return abs(backbone.mode.stiffening) > IDLE
 
 
 def backbone_datasets(run: Run) -> dict[str, xr.Dataset]:
@@ -70,7 +65,10 @@ def _dataset(run: Run) -> xr.Dataset:
             grid, stack("closure"), "1", "change of the reactions over the last cycle"
         ),
         "sliding_frequency": variable(
-            each, [b.mode.frequency for b in curves], "Hz", "natural frequency, sliding state"
+            each,
+            [b.mode.sliding_frequency for b in curves],
+            "Hz",
+            "natural frequency, sliding state",
         ),
         "stuck_frequency": variable(
             each, [b.mode.stuck_frequency for b in curves], "Hz", "natural frequency, stuck state"

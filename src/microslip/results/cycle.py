@@ -9,9 +9,9 @@ import numpy as np
 import xarray as xr
 
 from microslip.analyses.reduced.table import EquivalentTable, equivalent_table, modal_quantities
+from microslip.contact.fields import contact_extent, contact_fields
 from microslip.contact.pairs import touches
 from microslip.pipeline.run import Run
-from microslip.results.fields import contact_extent, contact_fields
 from microslip.results.labels import (
     LOAD_UNIT,
     MODAL,
@@ -32,7 +32,7 @@ def table_of(run: Run, drive: str) -> EquivalentTable | None:
     cycles = run.cycles.get(drive)
     if not cycles:
         return None
-    return equivalent_table(cycles, run.model, run.states, run.joint.clamp.force, drive)
+    return equivalent_table(cycles, run.prepared, drive)
 
 
 def cycle_rows(run: Run) -> list[dict[str, Any]]:
@@ -91,9 +91,12 @@ def cycle_datasets(run: Run) -> dict[str, xr.Dataset]:
 def _cycles_dataset(run: Run, drive: str) -> xr.Dataset:
     cycles, model = run.cycles[drive], run.model
     fields = contact_fields(
-        np.stack([c.r for c in cycles]), np.stack([c.v for c in cycles]), run.prestress, model
+        np.stack([c.r for c in cycles]),
+        np.stack([c.v for c in cycles]),
+        run.prestress.solution.v,
+        model.area,
     )
-    modal = [modal_quantities(c, model, run.states) for c in cycles]
+    modal = [modal_quantities(c, run.prepared) for c in cycles]
     rows = list(rows_of_drive(run, drive))
     field = ("cycle", "step", "pair")
     trace = ("cycle", "step")

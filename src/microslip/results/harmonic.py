@@ -10,7 +10,7 @@ import xarray as xr
 
 from microslip.analyses.harmonic.hill import HillExponents
 from microslip.analyses.harmonic.response import HarmonicPoint
-from microslip.analyses.time.points import equivalent_of
+from microslip.analyses.time.readings import equivalent_of
 from microslip.contact.pairs import touches
 from microslip.pipeline.harmonic import HarmonicRun
 from microslip.pipeline.run import Run
@@ -42,7 +42,7 @@ def _row(
     point: HarmonicPoint,
     stability: HillExponents | None,
 ) -> dict[str, Any]:
-    found = equivalent_of(point.amplitude, point.frequency, point.load, run.model, run.states)
+    found = equivalent_of(point.amplitude, point.frequency, point.load, run.prepared)
     slowest = None if stability is None or not len(stability.exponents) else _slowest(stability)
     return {
         "rho": entry.rho,

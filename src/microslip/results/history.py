@@ -1,6 +1,6 @@
 """Histories by name: rows of the summary, and a dataset each.
 
-Contact fields are those of the chosen instants; signs as in `microslip.results.fields`.
+Contact fields are those of the chosen instants; signs as in `microslip.contact.fields`.
 """
 
 from __future__ import annotations
@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from microslip.analyses.time.history import History, decay, dwell_response
+from microslip.analyses.time.decay import decay, dwell_response
+from microslip.analyses.time.history import History
+from microslip.contact.fields import contact_fields
 from microslip.describe.excitation import SteppedSine
 from microslip.pipeline.run import Run
-from microslip.results.fields import contact_fields
 from microslip.results.labels import (
     LOAD_UNIT,
     MODAL,
@@ -100,7 +101,9 @@ def history_dataset(run: Run, history: History) -> xr.Dataset:
         },
         **local_variables(("time", "position"), history.slip, history.gap),
         "state": state_variable(field, history.status),
-        **field_variables(field, contact_fields(history.r, history.v, run.prestress, model)),
+        **field_variables(
+            field, contact_fields(history.r, history.v, run.prestress.solution.v, run.model.area)
+        ),
         "external_work": energy(e.external, "work of the load"),
         "friction_work": energy(e.friction, "friction work"),
         "modal_damping": energy(e.modal_damping, "loss in the material, modes"),

@@ -7,17 +7,17 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from microslip.contact.fields import contact_extent
 from microslip.contact.pairs import at_rest, normal, tangential_rows
 from microslip.pipeline.run import Run
-from microslip.results.fields import contact_extent
 from microslip.results.labels import pair_position, state_variable, variable
 
 
 def model_summary(run: Run) -> dict[str, Any]:
     """Sizes, interface, linear states and what opens the joint."""
-    joint, model, states = run.joint, run.model, run.states
+    joint, model, mode = run.joint, run.model, run.mode
     clamp_half = joint.clamp.half_length
-    bonded = model.position[states.pairs]
+    bonded = model.position[run.assembly.states.pairs]
     return {
         "dofs": run.structure.dofs,
         "modes": len(model.omega),
@@ -30,9 +30,9 @@ def model_summary(run: Run) -> dict[str, Any]:
         "clamp_force_n_per_m": joint.clamp.force,
         "clamp_half_length_m": clamp_half,
         "clamp_force_length_n_m_per_m": run.assembly.moment_unit,
-        "sliding_frequency_hz": states.sliding_frequency,
-        "stuck_frequency_hz": states.stuck_frequency,
-        "mode_overlap": states.overlap,
+        "sliding_frequency_hz": mode.sliding_frequency,
+        "stuck_frequency_hz": mode.stuck_frequency,
+        "mode_overlap": mode.overlap,
         "bonded_half_length_over_clamp_half_length": np.abs(bonded).max() / clamp_half,
         "opening_moment_over_clamp_force_length": run.assembly.opening_moment
         / run.assembly.moment_unit,
@@ -54,12 +54,13 @@ def prestress_summary(run: Run) -> dict[str, Any]:
 
 def model_dataset(run: Run) -> xr.Dataset:
     """The group ``model``: the model every analysis ran on."""
-    model, states, joint = run.model, run.states, run.joint
+    model, states, joint = run.model, run.assembly.states, run.joint
+    own = run.mode
     tangential = run.structure.interface.relative[tangential_rows()]
     scalar = {
-        "sliding_frequency": (states.sliding_frequency, "Hz", "natural frequency, sliding state"),
-        "stuck_frequency": (states.stuck_frequency, "Hz", "natural frequency, stuck state"),
-        "mode_overlap": (states.overlap, "1", "mass product of sliding and stuck mode"),
+        "sliding_frequency": (own.sliding_frequency, "Hz", "natural frequency, sliding state"),
+        "stuck_frequency": (own.stuck_frequency, "Hz", "natural frequency, stuck state"),
+        "mode_overlap": (own.overlap, "1", "mass product of sliding and stuck mode"),
         "friction": (joint.contact.friction, "1", "coefficient of friction"),
         "clamp_force": (joint.clamp.force, "N/m", "clamp force per metre of width"),
         "clamp_half_length": (joint.clamp.half_length, "m", "half length of the clamped zone"),

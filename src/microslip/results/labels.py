@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from microslip.contact.fields import ContactFields
 from microslip.pipeline.run import Run
-from microslip.results.fields import ContactFields
 from microslip.typing import Array, Indices, Status
 
 MODAL = "kg^0.5 m^0.5"

@@ -1,6 +1,6 @@
 """Steady states by time integration by name: rows of the summary, and a dataset.
 
-Contact fields cover the last cycle of every steady state; signs as in `microslip.results.fields`.
+Contact fields cover the last cycle of every steady state; signs as in `microslip.contact.fields`.
 """
 
 from __future__ import annotations
@@ -12,10 +12,11 @@ import numpy as np
 import xarray as xr
 
 from microslip.analyses.time.history import nearest_pairs
-from microslip.analyses.time.points import TimePoint, equivalent, harmonics_of, modal_force, phases
+from microslip.analyses.time.points import TimePoint
+from microslip.analyses.time.readings import equivalent, harmonics_of, modal_force, phases
 from microslip.analyses.time.scheme import March
+from microslip.contact.fields import contact_fields
 from microslip.pipeline.run import Run
-from microslip.results.fields import contact_fields
 from microslip.results.labels import (
     MODAL,
     MODAL_FORCE,
@@ -43,7 +44,7 @@ def time_row(run: Run, point: TimePoint) -> dict[str, Any]:
     """Entry of a steady state in the summary."""
     steady = point.steady
     cycle = steady.cycle
-    found = equivalent(point, run.model, run.states)
+    found = equivalent(point.steady, point.corrected_frequency, run.prepared)
     return {
         "rho": point.rho,
         "moment_over_clamp_force_length": steady.load / run.assembly.moment_unit,
@@ -74,7 +75,7 @@ def time_datasets(run: Run) -> dict[str, xr.Dataset]:
 
 def _dataset(run: Run) -> xr.Dataset:
     """All steady states: waveforms, harmonics, energies, and contact over the last cycle."""
-    points, model, states = run.time_domain, run.model, run.states
+    points, model = run.time_domain, run.model
     cycles = [p.steady.cycle for p in points]
     motions = [local_motion(run, cycle) for cycle in cycles]
     watched = motions[0][0]
@@ -100,7 +101,7 @@ def _dataset(run: Run) -> xr.Dataset:
         "load": variable(trace, np.stack([c.load for c in cycles]), "N m/m", "end moment"),
         "f": variable(
             trace,
-            wave(lambda p: modal_force(p, model, states, HARMONICS)),
+            wave(lambda p: modal_force(p.steady, run.prepared, HARMONICS)),
             MODAL_FORCE,
             f"contact force on the sliding mode beyond the sliding state, {HARMONICS} harmonics",
         ),
@@ -127,8 +128,8 @@ def _dataset(run: Run) -> xr.Dataset:
             contact_fields(
                 np.stack([c.r for c in cycles]),
                 np.stack([c.v for c in cycles]),
-                run.prestress,
-                model,
+                run.prestress.solution.v,
+                model.area,
             ),
         ),
         "dissipation": variable(
@@ -191,5 +192,5 @@ def local_motion(run: Run, cycle: March) -> tuple[Indices, Array, Array]:
     settings = run.joint.analysis.time
     wanted = (settings and settings.positions) or (run.joint.clamp.half_length,)
     watched = nearest_pairs(run.model.position, wanted)
-    fields = contact_fields(cycle.r, cycle.v, run.prestress, run.model)
+    fields = contact_fields(cycle.r, cycle.v, run.prestress.solution.v, run.model.area)
     return watched, fields.slip[:, watched], fields.gap[:, watched]

@@ -19,9 +19,9 @@ from microslip.analyses.backbone.cycles import (
 from microslip.analyses.backbone.extended_motion import harmonic_backbone
 from microslip.analyses.harmonic.equations import harmonic_problem
 from microslip.analyses.harmonic.response import LoadPath, describe, raise_load
+from microslip.analyses.prepared.joint_modes import bonded_modes, joint_modes, pick_mode
 from microslip.analyses.statics.cycle import prestress
-from microslip.analyses.statics.joint_modes import bonded_modes, joint_modes, pick_mode
-from microslip.describe.lap import parse_joint
+from microslip.describe.reading import parse_joint
 from microslip.errors import InputError, MicroslipError, ModelError
 from microslip.model.flexibility import static_flexibility
 from microslip.model.joint import JointModel

@@ -8,36 +8,33 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
+from conftest import FRICTION
 
 from microslip.analyses.harmonic.equations import (
     derivative_times,
     evaluate,
     frequency_derivative,
-    harmonic_problem,
-    linear_operator,
     load_derivative,
-    padded,
-    with_harmonics,
 )
 from microslip.analyses.harmonic.linear import Condensed, gmres
-from microslip.analyses.harmonic.response import (
+from microslip.analyses.harmonic.operator import linear_operator
+from microslip.analyses.harmonic.paths import (
     CONTROL,
-    Adaptive,
     FrequencyPath,
     LoadPath,
-    amplitude_sweep,
-    describe,
     follow_frequency,
-    frequency_response,
     raise_load,
-    resonance_locus,
-    resonance_peak,
 )
-from microslip.analyses.statics.cycle import prestress
+from microslip.analyses.harmonic.peaks import resonance_locus, resonance_peak
+from microslip.analyses.harmonic.points import describe
+from microslip.analyses.harmonic.problem import harmonic_problem, padded, with_harmonics
+from microslip.analyses.harmonic.response import Adaptive, amplitude_sweep, frequency_response
+from microslip.analyses.prepared.joint import prepare_joint
 from microslip.analyses.time.scheme import period_error, time_scheme
 from microslip.analyses.time.steady import steady_state
+from microslip.contact.law import contact_law
+from microslip.contact.pairs import normal, tangential, tangential_rows
 from microslip.errors import ContactError, MicroslipError
-from microslip.model.flexibility import with_compliance
 from microslip.numerics.continuation import (
     ContinuationError,
     StepControl,
@@ -54,7 +51,7 @@ LOAD = 2.4e-4
 
 @pytest.fixture(scope="module")
 def problem(small_reference):
-    return harmonic_problem(small_reference.model, small_reference.start, 0.25, harmonics=3)
+    return harmonic_problem(small_reference.joint, harmonics=3)
 
 
 def solved(problem, frequency, load):
@@ -71,11 +68,10 @@ def mixed(problem, small_reference):
 def elastic(reference, **options):
     stiffness = 1e14 * reference.model.area
     compliance = np.repeat(1 / stiffness, 2)
-    flexibility = with_compliance(reference.flexibility, compliance)
-    start = prestress(reference.model, flexibility, reference.start.clamp)
-    return harmonic_problem(
-        reference.model, start, 0.25, compliance=compliance, stiffness=1 / compliance, **options
-    )
+    law = contact_law(reference.model.pairs, FRICTION, compliance)
+    mode = reference.joint.mode
+    joint = prepare_joint(reference.model, law, reference.start.preload, "moment", mode)
+    return harmonic_problem(joint, stiffness=1 / compliance, **options)
 
 
 @pytest.mark.parametrize("law", ["exact", "elastic"])
@@ -86,7 +82,7 @@ def test_derivatives_against_differences(small_reference, law, half_turn):
     if law == "elastic":
         problem = elastic(small_reference, **options)
     else:
-        problem = harmonic_problem(small_reference.model, small_reference.start, 0.25, **options)
+        problem = harmonic_problem(small_reference.joint, **options)
     load = LOAD * small_reference.moment
     omega = 2 * np.pi * 176.0
     operator = linear_operator(problem, omega)
@@ -126,22 +122,22 @@ def test_derivatives_against_differences(small_reference, law, half_turn):
 @pytest.mark.parametrize(("friction", "directions"), [(0.0, 1), (50.0, 2)])
 def test_small_loads_give_the_linear_response(small_reference, friction, directions):
     """Frictionless and stuck: the harmonic response of the finite elements, pairs bonded."""
-    joint, frequency = small_reference, 170.0
-    load = 1e-7 * joint.moment
-    problem = harmonic_problem(joint.model, joint.start, friction, harmonics=2)
+    joint, frequency = small_reference.joint.with_friction(friction), 170.0
+    load = 1e-7 * small_reference.moment
+    problem = harmonic_problem(joint, harmonics=2)
     w, _ = raise_load(problem, frequency, load)
     path, tight = LoadPath(problem, frequency, load), StepControl(tolerance=1e-11)
     w, equations, iterations = solve_at(path, w, load, tight)
     found = describe(equations, iterations, 0.0)
-    structure, omega = joint.structure, 2 * np.pi * frequency
+    structure, omega = small_reference.structure, 2 * np.pi * frequency
     scale = np.abs(structure.stiffness).max()
-    bonded = scale * structure.interface.relative[joint.start.bonded(directions)]
+    bonded = scale * structure.interface.relative[joint.prestress.bonded(directions)]
     beta = joint.model.rayleigh[1]
     dynamic = (1 + 1j * omega * beta) * structure.stiffness - omega**2 * structure.mass
     system = sp.bmat([[dynamic, bonded.T], [bonded, None]], format="csc")
     right = np.concatenate([load * structure.loads["moment"], np.zeros(bonded.shape[0])])
     x = spla.spsolve(system, right.astype(complex))[: structure.dofs]
-    direct = joint.shape_sliding @ (structure.mass @ x)
+    direct = small_reference.states.sliding @ (structure.mass @ x)
     print(f"{found.amplitude / direct - 1:.1e}")
     assert abs(found.amplitude / direct - 1) < 1e-5
     assert np.abs(found.output[2]).max() < 1e-6 * np.abs(found.output[1]).max()
@@ -159,11 +155,10 @@ def test_residual_and_energy_balance(mixed):
     assert abs(mixed.normal_work) < 2e-3 * mixed.external_work
 
 
-def test_half_turn_halves_the_work_and_nothing_else(small_reference, mixed):
-    problem = harmonic_problem(
-        small_reference.model, small_reference.start, 0.25, harmonics=3, half_turn=False
-    )
-    whole = solved(problem, 174.0, mixed.load)
+def test_half_turn_halves_the_work_and_nothing_else(small_reference, problem, mixed):
+    other = harmonic_problem(small_reference.joint, harmonics=3, half_turn=False)
+    assert len(problem.pairs) == len(other.pairs) // 2 + 1
+    whole = solved(other, 174.0, mixed.load)
     assert whole.amplitude == pytest.approx(mixed.amplitude, rel=1e-5)
     top = whole.friction_work.max()
     assert whole.friction_work == pytest.approx(mixed.friction_work, abs=1e-4 * top)
@@ -175,9 +170,8 @@ def test_half_turn_halves_the_work_and_nothing_else(small_reference, mixed):
 
 def test_scaling_with_the_clamp(small_reference, mixed):
     """Twice the clamp force and twice the moment: twice the motion, four times the energy."""
-    joint = small_reference
-    start = prestress(joint.model, joint.flexibility, 2 * joint.start.clamp)
-    other = solved(harmonic_problem(joint.model, start, 0.25, harmonics=3), 174.0, 2 * mixed.load)
+    twice = small_reference.joint.with_preload({"clamp": 2 * small_reference.start.force})
+    other = solved(harmonic_problem(twice, harmonics=3), 174.0, 2 * mixed.load)
     assert other.amplitude == pytest.approx(2 * mixed.amplitude, rel=1e-7)
     assert other.dissipated == pytest.approx(4 * mixed.dissipated, rel=1e-6)
 
@@ -186,15 +180,15 @@ def test_stuck_pairs_stay_where_the_clamp_put_them(small_reference, problem):
     point = solved(problem, 174.0, 0.02 * LOAD * small_reference.moment)
     stuck = (point.status == 1).all(axis=1)
     assert 0.5 < stuck.mean() < 1
-    rest = small_reference.start.solution.v[1::2]
-    slip = np.abs(point.v[1::2] - rest[:, None] * (np.arange(7) == 0))
+    rest = tangential(small_reference.start.solution.v)
+    slip = np.abs(point.v[tangential_rows()] - rest[:, None] * (np.arange(7) == 0))
     size = np.abs(small_reference.start.solution.v).max()
     assert slip[stuck].max() < 1e-10 * size
 
 
 def time_domain(joint, frequency, load, guess, steps=600):
     corrected = frequency / (1 + period_error(2 * np.pi / steps))
-    scheme = time_scheme(joint.model, joint.start, 0.25, 1 / (corrected * steps))
+    scheme = time_scheme(joint, 1 / (corrected * steps))
     found = steady_state(scheme, corrected, load, guess=guess, tolerance=1e-5)
     assert found.converged
     return found
@@ -202,8 +196,8 @@ def time_domain(joint, frequency, load, guess, steps=600):
 
 def test_amplitude_of_the_time_domain(small_reference):
     """Within 0.3 % off the steep flank, with the harmonics that the adaptive choice took."""
-    joint, load = small_reference, LOAD * small_reference.moment
-    problem = harmonic_problem(joint.model, joint.start, 0.25, harmonics=5)
+    joint, load = small_reference.joint, LOAD * small_reference.moment
+    problem = harmonic_problem(joint, harmonics=5)
     response = frequency_response(problem, load, [172.0, 170.0, 165.0], adaptive=Adaptive())
     assert not response.failures
     for point in response.points:
@@ -216,22 +210,22 @@ def test_amplitude_of_the_time_domain(small_reference):
 
 def test_walking_joint(small_reference):
     """At wide slip the bodies creep past each other, as in the time domain, and nothing holds them."""
-    joint, load = small_reference, 4e-4 * small_reference.moment
-    frequency = joint.omega_sliding / (2 * np.pi) + 1.0
-    problem = harmonic_problem(joint.model, joint.start, 0.25, harmonics=9)
+    joint, load = small_reference.joint, 4e-4 * small_reference.moment
+    frequency = joint.mode.sliding_frequency + 1.0
+    problem = harmonic_problem(joint, harmonics=9)
     response = frequency_response(problem, load, [190.0, frequency])
     assert not response.failures
     held, walks = response.points
     assert held.walk == 0
     assert walks.pull == 0
     truth = time_domain(joint, frequency, load, walks.amplitude)
-    walked = (truth.cycle.v[-1, 1::2] - truth.cycle.v[0, 1::2]).mean()
+    walked = tangential(truth.cycle.v[-1] - truth.cycle.v[0]).mean()
     error = walks.amplitude / truth.amplitude - 1
     print(f"walk {walks.walk:.3e} against {walked:.3e} m per cycle; amplitude {error:.1e}")
     assert abs(error) < 3e-3
     assert walks.walk == pytest.approx(walked, rel=0.03)
-    shear = walks.r[1::2, 0].sum()
-    assert abs(shear) < 1e-5 * 0.25 * walks.r[0::2, 0].sum()
+    mean = walks.r[:, 0]
+    assert abs(tangential(mean).sum()) < 1e-5 * FRICTION * normal(mean).sum()
 
 
 def test_answer_forgets_the_augmentation_as_harmonics_grow(small_reference):
@@ -242,11 +236,7 @@ def test_answer_forgets_the_augmentation_as_harmonics_grow(small_reference):
         for factor in (1.0, 0.3):
             stiffness = factor / np.diag(small_reference.model.residual)
             problem = harmonic_problem(
-                small_reference.model,
-                small_reference.start,
-                0.25,
-                harmonics=harmonics,
-                stiffness=stiffness,
+                small_reference.joint, harmonics=harmonics, stiffness=stiffness
             )
             found.append(abs(solved(problem, 165.0, 0.3 * load).amplitude))
         spread.append(abs(found[0] / found[1] - 1))
@@ -320,26 +310,32 @@ def test_failures_are_named_and_the_rest_kept(small_reference, problem):
     assert [point.frequency for point in response.points] == [165.0, 165.5, 189.0]
     assert response.branch_of == (0, 0, 1)
     assert any(
-        "177 Hz" in failure and "not on the branch" in failure for failure in response.failures
+        "177 Hz" in failure.where and "not on the branch" in failure.reason
+        for failure in response.failures
     )
 
 
 def test_bad_requests(small_reference):
-    model, start = small_reference.model, small_reference.start
+    joint, model = small_reference.joint, small_reference.model
     with pytest.raises(ContactError, match="do not resolve"):
-        harmonic_problem(model, start, 0.25, harmonics=40, samples=128)
+        harmonic_problem(joint, harmonics=40, samples=128)
     free = replace(model, omega=np.concatenate([[0.0], model.omega[1:]]))
     with pytest.raises(MicroslipError, match="no stiffness"):
-        harmonic_problem(free, start, 0.25)
+        harmonic_problem(joint.with_model(free))
     with pytest.raises(MicroslipError, match="no residual flexibility"):
-        harmonic_problem(replace(model, residual=0 * model.residual), start, 0.25)
+        harmonic_problem(joint.with_model(replace(model, residual=0 * model.residual)))
+    uneven = joint.with_friction(np.linspace(0.2, 0.3, model.pairs))
     with pytest.raises(MicroslipError, match="half turn"):
-        harmonic_problem(model, start, np.linspace(0.2, 0.3, model.pairs), half_turn=True)
+        harmonic_problem(uneven, half_turn=True)
+    assert not harmonic_problem(uneven).half_turn
+    turnless = joint.with_model(replace(model, image=None))
+    with pytest.raises(MicroslipError, match="half turn"):
+        harmonic_problem(turnless, half_turn=True)
     with pytest.raises(MicroslipError, match="coefficient of friction"):
-        harmonic_problem(model, start, -0.1)
+        harmonic_problem(joint.with_friction(-0.1))
     with pytest.raises(MicroslipError, match="no port"):
-        harmonic_problem(model, start, 0.25, port="torque")
-    problem = harmonic_problem(model, start, 0.25)
+        harmonic_problem(joint, port="torque")
+    problem = harmonic_problem(joint)
     with pytest.raises(MicroslipError, match="must be positive"):
         linear_operator(problem, -1.0)
     with pytest.raises(MicroslipError, match="at least two"):

@@ -5,23 +5,23 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from microslip.analyses.harmonic.equations import harmonic_problem
 from microslip.analyses.harmonic.hill import hill_exponents
-from microslip.analyses.harmonic.response import follow_frequency, raise_load
+from microslip.analyses.harmonic.paths import follow_frequency, raise_load
+from microslip.analyses.harmonic.problem import harmonic_problem
 from microslip.analyses.time.scheme import march, period_error, time_scheme
 from microslip.analyses.time.steady import steady_state
 from microslip.model.modes import linear_modes
 
 
-@pytest.mark.parametrize(("friction", "name"), [(50.0, "omega_stuck"), (0.0, "omega_sliding")])
+@pytest.mark.parametrize(("friction", "name"), [(50.0, "stuck_omega"), (0.0, "sliding_omega")])
 @pytest.mark.parametrize("half_turn", [True, False])
 def test_linear_limits(small_reference, friction, name, half_turn):
     """A stuck or frictionless joint: -zeta omega_n ± i (omega_n - omega)."""
-    joint = small_reference
-    natural = getattr(joint, name)
+    joint = small_reference.joint.with_friction(friction)
+    natural = getattr(joint.mode, name)
     frequency = natural / (2 * np.pi) - 0.4
-    problem = harmonic_problem(joint.model, joint.start, friction, harmonics=2, half_turn=half_turn)
-    load = 1e-7 * joint.moment
+    problem = harmonic_problem(joint, harmonics=2, half_turn=half_turn)
+    load = 1e-7 * small_reference.moment
     w, _ = raise_load(problem, frequency, load)
     found = hill_exponents(problem, frequency, load, w, count=4)
     expected = -0.5 * joint.model.rayleigh[1] * natural**2 + 1j * 0.4 * 2 * np.pi
@@ -34,11 +34,10 @@ def test_linear_limits(small_reference, friction, name, half_turn):
 
 def test_stability_is_lost_at_the_fold(small_reference):
     """A real exponent passes zero where the branch turns round, and nowhere else."""
-    joint = small_reference
-    problem = harmonic_problem(joint.model, joint.start, 0.25, harmonics=3)
+    problem = harmonic_problem(small_reference.joint, harmonics=3)
     path, branch = follow_frequency(
         problem,
-        7.2e-4 * joint.moment,
+        7.2e-4 * small_reference.moment,
         (170.0, 180.0),
         observe=lambda point: point.p < 172.0 and point.tangent_p < 0,
     )
@@ -52,14 +51,14 @@ def test_stability_is_lost_at_the_fold(small_reference):
 
 def test_decay_in_the_time_domain(small_reference):
     """A disturbed steady state returns at the rate, and with the beat, of the slowest exponent."""
-    joint, frequency = small_reference, 182.0
-    load = 2.4e-4 * joint.moment
-    problem = harmonic_problem(joint.model, joint.start, 0.25, harmonics=7)
+    joint, frequency = small_reference.joint, 182.0
+    load = 2.4e-4 * small_reference.moment
+    problem = harmonic_problem(joint, harmonics=7)
     w, _ = raise_load(problem, frequency, load)
     s = hill_exponents(problem, frequency, load, w).exponents[0]
     steps = 300
     corrected = frequency / (1 + period_error(2 * np.pi / steps))
-    scheme = time_scheme(joint.model, joint.start, 0.25, 1 / (corrected * steps))
+    scheme = time_scheme(joint, 1 / (corrected * steps))
     steady = steady_state(scheme, corrected, load, tolerance=1e-6)
     wave = load * np.sin(2 * np.pi * np.arange(steps + 1) / steps)
     kernel = np.exp(-2j * np.pi * np.arange(steps) / steps) / steps
@@ -96,12 +95,13 @@ def test_a_harmonic_near_a_mode_of_the_separate_beams(small_reference, frequency
 
     Without friction every exponent is that of a linear mode, shifted by a multiple of i omega.
     """
-    joint = small_reference
-    modes = linear_modes(joint.structure, joint.start.bonded(1), 16, align="moment")
+    joint = small_reference.joint.with_friction(0.0)
+    bonded = joint.prestress.bonded(1)
+    modes = linear_modes(small_reference.structure, bonded, 16, align="moment")
     rate = 0.5 * joint.model.rayleigh[1] * modes.omega**2
     own = -rate + 1j * np.sqrt(np.maximum(modes.omega**2 - rate**2, 0))
-    problem = harmonic_problem(joint.model, joint.start, 0.0, harmonics=9, half_turn=half_turn)
-    load = 1e-8 * joint.moment
+    problem = harmonic_problem(joint, harmonics=9, half_turn=half_turn)
+    load = 1e-8 * small_reference.moment
     w, _ = raise_load(problem, frequency, load)
     found = hill_exponents(problem, frequency, load, w)
     shifts = 2j * np.pi * frequency * np.arange(-40, 41)

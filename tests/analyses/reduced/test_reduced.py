@@ -7,17 +7,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scipy.sparse.linalg as spla
+from microslip.analyses.statics.linear_states import linear_states
 from scipy.optimize import brentq
 
 from microslip.analyses.reduced.response import (
     all_amplitudes,
     forced_response,
     greatest_damping_load,
-    two_mode_model,
 )
 from microslip.analyses.reduced.table import EquivalentTable, equivalent_table, modal_quantities
+from microslip.analyses.reduced.two_mode import two_mode_model
 from microslip.analyses.statics.cycle import quasi_static_cycle
-from microslip.analyses.statics.linear_states import linear_states
 from microslip.errors import MicroslipError
 from microslip.model.modes import bonding
 

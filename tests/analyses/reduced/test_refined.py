@@ -6,12 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from microslip.analyses.statics.linear_states import linear_states
 from scipy.stats import spearmanr
 
 from microslip.analyses.reduced.refined import missed, moment_offset, refined_table
-from microslip.analyses.reduced.response import CONVERGED, forced_response, two_mode_model
+from microslip.analyses.reduced.response import forced_response
+from microslip.analyses.reduced.sweep import CONVERGED
 from microslip.analyses.reduced.trust import error_indicator
-from microslip.analyses.statics.linear_states import linear_states
+from microslip.analyses.reduced.two_mode import two_mode_model
 from microslip.analyses.statics.prescribed import hold_mode, prescribed_cycle, sliding_modes
 from microslip.analyses.time.scheme import period_error, time_scheme
 from microslip.analyses.time.steady import steady_state

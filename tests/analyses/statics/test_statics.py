@@ -22,7 +22,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from microslip.analyses.statics.cycle import Cycle, opening_load, prestress, quasi_static_cycle
-from microslip.contact.planar import BACKWARD, FORWARD, SEPARATED, STICK
+from microslip.contact.pairs import BACKWARD, FORWARD, SEPARATED, STICK
 from microslip.errors import ContactError, JointOpensError
 from microslip.model.flexibility import static_flexibility
 from microslip.model.joint import Reducer

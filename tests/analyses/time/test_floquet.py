@@ -6,13 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from conftest import FRICTION
 
-from microslip.analyses.time.floquet import (
-    DeviationNorm,
-    floquet_multipliers,
-    ritz_values,
-    translations,
-)
+from microslip.analyses.prepared.joint_modes import walking_modes
+from microslip.analyses.time.floquet import DeviationNorm, floquet_multipliers
 from microslip.analyses.time.scheme import amplification, march, prestressed_state, time_scheme
 from microslip.analyses.time.steady import steady_state
 from microslip.errors import MicroslipError
@@ -22,15 +19,18 @@ TINY = 1e-8
 """Moment over P L at which no contact changes."""
 
 
-def frequency_of(joint, shift=1.0):
-    return joint.omega_sliding / (2 * np.pi) + shift
+def frequency_of(reference, shift=1.0):
+    return reference.states.sliding_omega / (2 * np.pi) + shift
 
 
-def found(joint, ratio, *, friction=0.25, steps=STEPS, shift=1.0, tolerance=1e-5, model=None):
+def found(
+    reference, ratio, *, friction=FRICTION, steps=STEPS, shift=1.0, tolerance=1e-5, model=None
+):
     """Scheme and steady state under an end moment over P L."""
-    frequency = frequency_of(joint, shift)
-    scheme = time_scheme(model or joint.model, joint.start, friction, 1 / (frequency * steps))
-    steady = steady_state(scheme, frequency, ratio * joint.moment, tolerance=tolerance)
+    frequency = frequency_of(reference, shift)
+    joint = reference.joint.with_model(model or reference.model).with_friction(friction)
+    scheme = time_scheme(joint, 1 / (frequency * steps))
+    steady = steady_state(scheme, frequency, ratio * reference.moment, tolerance=tolerance)
     assert steady.converged
     return scheme, steady
 
@@ -70,12 +70,12 @@ def nearest(values, target):
 )
 def test_linear_joint_has_the_multipliers_of_its_modes(small_reference, friction, directions):
     """Two modes below 1 kHz and the translation; what is left is the damping's own step error."""
-    joint = small_reference
+    reference = small_reference
     errors = []
     for steps in (150, 600):
-        scheme, steady = found(joint, TINY, friction=friction, steps=steps, tolerance=1e-7)
-        bonded = joint.start.bonded(directions)
-        exact = multipliers_of_modes(joint.model, bonded, steady.frequency, steps, 4)
+        scheme, steady = found(reference, TINY, friction=friction, steps=steps, tolerance=1e-7)
+        bonded = reference.start.bonded(directions)
+        exact = multipliers_of_modes(reference.model, bonded, steady.frequency, steps, 4)
         m = floquet_multipliers(scheme, steady, max_cycles=25)
         values = upper(m.values[m.residual < 1e-3])
         vibration = exact[2:] if directions == 1 else exact[1:3]
@@ -92,10 +92,10 @@ def test_linear_joint_has_the_multipliers_of_its_modes(small_reference, friction
 
 def test_negative_damping_is_unstable(small_reference):
     """The search still finds the periodic motion; its multiplier leaves the circle as it must."""
-    joint = small_reference
-    model = replace(joint.model, rayleigh=(-20.0, joint.model.rayleigh[1]))
-    scheme, steady = found(joint, TINY, friction=0.0, tolerance=1e-7, model=model)
-    exact = multipliers_of_modes(model, joint.start.bonded(1), steady.frequency, STEPS, 3)[2]
+    reference = small_reference
+    model = replace(reference.model, rayleigh=(-20.0, reference.model.rayleigh[1]))
+    scheme, steady = found(reference, TINY, friction=0.0, tolerance=1e-7, model=model)
+    exact = multipliers_of_modes(model, reference.start.bonded(1), steady.frequency, STEPS, 3)[2]
     m = floquet_multipliers(scheme, steady)
     assert abs(exact) > 1.05
     assert m.verdict == "unstable"
@@ -116,7 +116,7 @@ def test_decay_is_that_of_the_multiplier(rubbing):
     ``p = |mu|²``.
     """
     scheme, steady, m = rubbing
-    model = scheme.model
+    model = scheme.joint.model
     one = steady.cycle.state
     sliding = model.port_modes[:, model.port("sliding")]
     kick = 1e-3 * abs(steady.amplitude) * 2 * np.pi * steady.frequency
@@ -154,22 +154,10 @@ def test_by_product_is_near(rubbing):
     assert abs(steady.multipliers[0]) == pytest.approx(m.largest, abs=0.04)
 
 
-def test_ritz_values_of_a_linear_map():
-    """Deviations that span an invariant subspace give its eigenvalues."""
-    rng = np.random.default_rng(3)
-    vectors = rng.standard_normal((6, 6))
-    values = np.array([0.95, 0.7, -0.4, 0.1, 0.05, 0.0])
-    map = vectors @ np.diag(values) @ np.linalg.inv(vectors)
-    z = list((vectors[:, :3] @ rng.standard_normal((3, 5))).T)
-    found = ritz_values(z, [map @ x for x in z])
-    assert found[:3] == pytest.approx(values[:3], abs=1e-6)
-    assert len(ritz_values([], [])) == 0
-
-
-def test_translations_touch_no_normal_gap(small_reference):
+def test_walking_modes_touch_no_normal_gap(small_reference):
     """The two soft sideways modes of the reference joint: springs of 1e5 N/m on each beam."""
     model = small_reference.model
-    moving = translations(model)
+    moving = walking_modes(model)
     assert moving.sum() == 2
     g = small_reference.geometry
     mass = 2000.0 * g.length * g.thickness
@@ -178,9 +166,7 @@ def test_translations_touch_no_normal_gap(small_reference):
 
 def test_unsettled_state_is_refused(small_reference):
     frequency = frequency_of(small_reference)
-    scheme = time_scheme(
-        small_reference.model, small_reference.start, 0.25, 1 / (frequency * STEPS)
-    )
+    scheme = time_scheme(small_reference.joint, 1 / (frequency * STEPS))
     early = steady_state(scheme, frequency, 1e-4 * small_reference.moment, max_cycles=3)
     with pytest.raises(MicroslipError, match=r"not converged \(last change"):
         floquet_multipliers(scheme, early)
@@ -189,7 +175,7 @@ def test_unsettled_state_is_refused(small_reference):
 def test_norm_is_twice_the_energy_of_stiff_modes(small_reference):
     """A deviation of one stiff mode, and of reactions alone."""
     scheme, _ = found(small_reference, TINY)
-    model = scheme.model
+    model = scheme.joint.model
     norm = DeviationNorm(scheme, 1.0)
     rest = prestressed_state(scheme)
     zero = replace(rest, eta=0 * rest.eta, rate=0 * rest.rate, r=0 * rest.r)

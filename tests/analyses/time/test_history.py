@@ -1,4 +1,4 @@
-"""Motion over time: independence of the blocks, energies, starts, and readings of a vibration."""
+"""Motion over time: independence of the blocks, energies, starts and ends."""
 
 from __future__ import annotations
 
@@ -6,13 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from conftest import FRICTION
 
+from microslip.analyses.prepared.joint import prepare_joint
 from microslip.analyses.statics.cycle import quasi_static_cycle
+from microslip.analyses.time import history as module
+from microslip.analyses.time.decay import dwell_response
 from microslip.analyses.time.history import (
     Recording,
-    decay,
-    dwell_response,
-    extremes,
     field_steps,
     nearest_pairs,
     run_history,
@@ -21,15 +22,16 @@ from microslip.analyses.time.history import (
 from microslip.analyses.time.scheme import march, prestressed_state, time_scheme
 from microslip.analyses.time.signals import stepped_sine
 from microslip.analyses.time.steady import steady_state
+from microslip.contact.law import contact_law
+from microslip.contact.pairs import normal, tangential, tangential_rows
+from microslip.errors import ContactError
 
 STEPS = 150
 
 
-def scheme_of(joint, steps=STEPS, friction=0.25, **options):
+def scheme_of(joint, steps=STEPS, **options):
     """Steps per cycle of the sliding mode."""
-    model = options.pop("model", joint.model)
-    dt = 2 * np.pi / joint.omega_sliding / steps
-    return time_scheme(model, joint.start, friction, dt, **options)
+    return time_scheme(joint, 2 * np.pi / joint.mode.sliding_omega / steps, **options)
 
 
 def recording(scheme, steps, cycle=STEPS, samples=20):
@@ -37,21 +39,21 @@ def recording(scheme, steps, cycle=STEPS, samples=20):
         name="one",
         kind="sine",
         drive="moment",
-        watched=nearest_pairs(scheme.model.position, [0.025, -0.01]),
+        watched=nearest_pairs(scheme.joint.model.position, [0.025, -0.01]),
         kept=field_steps(steps, scheme.dt, samples, None, None),
         cycle_steps=cycle,
     )
 
 
-def sine(joint, cycles, ratio, steps=STEPS):
+def sine(reference, cycles, ratio, steps=STEPS):
     n = np.arange(round(cycles * steps) + 1)
-    return ratio * joint.moment * np.sin(2 * np.pi * n / steps)
+    return ratio * reference.moment * np.sin(2 * np.pi * n / steps)
 
 
 @pytest.fixture(scope="module")
 def driven(small_reference):
     """Twelve and a half cycles in blocks, and in one go."""
-    scheme = scheme_of(small_reference)
+    scheme = scheme_of(small_reference.joint)
     load = sine(small_reference, 12.5, 4e-4)
     start = prestressed_state(scheme)
     history = run_history(scheme, start, load, recording(scheme, len(load) - 1))
@@ -65,11 +67,11 @@ def test_blocks_do_not_show(driven):
     assert history.failure == ""
     size = np.abs(whole.output).max(axis=0)
     assert np.abs(history.output - whole.output).max(axis=0) == pytest.approx(0 * size, abs=1e-8)
-    rest = scheme.prestress.solution.v
+    rest = scheme.joint.prestress.solution.v
     for k, pair in enumerate(history.watched):
-        slip = whole.v[:, 2 * pair + 1] - rest[2 * pair + 1]
+        slip = tangential(whole.v)[:, pair] - tangential(rest)[pair]
         assert history.slip[:, k] == pytest.approx(slip, abs=1e-6 * np.abs(slip).max())
-        assert history.gap[:, k] == pytest.approx(-whole.v[:, 2 * pair], abs=1e-12)
+        assert history.gap[:, k] == pytest.approx(-normal(whole.v)[:, pair], abs=1e-12)
     assert (history.status == whole.status[history.kept]).mean() > 0.999
     assert history.r == pytest.approx(whole.r[history.kept], abs=1e-6 * np.abs(whole.r).max())
     assert history.energies.friction[-1] == pytest.approx(whole.dissipated, rel=1e-6)
@@ -87,7 +89,7 @@ def test_what_is_kept_covers_the_history(driven):
 
 
 def test_an_empty_choice_of_instants(small_reference):
-    scheme = scheme_of(small_reference)
+    scheme = scheme_of(small_reference.joint)
     history = run_history(
         scheme,
         prestressed_state(scheme),
@@ -100,8 +102,8 @@ def test_an_empty_choice_of_instants(small_reference):
 
 def test_losses_only_grow(small_reference):
     """Free decay: friction, both dampings and the scheme take, and nothing gives back."""
-    scheme = scheme_of(small_reference)
-    start = prestressed_state(scheme, 2e-3, small_reference.omega_sliding)
+    scheme = scheme_of(small_reference.joint)
+    start = prestressed_state(scheme, 2e-3, small_reference.states.sliding_omega)
     load = np.zeros(20 * STEPS + 1)
     history = run_history(scheme, start, load, recording(scheme, len(load) - 1))
     e = history.energies
@@ -119,7 +121,7 @@ def test_balance_closes_with_the_step(small_reference):
     """What the scheme takes under a smooth load falls with the step at first order or better."""
     left = []
     for steps in (100, 200, 400):
-        scheme = scheme_of(small_reference, steps)
+        scheme = scheme_of(small_reference.joint, steps)
         load = sine(small_reference, 6, 4e-4, steps)
         history = run_history(
             scheme, prestressed_state(scheme), load, recording(scheme, len(load) - 1, steps)
@@ -134,7 +136,8 @@ def test_balance_closes_with_the_step(small_reference):
 def test_energy_of_the_motion_is_the_work_of_a_lossless_joint(small_reference):
     """Without friction and damping the load's work is all in the motion."""
     model = replace(small_reference.model, rayleigh=(0.0, 0.0))
-    scheme = scheme_of(small_reference, 400, 0.0, model=model, alpha=0.0)
+    joint = small_reference.joint.with_model(model).with_friction(0.0)
+    scheme = scheme_of(joint, 400, alpha=0.0)
     load = sine(small_reference, 5, 1e-6, 400)
     history = run_history(
         scheme, prestressed_state(scheme), load, recording(scheme, len(load) - 1, 400)
@@ -147,37 +150,37 @@ def test_energy_of_the_motion_is_the_work_of_a_lossless_joint(small_reference):
 
 
 def test_static_start_is_the_quasi_static_answer_and_stays(small_reference):
-    joint = small_reference
+    joint = small_reference.joint
     scheme = scheme_of(joint)
-    load = 4e-3 * joint.moment
-    state = static_state(scheme, joint.flexibility, load)
+    load = 4e-3 * small_reference.moment
+    state = static_state(scheme, load)
     held = march(scheme, state, np.full(2 * STEPS, load))
     q = held.output[:, joint.model.port("sliding")]
-    rise = quasi_static_cycle(
-        joint.model, joint.flexibility, joint.start, "moment", load, 0.25, max_cycles=1
-    )
+    rise = quasi_static_cycle(joint, "moment", load, max_cycles=1)
     assert held.output[0] == pytest.approx(rise.output[75], rel=1e-8)
     assert np.ptp(q) < 1e-9 * abs(q[0])
     assert held.dissipated < 1e-9 * load * abs(held.output[0, joint.model.port("moment")])
 
 
 def test_static_start_of_an_elastic_contact_stays(small_reference):
-    joint = small_reference
-    springs = np.zeros(2 * joint.model.pairs)
-    springs[1::2] = 1 / (1e13 * joint.model.area)
-    flexibility = replace(joint.flexibility, W=joint.flexibility.W + np.diag(springs))
-    scheme = scheme_of(joint, compliance=springs)
-    load = 2e-3 * joint.moment
-    state = static_state(scheme, flexibility, load)
+    model = small_reference.model
+    springs = np.zeros(2 * model.pairs)
+    springs[tangential_rows()] = 1 / (1e13 * model.area)
+    law = contact_law(model.pairs, FRICTION, springs)
+    rigid = small_reference.joint
+    joint = prepare_joint(model, law, rigid.prestress.preload, "moment", rigid.mode)
+    scheme = scheme_of(joint)
+    load = 2e-3 * small_reference.moment
+    state = static_state(scheme, load)
     q = march(scheme, state, np.full(STEPS, load)).output[:, joint.model.port("sliding")]
     assert np.ptp(q) < 1e-8 * abs(q[0])
 
 
 def test_decay_of_the_mode_starts_with_its_velocity(small_reference):
-    scheme = scheme_of(small_reference, 600)
-    omega, amplitude = small_reference.omega_sliding, 1e-4
+    scheme = scheme_of(small_reference.joint, 600)
+    omega, amplitude = small_reference.states.sliding_omega, 1e-4
     state = prestressed_state(scheme, amplitude, omega)
-    q = march(scheme, state, np.zeros(3)).output[:, scheme.model.port("sliding")]
+    q = march(scheme, state, np.zeros(3)).output[:, scheme.joint.model.port("sliding")]
     assert q[0] == pytest.approx(0, abs=1e-12)
     assert (q[2] - q[0]) / (2 * scheme.dt) == pytest.approx(amplitude * omega, rel=0.02)
 
@@ -186,7 +189,7 @@ def test_decay_of_the_mode_starts_with_its_velocity(small_reference):
 
 
 def test_a_stopped_history_is_kept(small_reference):
-    scheme = scheme_of(small_reference)
+    scheme = scheme_of(small_reference.joint)
     load = sine(small_reference, 10, 1e-4)
     seen = []
     history = run_history(
@@ -207,7 +210,7 @@ def test_a_stopped_history_is_kept(small_reference):
 
 
 def test_a_joint_that_opens_ends_its_history(small_reference):
-    scheme = scheme_of(small_reference)
+    scheme = scheme_of(small_reference.joint)
     load = sine(small_reference, 20, 0.1)
     history = run_history(scheme, prestressed_state(scheme), load, recording(scheme, len(load) - 1))
     assert not history.complete
@@ -219,9 +222,6 @@ def test_a_joint_that_opens_ends_its_history(small_reference):
 
 def test_a_step_that_does_not_solve_names_its_cycle(small_reference, monkeypatch):
     """Three good cycles, then an error: they are kept and the message says where."""
-    from microslip.analyses.time import history as module
-    from microslip.errors import ContactError
-
     calls = []
 
     def failing(*args, **kwargs):
@@ -231,7 +231,7 @@ def test_a_step_that_does_not_solve_names_its_cycle(small_reference, monkeypatch
         return march(*args, **kwargs)
 
     monkeypatch.setattr(module, "march", failing)
-    scheme = scheme_of(small_reference)
+    scheme = scheme_of(small_reference.joint)
     load = sine(small_reference, 10, 1e-4)
     history = run_history(scheme, prestressed_state(scheme), load, recording(scheme, len(load) - 1))
     start = 3 * STEPS * scheme.dt
@@ -239,70 +239,13 @@ def test_a_step_that_does_not_solve_names_its_cycle(small_reference, monkeypatch
     assert history.time[-1] == pytest.approx(start)
 
 
-# -- readings ----------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("offset", [0.0, 4.0])
-def test_reading_of_viscous_decay(offset):
-    """Closed form: damping ratio and damped frequency, whatever the offset."""
-    zeta, frequency = 0.01, 7.0
-    t = np.linspace(0, 2, 4001)
-    w = 2 * np.pi * frequency
-    q = offset + 2 * np.exp(-zeta * w * t) * np.cos(w * np.sqrt(1 - zeta**2) * t)
-    found = decay(t, q, 286)
-    # the parabola through three samples is off by (w dt)²/24 of a curvature at most
-    assert found.damping == pytest.approx(np.full(len(found.damping), zeta), rel=2e-3)
-    assert found.frequency == pytest.approx(
-        np.full(len(found.time), frequency * np.sqrt(1 - zeta**2)), rel=1e-4
-    )
-    assert found.amplitude == pytest.approx(2 * np.exp(-zeta * w * found.time), rel=1e-3)
-    assert np.abs(found.offset - offset).max() < 2e-3
-
-
-def test_reading_of_coulomb_decay():
-    """Amplitude falls by the same length every half cycle, about centres that alternate."""
-    t = np.linspace(0, 10, 10001)
-    half = np.floor(2 * t).astype(int)
-    amplitude, centre = 21 - 1.0 * (2 * half + 1) / 2, 0.5 * (-1.0) ** half
-    q = centre + amplitude * np.cos(2 * np.pi * t)
-    found = decay(t, q, 1000)
-    assert np.diff(found.amplitude) == pytest.approx(np.full(len(found.time) - 1, -1.0), abs=1e-3)
-    assert found.frequency == pytest.approx(np.ones(len(found.time)), rel=1e-3)
-
-
-def test_nothing_to_read():
-    t = np.linspace(0, 1, 50)
-    assert len(decay(t, t, 10).time) == 0
-    assert len(extremes(t, np.zeros(50), 10)[0]) == 0
-    assert len(extremes(t[:1], np.zeros(1), 10)[0]) == 0
-
-
-def test_dwells_of_a_known_response():
-    """Amplitude and phase that change from dwell to dwell, with an offset and a third harmonic."""
-    frequencies, cycles, dt = [10.0, 14.0, 6.0], 3.5, 1e-4
-    answers = [2.0 - 1j, -0.5j, 3.0]
-    t, _ = stepped_sine(1.0, frequencies, cycles, dt)
-    ends = np.cumsum(cycles / np.array(frequencies))
-    begin, q = 0.0, np.full_like(t, 0.7)
-    for k, (f, Y) in enumerate(zip(frequencies, answers, strict=True)):
-        inside = (t > begin * (1 + 1e-12)) & (t <= ends[k] * (1 + 1e-12))
-        phase = 2 * np.pi * (k * cycles + f * (t[inside] - begin))
-        q[inside] = 0.7 + np.imag(Y * np.exp(1j * phase)) + 0.2 * np.sin(3 * phase)
-        begin = ends[k]
-    found = dwell_response(t, q, frequencies, cycles)
-    assert found == pytest.approx(np.array(answers), rel=1e-9, abs=1e-9)
-    cut = t <= ends[1]
-    early = dwell_response(t[cut], q[cut], frequencies, cycles)
-    assert np.isnan(early).tolist() == [False, False, True]
-
-
 def test_stepped_sine_reaches_the_steady_state(small_reference):
     """Second method: the periodic orbit. 70 cycles leave exp(-pi 70 gamma), gamma 0.02: 1 %."""
-    joint = small_reference
-    frequency = joint.omega_sliding / (2 * np.pi) + 5.0
+    joint = small_reference.joint
+    frequency = joint.mode.sliding_frequency + 5.0
     dt = 1 / (frequency * STEPS)
-    scheme = time_scheme(joint.model, joint.start, 0.25, dt)
-    load = 3e-4 * joint.moment
+    scheme = time_scheme(joint, dt)
+    load = 3e-4 * small_reference.moment
     _, wave = stepped_sine(load, [frequency - 2, frequency], 70, dt)
     history = run_history(scheme, prestressed_state(scheme), wave, recording(scheme, len(wave) - 1))
     q = history.output[:, joint.model.port("sliding")]

@@ -7,107 +7,102 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import scipy.sparse.linalg as spla
+from conftest import FRICTION
 
-from microslip.analyses.statics.linear_states import linear_states
-from microslip.analyses.time.points import (
-    Request,
+from microslip.analyses.time.points import Request, solve_request, steady_states
+from microslip.analyses.time.readings import (
     equivalent,
     harmonics_of,
     modal_force,
     opening_of,
     phases,
-    solve_request,
-    steady_states,
 )
+from microslip.contact.pairs import normal_rows
 from microslip.errors import JointOpensError
 from microslip.model.modes import bonding
 
 STEPS = 150
 
 
-@pytest.fixture(scope="module")
-def states(small_reference):
-    pairs = np.flatnonzero(small_reference.start.touching)
-    return linear_states(small_reference.structure, pairs, "moment")
-
-
-def solved(joint, frequency, ratio, **options):
+def solved(reference, frequency, ratio, **options):
     """Steady state under an end moment over P L."""
-    friction, guess = options.pop("friction", 0.25), complex(options.pop("guess", 0.0))
-    request = Request(0.0, frequency, ratio * joint.moment, friction, guess, STEPS, **options)
-    return solve_request(joint.model, joint.start, None, request)
+    friction, guess = options.pop("friction", FRICTION), complex(options.pop("guess", 0.0))
+    request = Request(0.0, frequency, ratio * reference.moment, friction, guess, STEPS, **options)
+    return solve_request(reference.joint, request)
 
 
-def direct(joint, directions, frequency):
+def equivalent_at(point, reference):
+    return equivalent(point.steady, point.corrected_frequency, reference.joint)
+
+
+def direct(reference, directions, frequency):
     """First harmonic of q per end moment of the full linear mesh, prestressed pairs bonded."""
-    s, w = joint.structure, 2 * np.pi * frequency
-    basis = bonding(s.interface.relative, joint.start.bonded(directions))
+    s, w = reference.structure, 2 * np.pi * frequency
+    basis = bonding(s.interface.relative, reference.start.bonded(directions))
     stiffness, mass = basis.T @ s.stiffness @ basis, basis.T @ s.mass @ basis
-    dynamic = (-(w**2) * mass + (1 + 1j * w * joint.model.rayleigh[1]) * stiffness).tocsc()
+    dynamic = (-(w**2) * mass + (1 + 1j * w * reference.model.rayleigh[1]) * stiffness).tocsc()
     force = (basis.T @ s.loads["moment"]).astype(complex)
-    return (basis.T @ (s.mass @ joint.shape_sliding)) @ spla.spsolve(dynamic, force)
+    return (basis.T @ (s.mass @ reference.states.sliding)) @ spla.spsolve(dynamic, force)
 
 
-def test_no_contact_force_without_friction(small_reference, states):
+def test_no_contact_force_without_friction(small_reference):
     """The sliding state is the linear part: what is left is below the period error, 3e-4 here."""
-    load = (
-        3e-5
-        / abs(direct(small_reference, 1, states.sliding_frequency + 1))
-        / (small_reference.moment)
-    )
-    point = solved(
-        small_reference, states.sliding_frequency + 1, load, friction=0.0, tolerance=1e-7
-    )
-    found = equivalent(point, small_reference.model, states)
+    frequency = small_reference.joint.mode.sliding_frequency + 1
+    load = 3e-5 / abs(direct(small_reference, 1, frequency)) / small_reference.moment
+    point = solved(small_reference, frequency, load, friction=0.0, tolerance=1e-7)
+    found = equivalent_at(point, small_reference)
     uncorrected = 2 * (point.corrected_frequency / point.steady.frequency - 1)
     print(f"kappa {found.k_eq:.1e} + {found.gamma_eq:.1e}i, period error {uncorrected:.1e}")
     assert abs(found.k_eq + 1j * found.gamma_eq) < 0.1 * uncorrected
 
 
-def test_everything_sticks_at_vanishing_load(small_reference, states):
+def test_everything_sticks_at_vanishing_load(small_reference):
     """Contact force of the linear stuck joint, from a direct solution of the full mesh."""
-    frequency = states.stuck_frequency - 1
+    mode = small_reference.joint.mode
+    frequency = mode.stuck_frequency - 1
     guess = 1e-8 * small_reference.moment * direct(small_reference, 2, frequency)
     point = solved(small_reference, frequency, 1e-8, guess=guess, tolerance=1e-7)
     assert point.steady.converged
     Q = direct(small_reference, 2, point.corrected_frequency)
-    w, w2 = 2 * np.pi * point.corrected_frequency, states.sliding_omega**2
+    w, w2 = 2 * np.pi * point.corrected_frequency, mode.sliding_omega**2
     linear = w2 - w**2 + 1j * w * small_reference.model.rayleigh[1] * w2
-    expected = (states.load_on_sliding["moment"] - linear * Q) / (w2 * Q)
-    found = equivalent(point, small_reference.model, states)
+    expected = (mode.load_on_sliding["moment"] - linear * Q) / (w2 * Q)
+    found = equivalent_at(point, small_reference)
     print(f"{found.k_eq:.6f} + {found.gamma_eq:.2e}i, direct {expected:.6f}")
     assert abs(found.k_eq + 1j * found.gamma_eq - expected) < 1e-3 * abs(expected)
 
 
 @pytest.fixture(scope="module", params=[1e-4, 3e-4])
-def point(request, small_reference, states):
-    return solved(small_reference, states.sliding_frequency + 2, request.param, tolerance=1e-6)
+def point(request, small_reference):
+    frequency = small_reference.joint.mode.sliding_frequency + 2
+    return solved(small_reference, frequency, request.param, tolerance=1e-6)
 
 
-def own_damping(point, joint, states, count):
+def own_damping(point, reference, count):
     """Material damping of the sliding coordinate, sum of pi c omega h² |Q_h|²."""
     theta = phases(point.steady)
-    q = point.steady.cycle.output[:, joint.model.port("sliding")]
+    q = point.steady.cycle.output[:, reference.model.port("sliding")]
     Q = harmonics_of(q, theta, count)[1:]
     order = np.arange(1, count + 1)
     w = 2 * np.pi * point.corrected_frequency * order
-    c = joint.model.rayleigh[1] * states.sliding_omega**2
+    c = reference.model.rayleigh[1] * reference.states.sliding_omega**2
     return float(np.pi * np.sum(order * w * c * np.abs(Q) ** 2))
 
 
-def work_through_sliding(point, states):
+def work_through_sliding(point, mode):
     """Work of the end moment on the sliding coordinate, ``-pi f_M M Im Q``."""
-    push = states.load_on_sliding["moment"] * point.steady.load
+    push = mode.load_on_sliding["moment"] * point.steady.load
     return -np.pi * push * point.steady.amplitude.imag
 
 
-def test_loop_is_what_friction_takes(point, small_reference, states):
+def test_loop_is_what_friction_takes(point, small_reference):
     """Loop + damping of the sliding coordinate + work past it = all that is lost in a cycle."""
-    found = equivalent(point, small_reference.model, states)
+    mode = small_reference.joint.mode
+    found = equivalent_at(point, small_reference)
     c = point.steady.cycle
     lost = c.dissipated + c.modal_damping + c.residual_damping + c.normal_work
-    own = own_damping(point, small_reference, states, 1)
-    past = c.external - work_through_sliding(point, states)
+    own = own_damping(point, small_reference, 1)
+    past = c.external - work_through_sliding(point, mode)
     print(
         f"loop {found.loop:.5g}, friction {c.dissipated:.5g}, material {c.modal_damping:.3g} of "
         f"which sliding {own:.3g}, work past the sliding coordinate {past:.3g}"
@@ -115,21 +110,23 @@ def test_loop_is_what_friction_takes(point, small_reference, states):
     assert found.loop == pytest.approx(lost - own - past, rel=2e-3)
     assert found.loop == pytest.approx(c.dissipated, rel=0.03)
     assert found.stored == pytest.approx(
-        0.5 * abs(point.steady.amplitude) ** 2 * found.k_eq * states.sliding_omega**2
+        0.5 * abs(point.steady.amplitude) ** 2 * found.k_eq * mode.sliding_omega**2
     )
 
 
-def test_modal_force_is_the_equation_of_motion(point, small_reference, states):
+def test_modal_force_is_the_equation_of_motion(point, small_reference):
     """Area of the sampled loop; its first harmonic is the equivalent force."""
-    model = small_reference.model
-    f = modal_force(point, model, states, 15)
-    q = point.steady.cycle.output[:, model.port("sliding")]
+    joint = small_reference.joint
+    f = modal_force(point.steady, joint, 15)
+    q = point.steady.cycle.output[:, joint.model.port("sliding")]
     area = np.sum(0.5 * (f[1:] + f[:-1]) * np.diff(q))
-    expected = work_through_sliding(point, states) - own_damping(point, small_reference, states, 15)
+    expected = work_through_sliding(point, joint.mode) - own_damping(point, small_reference, 15)
     assert area == pytest.approx(expected, rel=2e-3)
     theta = phases(point.steady)
-    kappa = harmonics_of(f, theta, 1)[1] / harmonics_of(q, theta, 1)[1] / states.sliding_omega**2
-    found = equivalent(point, model, states)
+    kappa = (
+        harmonics_of(f, theta, 1)[1] / harmonics_of(q, theta, 1)[1] / joint.mode.sliding_omega**2
+    )
+    found = equivalent_at(point, small_reference)
     assert kappa == pytest.approx(found.k_eq + 1j * found.gamma_eq, rel=1e-9)
 
 
@@ -140,8 +137,8 @@ def test_harmonics_rebuild_the_wave():
     assert found == pytest.approx(np.array([3, 2, 0, -0.5j, 0]), abs=1e-12)
 
 
-def test_stability_is_refined_where_asked_for(small_reference, states):
-    frequency = states.sliding_frequency + 2
+def test_stability_is_refined_where_asked_for(small_reference):
+    frequency = small_reference.joint.mode.sliding_frequency + 2
     asked = solved(small_reference, frequency, 1e-4, stability=True)
     assert asked.stability.verdict == "stable"
     assert abs(asked.steady.multipliers[0]) == pytest.approx(asked.stability.largest, abs=0.04)
@@ -157,7 +154,7 @@ def march_of(status, normal):
     """As much of a march as the search for an opening reads."""
     status, normal = np.array(status, np.int8), np.array(normal, float)
     r = np.zeros((len(status), 2 * status.shape[1]))
-    r[:, ::2] = normal
+    r[:, normal_rows()] = normal
     time = 0.5 * np.arange(len(status))
     return SimpleNamespace(status=status, r=r, time=time, load=10 * time)
 
@@ -179,22 +176,23 @@ def test_opening_at_the_start_and_none_at_all():
     assert opening_of(march_of([[4, 4, 1], [1, 4, 4]], np.zeros((2, 3))), X) == ""
 
 
-def test_resonance_that_opens_the_joint(small_reference, states):
+def test_resonance_that_opens_the_joint(small_reference):
     """Four times the moment that opens the joint when still."""
+    frequency = small_reference.joint.mode.sliding_frequency - 20
     with pytest.raises(JointOpensError, match=r"opens at t = .* the last pair to separate is \d+"):
-        solved(small_reference, states.sliding_frequency - 20, 0.6, max_cycles=4)
+        solved(small_reference, frequency, 0.6, max_cycles=4)
 
 
-def test_failed_and_unsteady_points_are_told_apart(small_reference, states):
+def test_failed_and_unsteady_points_are_told_apart(small_reference):
     """One that opens the joint, one that is not steady in time, one that is."""
-    f = states.sliding_frequency + 3
+    f = small_reference.joint.mode.sliding_frequency + 3
     requests = [
         Request(1.0, f - 23, 0.6 * small_reference.moment, 0.25, 0.0, STEPS, 1e-5, 4),
         Request(2.0, f, 1e-4 * small_reference.moment, 0.25, 0.0, STEPS, 1e-5, 3),
         Request(3.0, f, 1e-4 * small_reference.moment, 0.25, 0.0, STEPS, 1e-4),
     ]
-    opened, early, steady = steady_states(small_reference.model, small_reference.start, requests)
-    assert opened.startswith(f"time domain, rho = 1, {f - 23:g} Hz: the joint opens at t = ")
+    opened, early, steady = steady_states(small_reference.joint, requests)
+    assert str(opened).startswith(f"time domain, rho = 1, {f - 23:g} Hz: the joint opens at t = ")
     assert not early.steady.converged
     assert early.steady.change > 1e-4
     assert steady.steady.converged

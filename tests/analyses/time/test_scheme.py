@@ -7,8 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scipy.sparse.linalg as spla
+from conftest import CLAMP, FRICTION, RAYLEIGH
 
-from microslip.analyses.statics.cycle import opening_load, prestress
+from microslip.analyses.prepared.joint import prepare_joint
+from microslip.analyses.prepared.prestress import opening_load
 from microslip.analyses.time import scheme as transient
 from microslip.analyses.time.scheme import (
     amplification,
@@ -18,15 +20,13 @@ from microslip.analyses.time.scheme import (
     time_scheme,
 )
 from microslip.analyses.time.steady import steady_state
-from microslip.contact.planar import SEPARATED
+from microslip.contact.law import contact_law
+from microslip.contact.pairs import SEPARATED
 from microslip.errors import ContactError, MicroslipError
-from microslip.model.flexibility import static_flexibility
 from microslip.model.joint import JointModel
 from microslip.model.modes import bonding
 from microslip.numerics.fourier import harmonic
 
-CLAMP = 1e6
-RAYLEIGH = (0.0, 7.3e-7)
 SMALL = 3e-5
 """Amplitude of the sliding mode that opens and closes no pair of the small joint."""
 
@@ -47,8 +47,8 @@ def oscillator(omega, dt, alpha, damping=0.0):
         port_port=np.zeros((3, 3)),
         rayleigh=(damping, 0.0),
     )
-    start = prestress(model, static_flexibility(model), 1.0)
-    return time_scheme(model, start, 0.3, dt, alpha=alpha)
+    joint = prepare_joint(model, contact_law(1, 0.3), {"clamp": 1.0}, "moment")
+    return time_scheme(joint, dt, alpha=alpha)
 
 
 def energy(model, state, clamp, load, column):
@@ -149,26 +149,22 @@ def test_numerical_damping_is_at_high_frequency_only():
 # Joint without friction: linear
 
 
-def quiet(joint, friction=0.0, steps=150, frequency=None, model=None, **options):
-    frequency = frequency or joint.omega_sliding / (2 * np.pi)
-    return time_scheme(
-        model or joint.model, joint.start, friction, 1 / (frequency * steps), **options
-    )
+def quiet(joint, friction=0.0, steps=150, frequency=None, **options):
+    frequency = frequency or joint.mode.sliding_frequency
+    return time_scheme(joint.with_friction(friction), 1 / (frequency * steps), **options)
 
 
 def test_frictionless_response_is_the_direct_solution(small_reference):
     """(-w² M + (1 + i w beta) K) x = F on the full mesh, prestressed pairs bonded normally."""
-    joint = small_reference
-    s = joint.structure
-    pairs = np.flatnonzero(joint.start.touching)
-    basis = bonding(s.interface.relative, 2 * pairs)
+    joint, s = small_reference.joint, small_reference.structure
+    basis = bonding(s.interface.relative, joint.prestress.bonded(1))
     stiffness, mass = basis.T @ s.stiffness @ basis, basis.T @ s.mass @ basis
     force = basis.T @ s.loads["moment"]
-    measure = basis.T @ (s.mass @ joint.shape_sliding)
+    measure = basis.T @ (s.mass @ small_reference.states.sliding)
     steps = 300
     stretch = 1 + period_error(2 * np.pi / steps)
     for shift in (-5.0, -0.3, 0.0, 0.3, 5.0):
-        frequency = joint.omega_sliding / (2 * np.pi) + shift
+        frequency = joint.mode.sliding_frequency + shift
         w = 2 * np.pi * frequency
         dynamic = (-(w**2) * mass + (1 + 1j * w * RAYLEIGH[1]) * stiffness).tocsc()
         direct = measure @ spla.spsolve(dynamic, force.astype(complex))
@@ -177,7 +173,7 @@ def test_frictionless_response_is_the_direct_solution(small_reference):
         found = steady_state(scheme, frequency / stretch, load, tolerance=1e-6)
         assert found.converged
         separated = found.cycle.status == SEPARATED
-        assert (separated == ~joint.start.touching).all()
+        assert (separated == ~joint.prestress.touching).all()
         error = abs(found.amplitude / load - direct) / abs(direct)
         gap = abs(abs(found.amplitude) / load / abs(direct) - 1)
         print(f"{shift:+} Hz: complex {error:.1e}, amplitude {gap:.1e}, cycles {found.cycles}")
@@ -187,11 +183,11 @@ def test_frictionless_response_is_the_direct_solution(small_reference):
 
 def test_free_vibration_keeps_its_energy(small_reference):
     """No friction, no damping, no numerical damping: 1,000 cycles."""
-    joint = small_reference
-    model = replace(joint.model, rayleigh=(0.0, 0.0))
+    model = replace(small_reference.model, rayleigh=(0.0, 0.0))
+    joint = small_reference.joint.with_model(model)
     steps = 40
-    scheme = quiet(joint, steps=steps, model=model, alpha=0.0)
-    start = prestressed_state(scheme, SMALL, joint.omega_sliding)
+    scheme = quiet(joint, steps=steps, alpha=0.0)
+    start = prestressed_state(scheme, SMALL, joint.mode.sliding_omega)
 
     def vibration_energy(state):
         """Of the deviation from prestress: the bonds of a contact that stays do no work."""
@@ -217,10 +213,10 @@ def test_energy_is_never_made(small_reference):
     Work of the load from load and output by the trapezoidal
     rule, energy from the state.
     """
-    joint = small_reference
+    joint = small_reference.joint
     model = joint.model
     column = model.port("moment")
-    limit = opening_load(model, joint.flexibility, joint.start, "moment")
+    limit = opening_load(model, joint.flexibility, joint.prestress, "moment")
     for friction in (0.0, 0.25, 1.0):
         for steps in (60, 400):
             scheme = quiet(joint, friction, steps)
@@ -254,9 +250,9 @@ def bounced(joint, clamp, share, friction, steps, cycles, *, free):
     """
     model = joint.model
     column = model.port("moment")
-    start = prestress(model, joint.flexibility, clamp)
-    level = share * opening_load(model, joint.flexibility, start, "moment")
-    scheme = time_scheme(model, start, friction, 2 * np.pi / (joint.omega_sliding * steps))
+    joint = joint.with_preload({"clamp": clamp}).with_friction(friction)
+    level = share * opening_load(model, joint.flexibility, joint.prestress, "moment")
+    scheme = time_scheme(joint, 2 * np.pi / (joint.mode.sliding_omega * steps))
     time = np.arange(cycles * steps + 1) / steps
     if free:
         raised = np.arange(10 * steps + 1) / (10 * steps)
@@ -289,7 +285,7 @@ SHARES = (0.3, 0.6, 0.95)
 def test_bouncing_tips_make_no_energy(small_reference, share, free):
     """Light clamp; up to 50 of 51 pairs bounce: energy + friction work stay below external work."""
     for friction, steps in ((0.0, 150), (0.25, 60), (0.25, 150), (1.0, 400)):
-        worst, changes = bounced(small_reference, 1e4, share, friction, steps, 8, free=free)
+        worst, changes = bounced(small_reference.joint, 1e4, share, friction, steps, 8, free=free)
         print(f"mu {friction}, {steps} steps: excess {worst:.1e}, {changes} changes of contact")
         assert worst <= 1e-9
         assert changes > 400
@@ -302,7 +298,7 @@ def test_bouncing_for_long(reference, share, free):
     """201 pairs, 40 cycles, all steps and frictions."""
     for friction in (0.0, 0.25, 1.0):
         for steps in (60, 150):
-            worst, changes = bounced(reference, 1e4, share, friction, steps, 40, free=free)
+            worst, changes = bounced(reference.joint, 1e4, share, friction, steps, 40, free=free)
             print(f"mu {friction}, {steps} steps: excess {worst:.1e}, {changes} changes")
             assert worst <= 1e-9
 
@@ -310,15 +306,15 @@ def test_bouncing_for_long(reference, share, free):
 @pytest.mark.parametrize("load", [1e-5, 1e-4, 3e-4])
 def test_energy_of_a_steady_cycle_balances(small_reference, load):
     """Work of the load = friction + damping of the modes and of the residual part + scheme."""
-    joint = small_reference
-    frequency = joint.omega_sliding / (2 * np.pi) + 1.0
-    scheme = quiet(joint, 0.25, 300, frequency)
-    found = steady_state(scheme, frequency, load * joint.moment)
+    frequency = small_reference.joint.mode.sliding_frequency + 1.0
+    amplitude = load * small_reference.moment
+    scheme = quiet(small_reference.joint, FRICTION, 300, frequency)
+    found = steady_state(scheme, frequency, amplitude)
     assert found.converged
     c = found.cycle
     lost = c.dissipated + c.modal_damping + c.residual_damping + c.normal_work
     theta = 2 * np.pi * np.arange(301) / 300
-    y = harmonic(c.output[:, scheme.model.port("moment")], theta)
+    y = harmonic(c.output[:, scheme.joint.model.port("moment")], theta)
     print(
         f"M/PL {load}: external {c.external:.6g}, friction {c.dissipated / c.external:.5f}, modal "
         f"{c.modal_damping / c.external:.5f}, residual {c.residual_damping / c.external:.1e}, normal "
@@ -326,15 +322,15 @@ def test_energy_of_a_steady_cycle_balances(small_reference, load):
         f"{found.change:.1e}, cycles {found.cycles}"
     )
     assert lost == pytest.approx(c.external, rel=2e-3)
-    assert c.external == pytest.approx(-np.pi * load * joint.moment * y.imag, rel=2e-3)
+    assert c.external == pytest.approx(-np.pi * amplitude * y.imag, rel=2e-3)
 
 
 def test_refuses_what_it_cannot_march(small_reference, monkeypatch):
-    scheme = quiet(small_reference)
+    scheme = quiet(small_reference.joint)
     with pytest.raises(MicroslipError, match="not finite at step 1"):
         march(scheme, prestressed_state(scheme), np.array([0.0, np.nan, 0.0]))
     monkeypatch.setattr(transient, "CERTIFICATE", -1.0)
     with pytest.raises(ContactError, match=r"at t = 7\.\d+ s \(step"):
         march(scheme, prestressed_state(scheme), np.zeros(3), start_time=7.0)
     with pytest.raises(MicroslipError, match="must be positive"):
-        time_scheme(small_reference.model, small_reference.start, 0.25, 0.0)
+        time_scheme(small_reference.joint, 0.0)

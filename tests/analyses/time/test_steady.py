@@ -7,6 +7,7 @@ import pytest
 
 from microslip.analyses.time.scheme import march, time_scheme
 from microslip.analyses.time.steady import steady_state
+from microslip.contact.pairs import tangential
 
 STEPS = 150
 LOADS = {"stick": 1e-5, "mixed": 1e-4, "slip": 4e-4}
@@ -22,10 +23,8 @@ MARCHED = {"stick": 2800, "mixed": 400, "slip": 400}
 def case(request, small_reference):
     """Name, scheme and the accelerated steady state from rest."""
     name = request.param
-    frequency = small_reference.omega_sliding / (2 * np.pi) + 3.0
-    scheme = time_scheme(
-        small_reference.model, small_reference.start, 0.25, 1 / (frequency * STEPS)
-    )
+    frequency = small_reference.joint.mode.sliding_frequency + 3.0
+    scheme = time_scheme(small_reference.joint, 1 / (frequency * STEPS))
     load = LOADS[name] * small_reference.moment
     found = steady_state(scheme, frequency, load, tolerance=TOLERANCE[name])
     assert found.converged
@@ -103,9 +102,9 @@ def test_joint_walks(case):
     state, offsets = steady.cycle.state, []
     for _ in range(20):
         state = march(scheme, state, wave).state
-        offsets.append(state.v[1::2].mean())
+        offsets.append(tangential(state.v).mean())
     steps = np.diff(offsets)
-    swing = np.ptp(fast.cycle.v[:, 1::2], axis=0).mean()
+    swing = np.ptp(tangential(fast.cycle.v), axis=0).mean()
     print(f"{name}: walks {steps.mean():.2e} m per cycle, {steps.mean() / swing:.1e} of its slip")
     if name == "slip":
         assert steps == pytest.approx(np.full(19, steps.mean()), rel=0.05)
@@ -135,13 +134,12 @@ def test_not_converged_is_said(case):
 
 def test_search_does_not_run_off_with_the_walk(small_reference):
     """1 Hz above the sliding frequency, where the walk is largest: same answer as 800 cycles."""
-    joint = small_reference
-    frequency = joint.omega_sliding / (2 * np.pi) + 1.0
-    scheme = time_scheme(joint.model, joint.start, 0.25, 1 / (frequency * STEPS))
-    load = 4e-4 * joint.moment
+    frequency = small_reference.joint.mode.sliding_frequency + 1.0
+    scheme = time_scheme(small_reference.joint, 1 / (frequency * STEPS))
+    load = 4e-4 * small_reference.moment
     fast = steady_state(scheme, frequency, load)
     slow = steady_state(scheme, frequency, load, accelerate=False, tolerance=0, max_cycles=800)
-    offset = fast.cycle.state.v[1::2].mean()
+    offset = tangential(fast.cycle.state.v).mean()
     print(f"walked: {differences(fast, slow)}, mean offset {offset:.1e} m")
     assert max(differences(fast, slow)) < 2e-3
     assert abs(offset) < 1e-2

@@ -3,9 +3,9 @@
     M x'' + (C - xi M) x' + K x + B^T r = clamp,     zeta = xi / (2 omega)
 
 (Krack, Computers & Structures 154 (2015) 59). ``-xi M x'`` only lowers alpha of the Rayleigh damping,
-so the equations are those of `harmonic.py` without a load. Such a system has no phase and, besides
-its vibration, its rest as a solution. Both ambiguities go when a spring ``kappa`` holds the mode's
-coordinate to ``(L/kappa) sin(theta)``:
+so the equations are those of `microslip.analyses.harmonic.equations` without a load. Such a system
+has no phase and, besides its vibration, its rest as a solution. Both ambiguities go when a spring
+``kappa`` holds the mode's coordinate to ``(L/kappa) sin(theta)``:
 
     kappa Phi (Phi^T M (x - x_prestress))  =  L sin(theta) M Phi       on the right-hand side,
 
@@ -24,14 +24,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from microslip.analyses.backbone.cycles import Backbone, BackbonePoint, amplitude_scale, failed
-from microslip.analyses.harmonic.equations import HarmonicProblem, harmonic_problem
+from microslip.analyses.backbone.points import Backbone, BackbonePoint, amplitude_scale, failed
 from microslip.analyses.harmonic.linear import HarmonicSolver
-from microslip.analyses.harmonic.response import CONTROL, HarmonicPoint, LoadPath, describe
-from microslip.analyses.statics.cycle import Prestress
-from microslip.analyses.statics.joint_modes import MODE_PORT, JointMode, with_mode_port
+from microslip.analyses.harmonic.paths import CONTROL, LoadPath
+from microslip.analyses.harmonic.points import HarmonicPoint, describe
+from microslip.analyses.harmonic.problem import HarmonicProblem, state_equations
+from microslip.analyses.prepared.joint import PreparedJoint
+from microslip.analyses.prepared.joint_modes import JointMode, with_mode_port
 from microslip.analyses.statics.prescribed import modal_rest
-from microslip.model.joint import JointModel
+from microslip.brief import Brief
+from microslip.errors import Failure
 from microslip.numerics.continuation import ContinuationError, first_point, solve_at, trace
 from microslip.typing import Array
 
@@ -68,40 +70,32 @@ class SprungMode:
 
 
 def spring_mode(
-    model: JointModel,
-    start: Prestress,
+    joint: PreparedJoint,
     mode: JointMode,
-    friction: float | Array,
     *,
     harmonics: int = 5,
-    compliance: Array | None = None,
     spring: float = SPRING,
 ) -> SprungMode:
     """State the equations of a mode's motion.
 
     Parameters
     ----------
-    model : JointModel
-        With a port ``clamp``.
-    start : Prestress
+    joint : PreparedJoint
     mode : JointMode
-    friction : float or (m,) array
     harmonics : int
         Beside the mean.
-    compliance : (d m,) array, optional
-        Of an elastic contact, m/N.
     spring : float
         kappa over omega_sl².
     """
-    kappa = spring * mode.omega**2
+    model, start, shape = joint.model, joint.prestress, mode.sliding
+    kappa = spring * mode.sliding_omega**2
     wide = with_mode_port(model, mode)
-    values, vectors = np.linalg.eigh(
-        np.diag(model.omega**2) + kappa * np.outer(mode.shape, mode.shape)
-    )
-    rest = modal_rest(model, start)
+    values, vectors = np.linalg.eigh(np.diag(model.omega**2) + kappa * np.outer(shape, shape))
+    rest = modal_rest(joint)
     loads = wide.port_modes.copy()
-    # the spring is relaxed at prestress
-    loads[:, wide.port("clamp")] += kappa * mode.shape * (mode.shape @ rest) / start.clamp
+    # the spring is relaxed at prestress; the first preload carries what that takes
+    name, amplitude = next(iter(start.preload.items()))
+    loads[:, wide.port(name)] += kappa * shape * (shape @ rest) / amplitude
     sprung = replace(
         wide,
         omega=np.sqrt(np.maximum(values, 0.0)),
@@ -109,19 +103,19 @@ def spring_mode(
         port_modes=vectors.T @ loads,
     )
     turned = (vectors.T @ rest)[: model.equilibrium_modes]
-    problem = harmonic_problem(
+    problem = state_equations(
         sprung,
         replace(start, solution=replace(start.solution, q=turned)),
-        friction,
+        joint.law,
+        mode.port,
+        mode.port,
         harmonics=harmonics,
-        port=MODE_PORT,
-        compliance=compliance,
     )
     return SprungMode(mode, problem, kappa)
 
 
-@dataclass(frozen=True)
-class Nearby:
+@dataclass(frozen=True, repr=False)
+class Nearby(Brief):
     """A motion to start from.
 
     Attributes
@@ -190,7 +184,8 @@ def extended_motion(
     mode, problem, kappa = sprung.mode, sprung.problem, sprung.spring
     alpha, beta = problem.model.rayleigh
     w, last, omega, xi = start.unknowns, start.amplitude, start.omega, start.xi
-    w2, port, load = mode.omega**2, problem.model.port(MODE_PORT), kappa * amplitude
+    w2, port = mode.sliding_omega**2, problem.model.port(mode.port)
+    load = kappa * amplitude
     z = complex(omega**2 - w2, omega * (xi - alpha - beta * w2))
     tried: list[tuple[complex, complex]] = []
     for rounds in range(1, MOST_ROUNDS + 1):
@@ -280,27 +275,24 @@ def _reach(
 
 
 def harmonic_backbone(
-    model: JointModel,
-    start: Prestress,
+    joint: PreparedJoint,
     mode: JointMode,
-    friction: float | Array,
     amplitudes: Sequence[float] | Array,
     *,
-    compliance: Array | None = None,
     harmonics: int = 5,
     advance: Callable[[], None] = lambda: None,
-) -> tuple[Backbone, list[str]]:
+) -> tuple[Backbone, list[Failure]]:
     """Backbone of the nonlinear mode by harmonic balance.
 
-    Parameters and results as in `backbones.prescribed_backbone`; each amplitude starts from the
-    one below.
+    Parameters and results as in `microslip.analyses.backbone.cycles.prescribed_backbone`; each
+    amplitude starts from the one below.
     """
-    sprung = spring_mode(model, start, mode, friction, harmonics=harmonics, compliance=compliance)
-    alpha, beta = model.rayleigh
+    sprung = spring_mode(joint, mode, harmonics=harmonics)
+    alpha, beta = joint.model.rayleigh
     solver = HarmonicSolver()
     omega = mode.stuck_omega
     state = Nearby(sprung.problem.rest(), 0.0, omega, alpha + beta * omega**2)
-    scale = amplitude_scale(model, start, mode)
+    scale = amplitude_scale(joint, mode)
     points, failures = [], []
     for amplitude in sorted(float(a) for a in amplitudes):
         try:

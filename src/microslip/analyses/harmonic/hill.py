@@ -33,19 +33,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.sparse.linalg as spla
 
-from microslip.analyses.harmonic.equations import (
-    Array,
-    Complex,
-    HarmonicProblem,
-    LinearOperator,
-    evaluate,
-    linear_operator,
-    to_complex,
-    to_real,
-)
+from microslip.analyses.harmonic.equations import evaluate
 from microslip.analyses.harmonic.linear import HarmonicSolver
+from microslip.analyses.harmonic.operator import LinearOperator, linear_operator
+from microslip.analyses.harmonic.problem import HarmonicProblem
+from microslip.brief import Brief
 from microslip.contact.aft import times_derivative
 from microslip.numerics.continuation import ContinuationError
+from microslip.numerics.fourier import EVEN, ODD, to_complex, to_real
+from microslip.typing import Array, Complex
 
 SLOW = 0.25
 """Share of omega below which an exponent counts as slow: friction's memory is frozen."""
@@ -54,8 +50,8 @@ SOLVED = 1e-9
 """Relative residual of the linear systems."""
 
 
-@dataclass(frozen=True)
-class HillExponents:
+@dataclass(frozen=True, repr=False)
+class HillExponents(Brief):
     """Slow disturbances of a periodic response.
 
     Attributes
@@ -143,7 +139,7 @@ def hill_exponents(
         right = np.concatenate([out.ravel(), problem.spring * inertia])
         new = -solver.linear_solve(operator, cycle, right, SOLVED)
         eta = -modal * (pushed + operator.on_modes(problem.split(new)[0]))
-        eta[0::2], eta[1::2] = eta[0::2] @ felt[0], eta[1::2] @ felt[1]
+        eta[EVEN], eta[ODD] = eta[EVEN] @ felt[0], eta[ODD] @ felt[1]
         return np.concatenate([new, to_real(eta).ravel(), Y])
 
     inverse = spla.LinearOperator((2 * size, 2 * size), matvec=disturb, dtype=float)

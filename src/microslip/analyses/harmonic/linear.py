@@ -25,16 +25,12 @@ import numpy as np
 import scipy.linalg as sl
 from numpy.typing import NDArray
 
-from microslip.analyses.harmonic.equations import (
-    Array,
-    Complex,
-    LinearOperator,
-    derivative_times,
-    to_complex,
-    to_real,
-)
+from microslip.analyses.harmonic.equations import derivative_times
+from microslip.analyses.harmonic.operator import LinearOperator
 from microslip.contact.aft import CHANGING, LINEAR, ContactCycle, times_derivative
 from microslip.numerics.continuation import ContinuationError
+from microslip.numerics.fourier import to_complex, to_real
+from microslip.typing import Array, Complex
 
 RENEW_AFTER = 12
 """A factorisation is made anew when GMRES needs so many iterations more than with a fresh one."""

@@ -7,8 +7,9 @@ Projected on the sliding mode the equation of motion is exact,
 whatever touches, slips or separates; only the modal contact force F has to be modelled. The paper
 takes it from cycles driven by the end moment. Here, in order of what each is worth:
 
-* F comes from cycles with q prescribed (`prescribed.py`): near resonance inertia, not the moment,
-  bends the joint, and q is nearly a pure sine because the inertia of the mode resists harmonics.
+* F comes from cycles with q prescribed (`microslip.analyses.statics.prescribed`): near resonance
+  inertia, not the moment, bends the joint, and q is nearly a pure sine because the inertia of the
+  mode resists harmonics.
 * The moment bends the overlap directly as well, and what the interface sees of that is the mode's
   own pattern: it offsets the amplitude, ``A = Q + c M``, ``F = omega_sl² kappa(|A|) A``.
 * The other modes have their inertia at a reference frequency between the sliding and the stuck one.
@@ -19,7 +20,7 @@ takes it from cycles driven by the end moment. Here, in order of what each is wo
   so ``P = D eta_0/(1 - D S)``, and F changes by ``T P`` (real-linear in P). The table holds eta_0,
   S and T of each chosen (mode, harmonic).
 
-Everything scales with the clamp force: amplitude over clamp is the only argument of the table.
+Everything scales with the preload: amplitude over preload is the only argument of the table.
 """
 
 from __future__ import annotations
@@ -37,7 +38,8 @@ from microslip.analyses.statics.prescribed import (
     PrescribedCycle,
     prescribed_cycle,
 )
-from microslip.errors import ContactError, MicroslipError
+from microslip.brief import Brief
+from microslip.errors import ContactError, Failure, MicroslipError
 from microslip.numerics.execute import in_threads, workers
 from microslip.typing import Array, Complex
 
@@ -68,7 +70,7 @@ def refined_table(
     knots: int = 6,
     threads: int | None = None,
     advance: Callable[[], None] = lambda: None,
-) -> tuple[EquivalentTable, list[str]]:
+) -> tuple[EquivalentTable, list[Failure]]:
     """Tabulate the modal contact force against the amplitude of the sliding mode.
 
     Parameters
@@ -97,7 +99,7 @@ def refined_table(
     -------
     table : EquivalentTable
         ``drive`` is ``"prescribed"``; ``load`` repeats the amplitude.
-    failures : list of str
+    failures : list of Failure
         Amplitudes that could not be solved; they are left out.
     """
     if not 0 < smallest < largest or count < 4:
@@ -106,9 +108,9 @@ def refined_table(
             "positive and below the second, and at least 4 are needed"
         )
     workers_used = threads or workers()
-    failures: list[str] = []
+    failures: list[Failure] = []
 
-    def one(a: float) -> PrescribedCycle | str:
+    def one(a: float) -> PrescribedCycle | Failure:
         below = [c for c in solved if abs(c.q) < a] if len(solved) > 4 else []
         try:
             return prescribed_cycle(
@@ -121,14 +123,14 @@ def refined_table(
                 start=below[-1].state if below else None,
             )
         except ContactError as error:
-            return f"prescribed cycle at amplitude {a:.4g}: {error}"
+            return Failure("reduced", f"prescribed cycle at amplitude {a:.4g}", str(error))
 
     solved: list[PrescribedCycle] = []
     wanted = list(np.geomspace(smallest, largest, count - count // 2))
     while wanted:
         found = []
         for outcome in in_threads(one, wanted, workers_used):
-            if isinstance(outcome, str):
+            if isinstance(outcome, Failure):
                 failures.append(outcome)
             else:
                 found.append(outcome)
@@ -138,14 +140,16 @@ def refined_table(
         missing = min(count - len(solved) - len(failures), -(-count // 4))
         wanted = _between(solved, missing) if len(solved) > 4 else []
     if len(solved) < 2:
-        raise ContactError("fewer than two prescribed cycles solved: " + "; ".join(failures))
+        raise ContactError(
+            "fewer than two prescribed cycles solved: " + "; ".join(map(str, failures))
+        )
     Q, F = np.array([c.q for c in solved]), np.array([c.force for c in solved])
     w2 = held.sliding_omega**2
     kappa = F / Q / w2
     size = np.abs(Q)
     table = EquivalentTable(
         drive="prescribed",
-        clamp=held.prestress.clamp,
+        preload=held.prestress.force,
         omega=held.sliding_omega,
         load=size,
         amplitude=size,
@@ -189,20 +193,20 @@ def _between(solved: Sequence[PrescribedCycle], count: int) -> list[float]:
     return [float(np.sqrt(size[i] * size[i + 1])) for i in chosen]
 
 
-def moment_offset(held: HeldMode, amplitude: float) -> float:
-    """``c``: amplitude of the mode that bends the interface as a unit moment does directly.
+def load_offset(held: HeldMode, amplitude: float) -> float:
+    """``c``: amplitude of the mode that bends the interface as a unit load does directly.
 
-    From two cycles at an amplitude small enough to stick, without and with a moment.
+    From two cycles at an amplitude small enough to stick, without and with a load.
     """
     alone = prescribed_cycle(held, amplitude, steps=40, cycles=2)
-    moment = 0.5 * amplitude * held.sliding_omega**2 / held.load_on_sliding
-    both = prescribed_cycle(held, amplitude, steps=40, cycles=2, moment=moment)
+    load = 0.5 * amplitude * held.sliding_omega**2 / held.load_on_sliding
+    both = prescribed_cycle(held, amplitude, steps=40, cycles=2, load=load)
     coefficient = alone.force / alone.q
-    return float(((both.force - coefficient * both.q) / (coefficient * moment)).real)
+    return float(((both.force - coefficient * both.q) / (coefficient * load)).real)
 
 
-@dataclass(frozen=True)
-class _Reaction:
+@dataclass(frozen=True, repr=False)
+class _Reaction(Brief):
     """How a cycle answers a load on one upper harmonic: S, and T for its real and imaginary part."""
 
     S: complex

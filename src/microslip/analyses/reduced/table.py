@@ -8,7 +8,7 @@ the steady cycle:
     k_eq + i gamma_eq = F_1 / (omega_sl² Q_1)          dimensionless
 
 (theory: W_s = pi Re F_1, W_c = pi Im F_1 in the phase of q, so k_eq = W_s / (pi q omega_sl²)).
-Everything depends on the load only through amplitude over clamp force.
+Everything depends on the load only through amplitude over preload.
 """
 
 from __future__ import annotations
@@ -17,20 +17,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.statics.cycle import Cycle
-from microslip.analyses.statics.linear_states import LinearStates
-from microslip.model.joint import JointModel
+from microslip.brief import Brief
 from microslip.numerics.fourier import harmonic
-from microslip.typing import Array
-
-DRIVES = {"moment": "moment", "mode": "sliding"}
-"""Port that each drive acts on: the end moment (the paper), or the modal inertia load M Phi_sl."""
+from microslip.typing import Array, Complex, Indices
 
 
-@dataclass(frozen=True)
-class UpperHarmonics:
+@dataclass(frozen=True, repr=False)
+class UpperHarmonics(Brief):
     """Upper modes in superharmonic resonance, against the amplitude of the sliding mode.
 
     See `refined.py`. Per chosen (mode, harmonic) s and amplitude n:
@@ -51,25 +47,26 @@ class UpperHarmonics:
         T for the real and the imaginary part of the load.
     """
 
-    order: NDArray[np.int64]
+    order: Indices
     omega: Array
     reference_omega: float
-    motion: NDArray[np.complex128]
-    compliance: NDArray[np.complex128]
-    in_phase: NDArray[np.complex128]
-    quadrature: NDArray[np.complex128]
+    motion: Complex
+    compliance: Complex
+    in_phase: Complex
+    quadrature: Complex
 
 
-@dataclass(frozen=True)
-class EquivalentTable:
+@dataclass(frozen=True, repr=False)
+class EquivalentTable(Brief):
     """Equivalent stiffness and damping of the sliding mode against its amplitude.
 
     Attributes
     ----------
     drive : str
-        ``"moment"``, ``"mode"``, or ``"prescribed"`` for the refined model.
-    clamp, omega : float
-        Clamp force (N/m) that the amplitudes belong to, and omega_sl (rad/s).
+        What drove the cycles: the name of a port, ``"mode"``, or ``"prescribed"`` for the refined
+        model.
+    preload, omega : float
+        Size of the preload (N/m) that the amplitudes belong to, and omega_sl (rad/s).
     load : (n,) array
         Amplitude of the driving load, in the unit of its port.
     amplitude : (n,) array
@@ -89,53 +86,52 @@ class EquivalentTable:
     """
 
     drive: str
-    clamp: float
+    preload: float
     omega: float
     load: Array
     amplitude: Array
     k_eq: Array
     gamma_eq: Array
-    cross: NDArray[np.complex128]
+    cross: Complex
     dissipated: Array
     stored: Array
     upper: UpperHarmonics | None = None
     uncertainty: Array | None = None
 
 
-def modal_quantities(cycle: Cycle, model: JointModel, states: LinearStates) -> tuple[Array, Array]:
-    """Sliding coordinate q and modal contact force f over a cycle, both ``(s + 1,)``."""
-    q = cycle.output[:, model.port("sliding")]
-    push = 1.0 if cycle.port == "sliding" else states.load_on_sliding[cycle.port]
-    return q, push * cycle.load - states.sliding_omega**2 * q
+def modal_quantities(cycle: Cycle, joint: PreparedJoint) -> tuple[Array, Array]:
+    """Modal coordinate q and modal contact force f over a cycle, both ``(s + 1,)``."""
+    mode = joint.principal()
+    q = cycle.output[:, joint.model.port(mode.port)]
+    push = 1.0 if cycle.port == mode.port else mode.load_on_sliding[cycle.port]
+    return q, push * cycle.load - mode.sliding_omega**2 * q
 
 
-def equivalent_table(
-    cycles: Sequence[Cycle], model: JointModel, states: LinearStates, clamp: float, drive: str
-) -> EquivalentTable:
+def equivalent_table(cycles: Sequence[Cycle], joint: PreparedJoint, drive: str) -> EquivalentTable:
     """Table of equivalent stiffness and damping from steady cycles of one drive.
 
     Parameters
     ----------
     cycles : sequence of Cycle
         Any order.
-    model : JointModel
-        With ports ``sliding`` and ``stuck``.
-    states : LinearStates
-    clamp : float
-        N/m.
+    joint : PreparedJoint
+        With a mode, for whose both ports the model has outputs.
     drive : str
-        Key of `DRIVES`.
+        What the driven port is called in results.
     """
-    c = states.overlap
+    mode = joint.principal()
+    c = mode.overlap
     s = np.sqrt(1 - c**2)
-    omega2 = states.sliding_omega**2
-    second2 = (states.stuck_omega**2 - c**2 * omega2) / s**2
+    omega2 = mode.sliding_omega**2
+    second2 = (mode.stuck_omega**2 - c**2 * omega2) / s**2
+    stuck = joint.model.port(mode.stuck_port)
     rows = []
     for cycle in cycles:
-        q, f = modal_quantities(cycle, model, states)
-        push = c if cycle.port == "sliding" else states.load_on_stuck[cycle.port]
-        push_sl = 1.0 if cycle.port == "sliding" else states.load_on_sliding[cycle.port]
-        other = (cycle.output[:, model.port("stuck")] - c * q) / s
+        q, f = modal_quantities(cycle, joint)
+        own = cycle.port == mode.port
+        push = c if own else mode.load_on_stuck[cycle.port]
+        push_sl = 1.0 if own else mode.load_on_sliding[cycle.port]
+        other = (cycle.output[:, stuck] - c * q) / s
         f_other = (push - c * push_sl) / s * cycle.load - second2 * other
         Q, F = harmonic(q, cycle.theta), harmonic(f, cycle.theta)
         ratio = F / Q / omega2
@@ -147,5 +143,14 @@ def equivalent_table(
     rows.sort(key=lambda row: row[1])
     load, amplitude, k, g, cross, dissipated, stored = map(np.array, zip(*rows, strict=True))
     return EquivalentTable(
-        drive, clamp, states.sliding_omega, load, amplitude, k, g, cross, dissipated, stored
+        drive,
+        joint.prestress.force,
+        mode.sliding_omega,
+        load,
+        amplitude,
+        k,
+        g,
+        cross,
+        dissipated,
+        stored,
     )

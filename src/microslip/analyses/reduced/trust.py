@@ -20,15 +20,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from microslip.analyses.reduced.response import (
-    OUTSIDE,
-    Response,
-    TableCurve,
-    TwoModeModel,
-    contact_coefficient,
-    table_curve,
-)
+from microslip.analyses.reduced.curve import TableCurve, table_curve
+from microslip.analyses.reduced.response import Response
+from microslip.analyses.reduced.sweep import OUTSIDE, contact_coefficient
 from microslip.analyses.reduced.table import EquivalentTable
+from microslip.analyses.reduced.two_mode import TwoModeModel
 from microslip.errors import MicroslipError
 from microslip.typing import Array
 
@@ -88,7 +84,7 @@ def _indicator(
     size: float,
 ) -> float:
     def kappa(a: float) -> tuple[complex, complex]:
-        return contact_coefficient(model, curve, table.clamp, a, omega)
+        return contact_coefficient(model, curve, table.preload, a, omega)
 
     alpha, beta = model.rayleigh
     w2 = model.omega**2

@@ -1,94 +1,27 @@
-"""Prestress and quasi-static cycles on the static flexibility (inertia left out).
+"""Quasi-static cycles on the static flexibility: inertia left out.
 
-Prestress: the clamp alone, without friction, so that the interface starts with no memory. Cycle:
-the clamp held, another port driven by ``A sin(theta)``, with friction, until two successive cycles
-end in the same state.
+The preload is held, another port driven by ``A sin(theta)``, with friction, until two successive
+cycles end in the same state.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.optimize import linprog
 
-from microslip.contact.path import march
-from microslip.contact.planar import FORWARD, SEPARATED, STICK
-from microslip.contact.solver import (
-    CERTIFICATE,
-    ContactSolver,
-    Solution,
-    singularity_named,
-)
-from microslip.errors import ContactError, JointOpensError
-from microslip.model.flexibility import Flexibility
-from microslip.model.joint import JointModel
-from microslip.typing import Array
+from microslip.analyses.prepared.joint import PreparedJoint
+from microslip.analyses.prepared.prestress import opening_load
+from microslip.contact.fields import ContactFields, contact_fields
+from microslip.contact.pairs import tangential
+from microslip.contact.path import PathRecord, follow_path
+from microslip.contact.solver import ContactSolver
+from microslip.errors import JointOpensError
+from microslip.typing import Array, Indices, Status
 
 
-@dataclass(frozen=True)
-class Prestress:
-    """Contact under the clamp alone, frictionless.
-
-    Attributes
-    ----------
-    clamp : float
-        Clamp force, N per metre of width.
-    solution : Solution
-    pressure : (m,) array
-        Pa.
-    touching : (m,) bool array
-    """
-
-    clamp: float
-    solution: Solution
-    pressure: Array
-    touching: NDArray[np.bool_]
-
-    def bonded(self, directions: int) -> NDArray[np.int64]:
-        """Components of v of the touching pairs: the normal one, or the first `directions`."""
-        pairs = np.flatnonzero(self.touching)
-        d = len(self.solution.v) // len(self.touching)
-        return np.sort((d * pairs[:, None] + np.arange(directions)).ravel())
-
-
-def prestress(model: JointModel, flexibility: Flexibility, clamp: float) -> Prestress:
-    """Frictionless contact under the clamp force.
-
-    Parameters
-    ----------
-    model : JointModel
-        With a port ``clamp``.
-    flexibility : Flexibility
-        From `static_flexibility`.
-    clamp : float
-        N per metre of width, > 0.
-
-    Raises
-    ------
-    ContactError
-        Where the clamp presses no pair together or the solver does not converge.
-    """
-    if not clamp > 0:
-        raise ContactError(f"clamp force is {clamp:g} N/m: it must be positive")
-    column = model.port("clamp")
-    force = clamp * model.area / model.area.sum()
-    start = np.full(model.pairs, FORWARD, dtype=np.int8)
-    solver = ContactSolver(flexibility, 0.0, force, start)
-    solution = solver.solve(
-        flexibility.loads_v[:, column] * clamp,
-        flexibility.loads_q[:, column] * clamp,
-        np.zeros(model.pairs),
-    )
-    normal = solution.r[:: model.dimension]
-    touching = solution.status != SEPARATED
-    if not touching.any():
-        raise ContactError("no contact pair touches under the clamp force: is it pulling?")
-    return Prestress(clamp, solution, normal / model.area, touching)
-
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Cycle:
     """One steady quasi-static cycle (or the last one computed).
 
@@ -104,7 +37,8 @@ class Cycle:
     output : (s + 1, p) array
         Outputs of all ports, change from prestress.
     r, v : (s + 1, 2 m) arrays
-        Reactions and relative displacements (total).
+        Reactions (N per metre of width) and relative displacements (m), total; by name they are
+        `pressure`, `traction`, `slip` and `gap`.
     status : (s + 1, m) int8 array
         Contact states; the first row repeats the last.
     friction_work : (m,) array
@@ -121,6 +55,10 @@ class Cycle:
     iterations, residual : (s + 1,) arrays
     hard_steps : int
         Steps that needed more than plain active-set changes.
+    rest : (2 m,) array
+        Relative displacements at prestress.
+    area : (m,) array
+        Of the pairs per metre of width, m.
     """
 
     port: str
@@ -130,84 +68,76 @@ class Cycle:
     output: Array
     r: Array
     v: Array
-    status: NDArray[np.int8]
+    status: Status
     friction_work: Array
     normal_work: float
     external_work: float
     cycles: int
     closure: float
-    iterations: NDArray[np.int64]
+    iterations: Indices
     residual: Array
     hard_steps: int
+    rest: Array
+    area: Array
 
     @property
     def dissipated(self) -> float:
         """Energy dissipated per cycle, J per metre of width."""
         return float(self.friction_work.sum())
 
+    @cached_property
+    def fields(self) -> ContactFields:
+        """Pressure, traction, slip and gap, each ``(s + 1, m)``."""
+        return contact_fields(self.r, self.v, self.rest, self.area)
 
-def opening_load(
-    model: JointModel, flexibility: Flexibility, prestress: Prestress, port: str
-) -> float:
-    """Largest amplitude of a port that the clamped contact can balance (limit analysis).
+    @property
+    def pressure(self) -> Array:
+        """Contact pressure, Pa, (s + 1, m)."""
+        return self.fields.pressure
 
-    Maximises ``A`` over compressive reactions that keep the nearly rigid bodies in equilibrium
-    with the clamp and ``±A`` on the port, their soft supports left out. Beyond it the joint opens.
-    """
-    p, c = model.port(port), model.port("clamp")
-    limits = []
-    for sign in (1.0, -1.0):
-        d, m = model.dimension, model.pairs
-        R = flexibility.R
-        columns = [R[0::d].T]
-        bounds: list[tuple[float | None, float | None]] = [(0, None)] * m
-        for k in range(1, d):
-            columns.append(R[k::d].T)
-            bounds += [(None, None)] * m
-        load = sign * flexibility.loads_q[:, [p]]
-        if np.abs(load).max(initial=0.0) * 1e-12 > 0 and R.shape[1]:
-            scale = prestress.clamp
-            size = np.abs(load).max()
-            A = np.hstack([*columns, -load / size])
-            found = linprog(
-                np.r_[np.zeros(d * m), -1.0],
-                A_eq=A,
-                b_eq=flexibility.loads_q[:, c],
-                bounds=[*bounds, (0, None)],
-                method="highs",
-            )
-            limits.append(found.x[-1] * scale / size if found.status == 0 else np.inf)
-    return float(min(limits, default=np.inf))
+    @property
+    def traction(self) -> Array:
+        """Tangential traction on the upper body, Pa, (s + 1, m)."""
+        return self.fields.traction
+
+    @property
+    def slip(self) -> Array:
+        """Tangential displacement of the upper body over the lower from prestress, m, (s + 1, m)."""
+        return self.fields.slip
+
+    @property
+    def gap(self) -> Array:
+        """Opening of the interface, m, (s + 1, m); zero in contact."""
+        return self.fields.gap
+
+    def __repr__(self) -> str:
+        return (
+            f"Cycle({self.port!r}, amplitude {self.amplitude:.4g}, {len(self.theta) - 1} steps, "
+            f"dissipates {self.dissipated:.4g} J/m, closure {self.closure:.1e}, residual "
+            f"{self.residual.max():.1e})"
+        )
 
 
 def quasi_static_cycle(
-    model: JointModel,
-    flexibility: Flexibility,
-    start: Prestress,
+    joint: PreparedJoint,
     port: str,
     amplitude: float,
-    friction: float | Array,
     *,
     steps: int = 300,
     phase: float = 0.0,
     max_cycles: int = 20,
     closure: float = 1e-9,
 ) -> Cycle:
-    """Steady cycle under the clamp and ``A sin(theta)`` on a port.
+    """Steady cycle under the preload and ``A sin(theta)`` on a port.
 
     Parameters
     ----------
-    model : JointModel
-    flexibility : Flexibility
-        Static; with contact compliance where the contact is elastic.
-    start : Prestress
-        On the same flexibility.
+    joint : PreparedJoint
+        Planar.
     port : str
         Driven port.
     amplitude : float
         A, in the unit of the port.
-    friction : float or (m,) array
-        Coefficient of friction.
     steps : int
         Load steps per cycle.
     phase : float
@@ -217,46 +147,55 @@ def quasi_static_cycle(
     closure : float
         Cycles stop when no reaction changes by more than this between successive cycles.
 
+    Returns
+    -------
+    Cycle
+
     Raises
     ------
     JointOpensError
-        Where the amplitude is beyond what the clamp can hold; names the limit.
+        Where the amplitude is beyond what the preload can hold; names the limit.
     ContactError
         Where a step does not solve; names the phase.
     """
-    column, clamp_column = model.port(port), model.port("clamp")
-    f = flexibility
-    d, m = model.dimension, model.pairs
-    _check_stays_closed(opening_load(model, f, start, port), abs(amplitude), port)
-    solver = _prestressed_solver(f, start, friction)
-    ports = f.loads_v.shape[1]
+    f, start, column = joint.flexibility, joint.prestress, joint.model.port(port)
+    held, limit = joint.held, opening_load(joint.model, f, start, port)
+    _check_stays_closed(limit, abs(amplitude), port)
+    solver = _prestressed_solver(joint)
     theta = phase + 2 * np.pi * np.arange(steps + 1) / steps
-    path = np.zeros((steps + 1, ports))
-    path[:, clamp_column] = start.clamp
+    path = np.tile(held, (steps + 1, 1))
     path[:, column] += amplitude * np.sin(theta)
-    vt_old = start.solution.v[1::d].copy()
-    record = _Record(steps, m, f.R.shape[1])
+    vt_old = tangential(start.solution.v).copy()
+
+    def march(path: Array) -> PathRecord:
+        return follow_path(
+            solver,
+            f,
+            path,
+            vt_old,
+            where=lambda step: f"(load {path[step, column]:.4g} on {port!r})",
+            remedy="try more load steps",
+        )
+
     ramp_steps = int(np.ceil(abs(np.sin(phase)) * steps / 4))
     if ramp_steps:
         ramp = np.tile(path[0], (ramp_steps + 1, 1))
-        ramp[:, column] *= np.linspace(0, 1, ramp_steps + 1)
-        ramp[:, clamp_column] = start.clamp
-        _march(solver, f, ramp, vt_old, _Record(ramp_steps, m, f.R.shape[1]), model, port)
+        change_of_load = ramp[:, column] - held[column]
+        ramp[:, column] = held[column] + np.linspace(0, 1, ramp_steps + 1) * change_of_load
+        march(ramp)
     change = np.inf
-    top = np.abs(start.solution.r[::d]).max()
     hard, last = 0, None
     for cycle in range(1, max_cycles + 1):  # noqa: B007 - reported
-        record.begin(solver)
-        _march(solver, f, path, vt_old, record, model, port)
+        record = march(path)
         hard += int(np.sum(record.rule[1:] > 0))
-        change = np.inf if last is None else float(np.abs(record.r - last).max() / top)
+        if last is not None:
+            change = float(np.abs(record.r - last).max() / start.largest_reaction)
         if change <= closure:
             break
-        last = record.r.copy()
-    load = path[:, column]
+        last = record.r
+    load = path[:, column] - held[column]
     output = path @ f.loads_loads.T + record.q @ f.loads_q - record.r @ f.loads_v
-    rest = f.loads_loads[clamp_column] * start.clamp
-    rest = rest + start.solution.q @ f.loads_q - start.solution.r @ f.loads_v
+    rest = held @ f.loads_loads + start.solution.q @ f.loads_q - start.solution.r @ f.loads_v
     output = output - rest
     mean_load = 0.5 * (load[1:] + load[:-1])
     status = record.status.copy()
@@ -270,14 +209,16 @@ def quasi_static_cycle(
         r=record.r,
         v=record.v,
         status=status,
-        friction_work=record.work[1:, :, 0].sum(axis=0),
-        normal_work=float(record.work[1:, :, 1].sum()),
+        friction_work=record.friction_work,
+        normal_work=record.normal_work,
         external_work=float(mean_load @ np.diff(output[:, column])),
         cycles=cycle,
         closure=change,
         iterations=record.iterations,
         residual=record.residual,
         hard_steps=hard,
+        rest=start.solution.v,
+        area=joint.model.area,
     )
 
 
@@ -285,74 +226,14 @@ def _check_stays_closed(limit: float, amplitude: float, port: str) -> None:
     """Beyond the opening load only the soft supports hold, with motions that mean nothing."""
     if amplitude >= limit:
         raise JointOpensError(
-            f"the load {amplitude:.4g} on {port!r} opens the joint: the clamp holds less than "
+            f"the load {amplitude:.4g} on {port!r} opens the joint: the preload holds less than "
             f"{limit:.4g}"
         )
 
 
-class _Record:
-    """Arrays that one cycle is written into."""
-
-    def __init__(self, steps: int, pairs: int, coordinates: int) -> None:
-        self.r = np.zeros((steps + 1, 2 * pairs))
-        self.v = np.zeros((steps + 1, 2 * pairs))
-        self.q = np.zeros((steps + 1, coordinates))
-        self.status = np.zeros((steps + 1, pairs), dtype=np.int8)
-        self.iterations = np.zeros(steps + 1, dtype=np.int64)
-        self.residual = np.zeros(steps + 1)
-        self.rule = np.zeros(steps + 1, dtype=np.int64)
-        self.work = np.zeros((steps + 1, pairs, 2))
-
-    def begin(self, solver: ContactSolver) -> None:
-        self.r[0], self.v[0], self.q[0] = solver.r, solver.v, solver.q
-        self.status[0] = solver.status
-
-
-def _prestressed_solver(
-    flexibility: Flexibility, start: Prestress, friction: float | Array
-) -> ContactSolver:
-    status = np.where(start.touching, STICK, SEPARATED).astype(np.int8)
-    top = np.abs(start.solution.r).max()
-    solver = ContactSolver(flexibility, friction, np.full(len(status), top), status)
-    solver.r[:] = start.solution.r
-    solver.q[:] = start.solution.q
-    solver.v[:] = start.solution.v
+def _prestressed_solver(joint: PreparedJoint) -> ContactSolver:
+    start = joint.prestress
+    force = np.full(joint.model.pairs, start.largest_reaction)
+    solver = ContactSolver(joint.flexibility, joint.law.friction, force, start.status)
+    solver.start_from(start.solution.r, start.solution.q, start.solution.v)
     return solver
-
-
-@singularity_named()
-def _march(
-    solver: ContactSolver,
-    f: Flexibility,
-    path: Array,
-    vt_old: Array,
-    record: _Record,
-    model: JointModel,
-    port: str,
-) -> None:
-    failed = march(
-        solver.problem,
-        solver.memory,
-        np.ascontiguousarray(f.loads_v),
-        np.ascontiguousarray(f.loads_q),
-        path,
-        vt_old,
-        solver.status,
-        solver.r,
-        solver.q,
-        solver.v,
-        record.r,
-        record.v,
-        record.q,
-        record.status,
-        record.iterations,
-        record.residual,
-        record.rule,
-        record.work,
-    )
-    if failed >= 0 or not record.residual.max() <= CERTIFICATE:
-        step = failed if failed >= 0 else int(np.argmax(record.residual))
-        raise ContactError(
-            f"contact not solved at step {step} of {len(path) - 1} (load {path[step, model.port(port)]:.4g} "
-            f"on {port!r}): residual {record.residual[step]:.1e}; try more load steps"
-        )

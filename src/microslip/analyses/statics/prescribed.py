@@ -25,19 +25,18 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from microslip.analyses.statics.cycle import Prestress
-from microslip.analyses.statics.joint_modes import bonded_modes
-from microslip.analyses.statics.linear_states import LinearStates
-from microslip.contact.path import march
-from microslip.contact.planar import SEPARATED, STICK
-from microslip.contact.solver import CERTIFICATE, ContactSolver, singularity_named
-from microslip.errors import ContactError
+from microslip.analyses.prepared.joint import PreparedJoint
+from microslip.analyses.prepared.joint_modes import walking_modes
+from microslip.analyses.prepared.prestress import Prestress
+from microslip.brief import Brief
+from microslip.contact.pairs import tangential
+from microslip.contact.path import FRICTION, PathRecord, follow_path
+from microslip.contact.solver import ContactSolver
 from microslip.model.flexibility import Flexibility
-from microslip.model.joint import JointModel
+from microslip.model.joint import JointModel, bonded_modes
 from microslip.numerics.fourier import harmonic
-from microslip.typing import Array, Complex
+from microslip.typing import Array, Complex, Mask, Status
 
 HOLD = 100.0
 """Stiffness that holds the mode to its course, over omega_sl²."""
@@ -46,8 +45,8 @@ RAMP = 10
 """Load steps from one cycle's start to another's."""
 
 
-@dataclass(frozen=True)
-class HeldMode:
+@dataclass(frozen=True, repr=False)
+class HeldMode(Brief):
     """A joint one of whose modes is held, ready for `prescribed_cycle`.
 
     Attributes
@@ -61,11 +60,13 @@ class HeldMode:
     sliding_omega, reference_omega, hold : float
         omega_sl, omega_0 (rad/s) and ``omega_sl² - omega_0² + kappa``.
     load_on_sliding : float
-        ``Phi^T p`` of a unit moment.
+        ``Phi^T p`` of a unit load on the driven port.
     upper_omega : (u,) array
         Upper modes of the sliding state, rad/s.
     port : str
         Port of the mode: its inertia load and its coordinate.
+    drive : str
+        Driven port.
     """
 
     model: JointModel
@@ -77,11 +78,18 @@ class HeldMode:
     hold: float
     load_on_sliding: float
     upper_omega: Array
-    port: str = "sliding"
+    port: str
+    drive: str
+
+    @property
+    def carried(self) -> Array:
+        """(p,) amplitudes of all ports at prestress: the first preload carries all of it."""
+        carrier, amplitude = next(iter(self.prestress.preload.items()))
+        return self.model.amplitudes({carrier: amplitude})
 
 
-@dataclass(frozen=True)
-class ContactState:
+@dataclass(frozen=True, repr=False)
+class ContactState(Brief):
     """Where a cycle ends, and another may start.
 
     Attributes
@@ -92,15 +100,15 @@ class ContactState:
         Amplitudes of all ports.
     """
 
-    status: NDArray[np.int8]
+    status: Status
     r: Array
     q: Array
     v: Array
     load: Array
 
 
-@dataclass(frozen=True)
-class PrescribedCycle:
+@dataclass(frozen=True, repr=False)
+class PrescribedCycle(Brief):
     """First harmonics over one cycle with q prescribed.
 
     Attributes
@@ -127,113 +135,72 @@ class PrescribedCycle:
     state: ContactState
 
 
-def sliding_modes(model: JointModel, start: Prestress) -> tuple[Array, Array]:
-    """Modes of the joint model with the touching pairs bonded in the normal direction.
-
-    Returns circular frequencies and mode shapes in the free-interface modes, mass-normalised;
-    rigid sliding comes first, then the sliding mode itself.
-    """
-    return bonded_modes(model, start.bonded(1))
-
-
-def walking_modes(model: JointModel) -> NDArray[np.bool_]:
-    """Rigid modes that slide the bodies past each other and move nothing else."""
-    d = model.dimension
-    normal = np.abs(model.mode_v[::d]).max(axis=0)
-    sideways = np.abs(model.mode_v[1::d]).max(axis=0)
-    rigid = np.arange(len(model.omega)) < model.equilibrium_modes
-    return rigid & (normal < 1e-3 * sideways)
-
-
-def hold_mode(
-    model: JointModel,
-    start: Prestress,
-    states: LinearStates,
-    friction: float | Array,
-    reference_omega: float,
-    *,
-    upper: int = 0,
-    compliance: Array | None = None,
-) -> HeldMode:
-    """Prepare cycles with the sliding mode prescribed.
+def hold_mode(joint: PreparedJoint, reference_omega: float, *, upper: int = 0) -> HeldMode:
+    """Prepare cycles with the joint's own mode prescribed.
 
     Parameters
     ----------
-    model : JointModel
-        With ports ``clamp``, ``moment`` and ``sliding``.
-    start : Prestress
-    states : LinearStates
-    friction : float or (m,) array
+    joint : PreparedJoint
+        With a mode.
     reference_omega : float
         Circular frequency at which the rest of the joint has its inertia, rad/s; 0 for statics.
     upper : int
         Modes above the sliding mode that get a port.
-    compliance : (d m,) array, optional
-        Contact compliance of an elastic contact, m/N.
     """
+    mode = joint.principal()
     return hold_port(
-        model,
-        start,
-        "sliding",
-        states.sliding_omega,
-        friction,
+        joint,
+        mode.port,
+        mode.sliding_omega,
         reference_omega,
         upper=upper,
-        compliance=compliance,
-        load_on_mode=states.load_on_sliding["moment"],
+        load_on_mode=mode.load_on_sliding[joint.drive],
     )
 
 
 def hold_port(
-    model: JointModel,
-    start: Prestress,
+    joint: PreparedJoint,
     port: str,
     omega: float,
-    friction: float | Array,
     reference_omega: float,
     *,
-    static: NDArray[np.bool_] | None = None,
+    static: Mask | None = None,
     upper: int = 0,
-    compliance: Array | None = None,
     load_on_mode: float = 0.0,
 ) -> HeldMode:
     """Prepare cycles with any mode of the sliding state prescribed.
 
     Parameters
     ----------
-    model : JointModel
-        With ports ``clamp``, ``moment`` and `port`.
-    start : Prestress
+    joint : PreparedJoint
     port : str
         Inertia load ``M Phi`` of the mode.
     omega : float
         Its circular frequency, rad/s.
-    friction : float or (m,) array
     reference_omega : float
         As in `hold_mode`.
     static : (k,) bool array, optional
         Free-interface modes without inertia; by default those that slide the bodies past each
         other.
-    upper, compliance
+    upper : int
         As in `hold_mode`.
     load_on_mode : float
-        ``Phi^T p`` of a unit moment.
+        ``Phi^T p`` of a unit load on the driven port.
     """
+    model, start = joint.model, joint.prestress
     w0, w = reference_omega, omega
     g = model.port_modes[:, model.port(port)]
-    omegas, shapes = sliding_modes(model, start)
+    omegas, shapes = bonded_modes(model, start.bonded(1))
     own = int(np.argmax(np.abs(shapes.T @ g)))
-    chosen = slice(own + 1, own + 1 + upper)
-    wide = _with_modal_ports(model, shapes[:, chosen])
+    chosen = np.arange(len(omegas))[own + 1 : own + 1 + upper]
+    wide = model.with_modal_ports({f"upper {i}": shapes[:, n] for i, n in enumerate(chosen)})
     inertia = np.where(walking_modes(model) if static is None else static, 0.0, w0**2)
     stiffness = np.diag(model.omega**2 - inertia) + HOLD * w**2 * np.outer(g, g)
     values, vectors = np.linalg.eigh(stiffness)
     soft = int(np.sum(values < 1e-4 * np.median(model.omega) ** 2))
     mode_v, ports = wide.mode_v @ vectors, vectors.T @ wide.port_modes
     v, p, give = mode_v[:, soft:], ports[soft:], 1 / values[soft:]
-    W = wide.residual + (v * give) @ v.T
-    if compliance is not None:
-        W = W + np.diag(compliance)
+    W = wide.residual + (v * give) @ v.T + np.diag(joint.law.compliance)
     flexibility = Flexibility(
         W=np.ascontiguousarray(0.5 * (W + W.T)),
         R=np.ascontiguousarray(mode_v[:, :soft]),
@@ -242,58 +209,51 @@ def hold_port(
         loads_q=np.ascontiguousarray(ports[:soft]),
         loads_loads=wide.port_port + (p.T * give) @ p,
     )
-    rest = vectors.T @ modal_rest(model, start)
+    rest = vectors.T @ modal_rest(joint)
+    carrier, amplitude = next(iter(start.preload.items()))
     return HeldMode(
         model=wide,
-        flexibility=_clamped_at_rest(flexibility, start, rest[:soft], wide.port("clamp")),
+        flexibility=_carried(flexibility, start, rest[:soft], wide.port(carrier), amplitude),
         prestress=replace(start, solution=replace(start.solution, q=rest[:soft])),
-        friction=np.broadcast_to(np.asarray(friction, float), (model.pairs,)).copy(),
+        friction=joint.law.friction,
         sliding_omega=w,
         reference_omega=w0,
         hold=w**2 - w0**2 + HOLD * w**2,
         load_on_sliding=load_on_mode,
         upper_omega=omegas[chosen],
         port=port,
+        drive=joint.drive,
     )
 
 
-def _with_modal_ports(model: JointModel, shapes: Array) -> JointModel:
-    count = shapes.shape[1]
-    return replace(
-        model,
-        ports=(*model.ports, *(f"upper {i}" for i in range(count))),
-        port_modes=np.hstack([model.port_modes, shapes]),
-        port_v=np.hstack([model.port_v, np.zeros((len(model.port_v), count))]),
-        port_port=np.pad(model.port_port, ((0, count), (0, count))),
-    )
-
-
-def modal_rest(model: JointModel, start: Prestress) -> Array:
-    """Modal coordinates under the clamp."""
-    e, s = model.equilibrium_modes, start.solution
-    force = model.port_modes[e:, model.port("clamp")] * start.clamp - model.mode_v[:, e:].T @ s.r
+def modal_rest(joint: PreparedJoint) -> Array:
+    """Modal coordinates under the preload."""
+    model, s = joint.model, joint.prestress.solution
+    e = model.equilibrium_modes
+    force = model.port_modes[e:] @ joint.held - model.mode_v[:, e:].T @ s.r
     return np.concatenate([s.q, force / model.omega[e:] ** 2])
 
 
-def _clamped_at_rest(f: Flexibility, start: Prestress, q: Array, clamp: int) -> Flexibility:
-    """The clamp's columns replaced so that the prestress, a rest without inertia, solves them."""
+def _carried(
+    f: Flexibility, start: Prestress, q: Array, carrier: int, amplitude: float
+) -> Flexibility:
+    """The first preload's columns replaced so that prestress, a rest without inertia, solves them.
+
+    It carries the whole preload: the others are not loaded in prescribed cycles.
+    """
     s = start.solution
     loads_v, loads_q = f.loads_v.copy(), f.loads_q.copy()
-    loads_v[:, clamp] = (s.v + f.W @ s.r - f.R @ q) / start.clamp
-    loads_q[:, clamp] = (f.stiffness * q + f.R.T @ s.r) / start.clamp
+    loads_v[:, carrier] = (s.v + f.W @ s.r - f.R @ q) / amplitude
+    loads_q[:, carrier] = (f.stiffness * q + f.R.T @ s.r) / amplitude
     return replace(f, loads_v=loads_v, loads_q=loads_q)
 
 
 def at_rest(held: HeldMode) -> ContactState:
     """The prestressed state."""
-    s = held.prestress.solution
-    load = np.zeros(len(held.model.ports))
-    load[held.model.port("clamp")] = held.prestress.clamp
-    status = np.where(held.prestress.touching, STICK, SEPARATED).astype(np.int8)
-    return ContactState(status, s.r.copy(), s.q.copy(), s.v.copy(), load)
+    s, start = held.prestress.solution, held.prestress
+    return ContactState(start.status, s.r.copy(), s.q.copy(), s.v.copy(), held.carried)
 
 
-@singularity_named()
 def prescribed_cycle(
     held: HeldMode,
     amplitude: float,
@@ -301,7 +261,7 @@ def prescribed_cycle(
     steps: int = 300,
     cycles: int = 4,
     closure: float = 1e-5,
-    moment: complex = 0.0,
+    load: complex = 0.0,
     upper: Mapping[tuple[int, int], complex] | None = None,
     harmonics: int = 1,
     start: ContactState | None = None,
@@ -317,8 +277,8 @@ def prescribed_cycle(
         Load steps per cycle, and cycles at most.
     closure : float
         Cycles stop when no reaction changes by more than this between them.
-    moment : complex
-        First harmonic of the end moment, its phase against q.
+    load : complex
+        First harmonic of the load on the driven port, its phase against q.
     upper : mapping of (mode, harmonic) to complex, optional
         Loads on upper modes.
     harmonics : int
@@ -334,84 +294,52 @@ def prescribed_cycle(
     f, model = held.flexibility, held.model
     state = at_rest(held) if start is None else start
     theta = 2 * np.pi * np.arange(steps + 1) / steps
-    path = np.zeros((steps + 1, len(model.ports)))
-    path[:, model.port("clamp")] = held.prestress.clamp
+    path = np.tile(held.carried, (steps + 1, 1))
     path[:, model.port(held.port)] = held.hold * amplitude * np.sin(theta)
-    path[:, model.port("moment")] = (moment * np.exp(1j * theta)).imag
-    for (mode, order), load in (upper or {}).items():
-        path[:, model.port(f"upper {mode}")] += (load * np.exp(1j * order * theta)).imag
-    solver = ContactSolver(
-        f,
-        held.friction,
-        np.full(model.pairs, np.abs(held.prestress.solution.r).max()),
-        state.status,
-    )
-    solver.r[:], solver.q[:], solver.v[:] = state.r, state.q, state.v
-    vt_old = state.v[1 :: model.dimension].copy()
+    path[:, model.port(held.drive)] += (load * np.exp(1j * theta)).imag
+    for (mode, order), push in (upper or {}).items():
+        path[:, model.port(f"upper {mode}")] += (push * np.exp(1j * order * theta)).imag
+    top = held.prestress.largest_reaction
+    solver = ContactSolver(f, held.friction, np.full(model.pairs, top), state.status)
+    solver.start_from(state.r, state.q, state.v)
+    vt_old = tangential(state.v).copy()
+
+    def march(path: Array) -> PathRecord:
+        return follow_path(
+            solver,
+            f,
+            path,
+            vt_old,
+            where=lambda step: "of a prescribed cycle",
+            remedy="try more load steps or a smaller amplitude",
+        )
+
     ramp = state.load + np.linspace(0, 1, RAMP + 1)[:, None] * (path[0] - state.load)
     if not np.array_equal(state.load, path[0]):
-        _along(solver, f, ramp, vt_old)
-    top = np.abs(held.prestress.solution.r).max()
+        march(ramp)
     change, last = np.inf, None
     for _ in range(cycles):
-        r, q, residual, work = _along(solver, f, path, vt_old)
-        change = np.inf if last is None else float(np.abs(r - last).max() / top)
+        record = march(path)
+        change = np.inf if last is None else float(np.abs(record.r - last).max() / top)
         if change <= closure:
             break
-        last = r
-    output = path @ f.loads_loads.T + q @ f.loads_q - r @ f.loads_v
-    s, clamp = held.prestress.solution, model.port("clamp")
-    output -= f.loads_loads[clamp] * held.prestress.clamp + s.q @ f.loads_q - s.r @ f.loads_v
+        last = record.r
+    output = path @ f.loads_loads.T + record.q @ f.loads_q - record.r @ f.loads_v
+    s = held.prestress.solution
+    output -= held.carried @ f.loads_loads + s.q @ f.loads_q - s.r @ f.loads_v
     y = output[:, model.port(held.port)]
     force = path[:, model.port(held.port)] - held.hold * y
-    force = force + held.load_on_sliding * path[:, model.port("moment")]
+    force = force + held.load_on_sliding * path[:, model.port(held.drive)]
     first = len(model.ports) - len(held.upper_omega)
     tops = [harmonic(output[:, first:], theta, h) for h in range(1, harmonics + 1)]
     return PrescribedCycle(
         q=complex(harmonic(y, theta)),
         force=complex(harmonic(force, theta)),
         upper=np.array(tops).T,
-        dissipated=float(work),
+        dissipated=float(record.work[1:, :, FRICTION].sum()),
         closure=change,
-        residual=residual,
+        residual=float(record.residual.max()),
         state=ContactState(
             solver.status.copy(), solver.r.copy(), solver.q.copy(), solver.v.copy(), path[-1]
         ),
     )
-
-
-def _along(
-    solver: ContactSolver, f: Flexibility, path: Array, vt_old: Array
-) -> tuple[Array, Array, float, float]:
-    """Reactions, coordinates, worst residual and friction work of a path."""
-    n, m = len(path), len(solver.status)
-    r, v, q = np.zeros((n, 2 * m)), np.zeros((n, 2 * m)), np.zeros((n, len(solver.q)))
-    r[0], v[0], q[0] = solver.r, solver.v, solver.q
-    residual, work = np.zeros(n), np.zeros((n, m, 2))
-    failed = march(
-        solver.problem,
-        solver.memory,
-        np.ascontiguousarray(f.loads_v),
-        np.ascontiguousarray(f.loads_q),
-        path,
-        vt_old,
-        solver.status,
-        solver.r,
-        solver.q,
-        solver.v,
-        r,
-        v,
-        q,
-        np.zeros((n, m), np.int8),
-        np.zeros(n, np.int64),
-        residual,
-        np.zeros(n, np.int64),
-        work,
-    )
-    if failed >= 0 or not residual.max() <= CERTIFICATE:
-        step = failed if failed >= 0 else int(np.argmax(residual))
-        raise ContactError(
-            f"contact not solved at step {step} of {n - 1} of a prescribed cycle: residual "
-            f"{residual[step]:.1e}; try more load steps or a smaller amplitude"
-        )
-    return r, q, float(residual.max()), float(work[1:, :, 0].sum())

@@ -8,8 +8,8 @@ stable where all lie inside the unit circle. Multipliers of a linear joint are t
 
 Two ways to them, both projections of the map on a few directions (Ritz values):
 
-- `ritz_values`: from pairs of deviations and images that a search for the steady state leaves
-  behind. Free, and rough: those deviations are neither small nor chosen.
+- `microslip.numerics.ritz.ritz_values`: from pairs of deviations and images that a search for the
+  steady state leaves behind. Free, and rough: those deviations are neither small nor chosen.
 - `floquet_multipliers`: Arnoldi's method (Saad, Numerical Methods for Large Eigenvalue Problems,
   6.2; for period maps Lust et al., SIAM J. Sci. Comput. 19 (1998) 1188), where each product with
   the linearised map is one more period, marched from a deviation.
@@ -28,19 +28,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from microslip.analyses.time.scheme import State, TimeScheme, march, prestressed_state
+from microslip.analyses.prepared.joint_modes import walking_modes
+from microslip.analyses.time.scheme import (
+    LINEAR_FIELDS,
+    State,
+    TimeScheme,
+    march,
+    prestressed_state,
+)
+from microslip.analyses.time.steady import SteadyState
+from microslip.brief import Brief
 from microslip.errors import MicroslipError
-from microslip.model.joint import JointModel
-from microslip.typing import Array, Complex
-
-if TYPE_CHECKING:
-    from microslip.analyses.time.steady import SteadyState
-
+from microslip.model.joint import bonded_modes
+from microslip.typing import Array, Complex, Mask
 
 DEVIATION = 1e-4
 """Size of the deviations over that of the vibration, in the norm of `DeviationNorm`."""
@@ -48,15 +51,9 @@ DEVIATION = 1e-4
 CLOSE = 1e-3
 """Arnoldi ends once the leading multipliers are known to this."""
 
-NEGLIGIBLE = 1e-2
-"""Secant directions that are this much smaller than the largest are left out."""
 
-LINEAR_FIELDS = ("eta", "rate", "acceleration", "modal_force", "residual_v", "r", "v", "r_before")
-"""Fields of a `State` that may be combined linearly."""
-
-
-@dataclass(frozen=True)
-class Multipliers:
+@dataclass(frozen=True, repr=False)
+class Multipliers(Brief):
     """Floquet multipliers of a steady state, largest modulus first.
 
     Attributes
@@ -81,7 +78,7 @@ class Multipliers:
     cycles: int
 
     @property
-    def vibration(self) -> NDArray[np.bool_]:
+    def vibration(self) -> Mask:
         """Which directions are neither translations nor locked-in tractions."""
         return np.asarray((self.translation < 0.5) & (self.traction < 0.5))
 
@@ -118,8 +115,8 @@ class DeviationNorm:
     """
 
     def __init__(self, scheme: TimeScheme, omega: float) -> None:
-        self.model = scheme.model
-        self.weight = np.maximum(scheme.model.omega, omega)
+        self.model = scheme.joint.model
+        self.weight = np.maximum(scheme.joint.model.omega, omega)
 
     def motion(self, z: State) -> Array:
         """Weighted positions and rates of the modes."""
@@ -135,35 +132,6 @@ class DeviationNorm:
     def size(self, z: State) -> float:
         """Norm of a deviation."""
         return float(np.sqrt(max(self.gram([z], [z])[0, 0], 0.0)))
-
-
-def ritz_values(deviations: Sequence[Array], images: Sequence[Array]) -> Complex:
-    """Multipliers from deviations and their images, largest modulus first.
-
-    The map that takes one to the other best in the sense of least squares, on the span of the
-    deviations.
-
-    Parameters
-    ----------
-    deviations, images : sequences of (n,) arrays
-        In coordinates whose squares sum to an energy.
-
-    Examples
-    --------
-    >>> map = np.diag([0.9, -0.5, 0.1])
-    >>> z = [np.array([1.0, 1.0, 0.0]), np.array([2.0, -1.0, 0.0])]
-    >>> ritz_values(z, [map @ x for x in z]).real.round(6).tolist()
-    [0.9, -0.5]
-    """
-    if not len(deviations):
-        return np.zeros(0, complex)
-    size = [np.linalg.norm(z) for z in deviations]
-    Z = np.column_stack([z / s for z, s in zip(deviations, size, strict=True) if s > 0])
-    A = np.column_stack([z / s for z, s in zip(images, size, strict=True) if s > 0])
-    U, sigma, Vt = np.linalg.svd(Z, full_matrices=False)
-    kept = sigma > NEGLIGIBLE * sigma[0]
-    projected = (U[:, kept].T @ A @ Vt[kept].T) / sigma[kept]
-    return _by_modulus(np.linalg.eigvals(projected))
 
 
 def floquet_multipliers(
@@ -240,7 +208,7 @@ def _ritz(
     order = np.argsort(-np.abs(values), kind="stable")
     values, vectors = values[order], vectors[:, order]
     vectors = vectors / np.linalg.norm(vectors, axis=0)
-    sideways = np.tile(translations(norm.model), 2)
+    sideways = np.tile(walking_modes(norm.model), 2)
     energy = np.abs(np.array([norm.motion(z) for z in basis]).T @ vectors) ** 2
     return Multipliers(
         values=values.astype(complex),
@@ -251,28 +219,15 @@ def _ritz(
     )
 
 
-def translations(model: JointModel) -> NDArray[np.bool_]:
-    """Modes that move the bodies sideways as rigid ones, held by the far ends' springs only."""
-    normal = np.abs(model.mode_v[:: model.dimension]).max(axis=0)
-    sideways = np.abs(model.mode_v[1 :: model.dimension]).max(axis=0)
-    rigid = np.arange(len(model.omega)) < model.equilibrium_modes
-    return np.asarray(rigid & (normal < 1e-3 * sideways))
-
-
 def _random_motion(scheme: TimeScheme, norm: DeviationNorm, omega: float, seed: int) -> State:
     """Rates of unit norm, random over the modes of the sliding state, less at high frequency.
 
     Rates of free bodies would let them into each other.
     """
-    model = scheme.model
-    bonded = scheme.prestress.bonded(1)
-    psi = model.mode_v[bonded]
-    stiffness = np.diag(model.omega**2) + psi.T @ np.linalg.solve(
-        model.residual[np.ix_(bonded, bonded)], psi
-    )
-    squared, shapes = np.linalg.eigh(0.5 * (stiffness + stiffness.T))
-    share = np.random.default_rng(seed).standard_normal(len(squared))
-    share *= omega**2 / np.maximum(squared, omega**2)
+    model = scheme.joint.model
+    omegas, shapes = bonded_modes(model, scheme.joint.prestress.bonded(1))
+    share = np.random.default_rng(seed).standard_normal(len(omegas))
+    share *= omega**2 / np.maximum(omegas**2, omega**2)
     rest = prestressed_state(scheme)
     nothing = {name: np.zeros_like(getattr(rest, name)) for name in LINEAR_FIELDS}
     rate = shapes @ share
@@ -286,8 +241,3 @@ def _combined(shares: Sequence[float], states: Sequence[State]) -> State:
         for name in LINEAR_FIELDS
     }
     return replace(states[0], **mixed)
-
-
-def _by_modulus(values: NDArray[np.generic]) -> Complex:
-    values = np.asarray(values, dtype=complex)
-    return np.asarray(values[np.argsort(-np.abs(values), kind="stable")])

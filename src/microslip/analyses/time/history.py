@@ -1,15 +1,8 @@
 """Motion of a joint over time under a load that changes: sweeps, decays, measured signals.
 
 The march is cut into blocks of about one cycle. At the end of each the energies are booked, the
-joint is checked to be closed, and a caller may stop; what was done until then is kept.
-
-Energies are per metre of width and counted from t = 0. With ``E`` the kinetic and strain energy
-less the potential of the clamp,
-
-    E(t) - E(0) = external - friction - modal damping - residual damping - normal - scheme
-
-where ``normal`` is the work of the normal reactions (zero for exact contact in continuous time) and
-``scheme`` what the time integration itself takes: both are errors of the step, never gains.
+joint is checked to be closed, and a caller may stop; what was done until then is kept. Energies are
+counted from t = 0, see `microslip.analyses.time.energy`.
 """
 
 from __future__ import annotations
@@ -19,51 +12,27 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.signal import find_peaks
 
 from microslip.analyses.statics.cycle import quasi_static_cycle
-from microslip.analyses.time.points import opening_of
+from microslip.analyses.time.energy import (
+    Energies,
+    mechanical_energy,
+    port_amplitudes,
+    residual_energy,
+)
+from microslip.analyses.time.readings import opening_of
 from microslip.analyses.time.scheme import March, State, TimeScheme, contact_memory, march
+from microslip.brief import Brief
+from microslip.contact.pairs import normal, tangential
 from microslip.errors import MicroslipError
-from microslip.model.flexibility import Flexibility
-from microslip.typing import Array
+from microslip.typing import Array, Indices, Status
 
 STATIC_STEPS = 75
 """Load steps from prestress to a load that is held still."""
 
 
-@dataclass(frozen=True)
-class Energies:
-    """Energies at the ends of the blocks, J per metre of width; all zero at t = 0.
-
-    Attributes
-    ----------
-    time : (b,) array
-        s.
-    external, friction, modal_damping, residual_damping, normal : (b,) arrays
-        Work of the load and what was lost.
-    mechanical : (b,) array
-        Change of kinetic and strain energy, the potential of the clamp included.
-    """
-
-    time: Array
-    external: Array
-    friction: Array
-    modal_damping: Array
-    residual_damping: Array
-    normal: Array
-    mechanical: Array
-
-    @property
-    def scheme(self) -> Array:
-        """What the time integration itself took: the rest of the balance."""
-        lost = self.friction + self.modal_damping + self.residual_damping + self.normal
-        return self.external - lost - self.mechanical
-
-
-@dataclass(frozen=True)
-class History:
+@dataclass(frozen=True, repr=False)
+class History(Brief):
     """Motion under one load, as far as it was computed.
 
     Attributes
@@ -109,12 +78,12 @@ class History:
     time: Array
     load: Array
     output: Array
-    watched: NDArray[np.int64]
+    watched: Indices
     slip: Array
     gap: Array
     energies: Energies
-    kept: NDArray[np.int64]
-    status: NDArray[np.int8]
+    kept: Indices
+    status: Status
     r: Array
     v: Array
     friction_work: Array
@@ -130,8 +99,8 @@ class History:
         return len(self.time) == self.steps + 1
 
 
-@dataclass(frozen=True)
-class Recording:
+@dataclass(frozen=True, repr=False)
+class Recording(Brief):
     """What to keep of a march.
 
     Attributes
@@ -149,12 +118,12 @@ class Recording:
     name: str
     kind: str
     drive: str
-    watched: NDArray[np.int64]
-    kept: NDArray[np.int64]
+    watched: Indices
+    kept: Indices
     cycle_steps: int
 
 
-def nearest_pairs(position: Array, wanted: Sequence[float]) -> NDArray[np.int64]:
+def nearest_pairs(position: Array, wanted: Sequence[float]) -> Indices:
     """Contact pair nearest to each position, m.
 
     Examples
@@ -167,7 +136,7 @@ def nearest_pairs(position: Array, wanted: Sequence[float]) -> NDArray[np.int64]
 
 def field_steps(
     steps: int, dt: float, samples: int, begin: float | None, end: float | None
-) -> NDArray[np.int64]:
+) -> Indices:
     """Steps spread evenly over a part of a history.
 
     Examples
@@ -222,7 +191,7 @@ def run_history(
         except MicroslipError as error:
             failure = f"in the cycle that starts at t = {book.step * scheme.dt:.6g} s: {error}"
             break
-        reason = opening_of(part, scheme.model.position, book.step * scheme.dt)
+        reason = opening_of(part, scheme.joint.model.position, book.step * scheme.dt)
         book.enter(part)
         advance()
         if reason:
@@ -236,15 +205,13 @@ class _Book:
 
     def __init__(self, scheme: TimeScheme, state: State, load: Array, what: Recording) -> None:
         self.scheme, self.state, self.load, self.what = scheme, state, load, what
-        self.rest = scheme.prestress.solution.v
-        d = scheme.model.dimension
-        self.normal, self.tangential = d * what.watched, d * what.watched + 1
+        self.rest = scheme.joint.prestress.solution.v
         n, w, f = len(load), len(what.watched), len(what.kept)
-        self.output = np.zeros((n, len(scheme.model.ports)))
+        self.output = np.zeros((n, len(scheme.joint.model.ports)))
         self.slip, self.gap = np.zeros((n, w)), np.zeros((n, w))
-        self.status = np.zeros((f, scheme.model.pairs), np.int8)
+        self.status = np.zeros((f, scheme.joint.model.pairs), np.int8)
         self.r, self.v = np.zeros((f, len(self.rest))), np.zeros((f, len(self.rest)))
-        self.friction_work = np.zeros(scheme.model.pairs)
+        self.friction_work = np.zeros(scheme.joint.model.pairs)
         self.residual = 0.0
         self.step = 0
         self.works = [np.zeros(5)]
@@ -255,8 +222,9 @@ class _Book:
     def _keep(self, begin: int, part: March) -> None:
         rows = slice(begin, begin + len(part.load))
         self.output[rows] = part.output
-        self.slip[rows] = part.v[:, self.tangential] - self.rest[self.tangential]
-        self.gap[rows] = -part.v[:, self.normal]
+        watched = self.what.watched
+        self.slip[rows] = tangential(part.v)[:, watched] - tangential(self.rest)[watched]
+        self.gap[rows] = -normal(part.v)[:, watched]
         first, last = np.searchsorted(self.what.kept, [begin, begin + len(part.load)])
         local = self.what.kept[first:last] - begin
         self.status[first:last] = part.status[local]
@@ -286,9 +254,8 @@ class _Book:
 
         A march books the work of the reactions alone, which over a whole cycle is the same.
         """
-        scheme, model = self.scheme, self.scheme.model
-        a = np.zeros((len(part.load), len(model.ports)))
-        a[:, model.port("clamp")] = scheme.prestress.clamp
+        scheme, model = self.scheme, self.scheme.joint.model
+        a = np.tile(scheme.joint.held, (len(part.load), 1))
         a[:, model.port(scheme.port)] += part.load
         y = a @ model.port_port - part.r @ model.port_v
         by_ports = float((0.5 * (a[1:] + a[:-1]) * np.diff(y, axis=0)).sum())
@@ -330,68 +297,30 @@ class _Book:
         )
 
 
-def mechanical_energy(scheme: TimeScheme, state: State, load: float) -> float:
-    """Kinetic and strain energy less the potential of the clamp, J per metre of width."""
-    model = scheme.model
-    clamp, a = model.port("clamp"), _port_amplitudes(scheme, load)
-    modes = 0.5 * np.sum(state.rate**2) + 0.5 * np.sum((model.omega * state.eta) ** 2)
-    displaced = (
-        model.port_modes[:, clamp] @ state.eta
-        + model.port_port[clamp] @ a
-        - model.port_v[:, clamp] @ state.r
-    )
-    potential = scheme.prestress.clamp * displaced
-    return float(modes + residual_energy(scheme, state, load) - potential)
-
-
-def residual_energy(scheme: TimeScheme, state: State, load: float) -> float:
-    """Strain energy of the massless residual part and of the springs of an elastic contact.
-
-    Half the product of the forces on it, ports ``a`` and reactions ``-r``, and their displacements
-    ``Y_res a - V_res^T r`` and ``s``; the share of its own damping in the forces is left out of
-    the energy only to first order in ``tau / dt``.
-    """
-    model, a = scheme.model, _port_amplitudes(scheme, load)
-    y = model.port_port @ a - model.port_v.T @ state.r
-    return float(0.5 * (a @ y - state.r @ state.residual_v))
-
-
-def _port_amplitudes(scheme: TimeScheme, load: float) -> Array:
-    a = np.zeros(len(scheme.model.ports))
-    a[scheme.model.port("clamp")] = scheme.prestress.clamp
-    a[scheme.model.port(scheme.port)] += load
-    return a
-
-
-def static_state(scheme: TimeScheme, flexibility: Flexibility, load: float) -> State:
-    """At rest under the clamp and a load that was raised slowly from nothing, with friction.
+def static_state(scheme: TimeScheme, load: float) -> State:
+    """At rest under the preload and a load that was raised slowly from nothing, with friction.
 
     Parameters
     ----------
     scheme : TimeScheme
-    flexibility : Flexibility
-        Static, with the contact compliance of the scheme.
     load : float
         Amplitude of the driven port.
 
     Raises
     ------
     JointOpensError
-        Where the clamp does not hold it.
+        Where the preload does not hold it.
     """
-    model = scheme.model
+    model, flexibility = scheme.joint.model, scheme.joint.flexibility
     rise = quasi_static_cycle(
-        model,
-        flexibility,
-        scheme.prestress,
+        scheme.joint,
         scheme.port,
         load,
-        scheme.friction,
         steps=4 * STATIC_STEPS,
         max_cycles=1,
     )
     r, v, status = (np.array(x[STATIC_STEPS], copy=True) for x in (rise.r, rise.v, rise.status))
-    a = _port_amplitudes(scheme, load)
+    a = port_amplitudes(scheme, load)
     e = model.equilibrium_modes
     force = model.port_modes @ a - model.mode_v.T @ r
     rigid = np.linalg.lstsq(flexibility.R, v - flexibility.loads_v @ a + flexibility.W @ r)[0]
@@ -404,128 +333,6 @@ def static_state(scheme: TimeScheme, flexibility: Flexibility, load: float) -> S
         residual_v=v - model.mode_v @ eta,
         r=r,
         v=v,
-        r_before=r[::2].copy(),
+        r_before=normal(r).copy(),
         status=status,
     )
-
-
-# Reading a history -------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class Decay:
-    """Amplitude, frequency and damping of a vibration, one value for each of its extremes.
-
-    Attributes
-    ----------
-    time : (k,) array
-        Of the extreme, s.
-    amplitude, offset : (k,) arrays
-        Half the difference, and the mean, of an extreme and the average of its two neighbours.
-    frequency : (k,) array
-        Hz, from the time between the neighbours.
-    damping : (k - 1,) array
-        Ratio to critical damping from two successive amplitudes.
-    """
-
-    time: Array
-    amplitude: Array
-    offset: Array
-    frequency: Array
-    damping: Array
-
-
-def extremes(time: Array, q: Array, cycle_steps: int) -> tuple[Array, Array]:
-    """Times and values of the maxima and minima of a vibration, in turn.
-
-    Each is the vertex of the parabola through three samples.
-
-    Parameters
-    ----------
-    time, q : (n,) arrays
-    cycle_steps : int
-        Samples in about one cycle: extremes closer than a quarter of it count as one.
-    """
-    apart = max(cycle_steps // 4, 1)
-    found = sorted(
-        (int(k), sign) for sign in (1, -1) for k in find_peaks(sign * q, distance=apart)[0]
-    )
-    k = np.array(
-        [n for i, (n, sign) in enumerate(found) if i == 0 or sign != found[i - 1][1]], np.int64
-    )
-    before, here, after = q[k - 1], q[k], q[(k + 1) % len(q)]
-    curvature = before - 2 * here + after
-    shift = np.divide(0.5 * (before - after), curvature, out=np.zeros(len(k)), where=curvature != 0)
-    step = time[1] - time[0] if len(time) > 1 else 0.0
-    return time[k] + shift * step, here - 0.25 * (before - after) * shift
-
-
-def decay(time: Array, q: Array, cycle_steps: int) -> Decay:
-    """Read a vibration extreme by extreme; insensitive to an offset that stays.
-
-    Parameters
-    ----------
-    time, q : (n,) arrays
-    cycle_steps : int
-        Samples in about one cycle.
-
-    Examples
-    --------
-    >>> t = np.linspace(0, 1, 2001)
-    >>> found = decay(t, 3 + np.exp(-0.5 * t) * np.sin(2 * np.pi * 10 * t), 200)
-    >>> round(float(found.frequency.mean()), 3), round(float(found.damping.mean() * 62.83), 3)
-    (10.0, 0.5)
-    """
-    at, top = extremes(time, q, cycle_steps)
-    if len(at) < 3:
-        nothing = np.zeros(0)
-        return Decay(nothing, nothing, nothing, nothing, nothing)
-    other = 0.5 * (top[:-2] + top[2:])
-    amplitude = 0.5 * np.abs(top[1:-1] - other)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        decrement = np.log(amplitude[:-1] / amplitude[1:]) / np.pi
-    return Decay(
-        time=at[1:-1],
-        amplitude=amplitude,
-        offset=0.5 * (top[1:-1] + other),
-        frequency=1 / (at[2:] - at[:-2]),
-        damping=decrement / np.sqrt(1 + decrement**2),
-    )
-
-
-DWELL_HARMONICS = 5
-"""Harmonics fitted at the end of a dwell, so that higher ones do not leak into the first."""
-
-
-def dwell_response(
-    time: Array, q: Array, frequencies: Sequence[float], cycles: float
-) -> NDArray[np.complex128]:
-    """First harmonic at the end of every dwell of a stepped sine, phase against its load.
-
-    Least squares of a constant and five harmonics over the last whole cycle of each dwell, which
-    need not be a whole number of steps; nan where the history ended before.
-
-    Parameters
-    ----------
-    time, q : (n,) arrays
-        From the start of the stepped sine.
-    frequencies : sequence of float
-        Hz, in order.
-    cycles : float
-        Periods at each.
-    """
-    found = np.full(len(frequencies), np.nan, dtype=complex)
-    begin, turns = 0.0, 0.0
-    for i, f in enumerate(frequencies):
-        end = begin + cycles / f
-        inside = (time > end - min(cycles, 1.0) / f) & (time <= end * (1 + 1e-12))
-        if inside.sum() >= 4 * DWELL_HARMONICS and time[-1] >= end * (1 - 1e-9) - (
-            time[1] - time[0]
-        ):
-            phase = 2 * np.pi * (turns + f * (time[inside] - begin))
-            turns_of = phase[:, None] * np.arange(1, DWELL_HARMONICS + 1)
-            basis = np.hstack([np.sin(turns_of), np.cos(turns_of), np.ones((len(phase), 1))])
-            fit = np.linalg.lstsq(basis, q[inside])[0]
-            found[i] = fit[0] + 1j * fit[DWELL_HARMONICS]
-        begin, turns = end, turns + cycles
-    return found

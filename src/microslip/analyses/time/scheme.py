@@ -9,53 +9,59 @@ corrected for it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 
 import numpy as np
-from numpy.typing import NDArray
 
-from microslip.analyses.statics.cycle import Prestress
+from microslip.analyses.prepared.joint import PreparedJoint
+from microslip.brief import Brief
 from microslip.contact import tableau
-from microslip.contact.planar import SEPARATED, STICK
+from microslip.contact.pairs import normal, tangential
+from microslip.contact.problem import contact_problem
 from microslip.contact.solver import CERTIFICATE, TOLERANCE, singularity_named
-from microslip.contact.timestep import step_through
+from microslip.contact.timestep import (
+    EXTERNAL,
+    MODAL,
+    NORMAL,
+    RESIDUAL,
+    Motion,
+    Records,
+    StepConstants,
+    step_through,
+)
 from microslip.errors import ContactError, MicroslipError
-from microslip.model.joint import JointModel
-from microslip.typing import Array
+from microslip.typing import Array, Indices, Status
 
 ALPHA = 0.05
 
 
-@dataclass(frozen=True)
-class TimeScheme:
+@dataclass(frozen=True, repr=False)
+class TimeScheme(Brief):
     """A joint model made ready for one step size and one driven port.
 
     Attributes
     ----------
-    model : JointModel
-    prestress : Prestress
-    friction : (m,) array
+    joint : PreparedJoint
     dt, alpha : float
         Step (s) and numerical dissipation.
     port : str
         Driven port.
     W : (d m, d m) array
         Flexibility over one step.
+    kernel : StepConstants
+        What the compiled stepping needs of all this.
     """
 
-    model: JointModel
-    prestress: Prestress
-    friction: Array
+    joint: PreparedJoint
     dt: float
     alpha: float
     port: str
     W: Array
-    kernel: Mapping[str, Array] = field(repr=False)
+    kernel: StepConstants = field(repr=False)
 
 
-@dataclass(frozen=True)
-class State:
+@dataclass(frozen=True, repr=False)
+class State(Brief):
     """Everything the next step depends on; frozen, marching returns a new one.
 
     Attributes
@@ -77,11 +83,15 @@ class State:
     r: Array
     v: Array
     r_before: Array
-    status: NDArray[np.int8]
+    status: Status
 
 
-@dataclass(frozen=True)
-class March:
+LINEAR_FIELDS = ("eta", "rate", "acceleration", "modal_force", "residual_v", "r", "v", "r_before")
+"""Fields of a `State` that may be combined linearly."""
+
+
+@dataclass(frozen=True, repr=False)
+class March(Brief):
     """Result of marching: samples at every step, the first is the state at entry.
 
     Attributes
@@ -115,11 +125,11 @@ class March:
     modal_damping: float
     residual_damping: float
     normal_work: float
-    iterations: NDArray[np.int64]
+    iterations: Indices
     residual: Array
     r: Array
     v: Array
-    status: NDArray[np.int8]
+    status: Status
 
     @property
     def dissipated(self) -> float:
@@ -159,59 +169,50 @@ def amplification(omega_dt: float, alpha: float) -> Array:
 
 
 def time_scheme(
-    model: JointModel,
-    prestress: Prestress,
-    friction: float | Array,
-    dt: float,
-    *,
-    port: str = "moment",
-    alpha: float = ALPHA,
-    compliance: Array | None = None,
+    joint: PreparedJoint, dt: float, *, port: str | None = None, alpha: float = ALPHA
 ) -> TimeScheme:
     """Prepare time integration.
 
     Parameters
     ----------
-    model : JointModel
-        With a port ``clamp``.
-    prestress : Prestress
-        Where motion starts from; its clamp force is held.
-    friction : float or (m,) array
+    joint : PreparedJoint
+        Motion starts from its prestress; the preload is held.
     dt : float
         Step, s.
-    port : str
-        Driven port.
+    port : str, optional
+        Driven port; the joint's own by default.
     alpha : float
         Numerical dissipation, 0 to 1/3.
-    compliance : (d m,) array, optional
-        Contact compliance, m/N (elastic contact).
     """
     if not dt > 0:
         raise MicroslipError(f"time step {dt:g} s must be positive")
+    model, port = joint.model, port or joint.drive
     gamma, beta, a1 = scheme_constants(alpha)
     damping = model.modal_damping()
     tau = model.rayleigh[1]
     denominator = 1 + a1 * (gamma * dt * damping + beta * dt**2 * model.omega**2)
     per_force = a1 * beta * dt**2 / denominator
-    residual = model.residual + (np.diag(compliance) if compliance is not None else 0.0)
+    residual = model.residual + np.diag(joint.law.compliance)
     W = residual / (1 + tau / dt) + (model.mode_v * per_force) @ model.mode_v.T
-    driven, clamp = model.port(port), model.port("clamp")
-    P = prestress.clamp
-    kernel = {
-        "psi_t": np.ascontiguousarray(model.mode_v.T),
-        "damping": damping,
-        "drive_modes": np.ascontiguousarray(model.port_modes[:, driven]),
-        "drive_v": np.ascontiguousarray(model.port_v[:, driven]),
-        "constant_modes": model.port_modes[:, clamp] * P,
-        "constant_v": model.port_v[:, clamp] * P,
-        "out_modes": np.ascontiguousarray(model.port_modes),
-        "out_v": np.ascontiguousarray(model.port_v.T),
-        "out_load": np.vstack([model.port_port[clamp] * P, model.port_port[driven]]),
-    }
+    driven, held = model.port(port), joint.held
+    kernel = StepConstants(
+        psi_t=np.ascontiguousarray(model.mode_v.T),
+        omega=model.omega,
+        damping=damping,
+        tau=float(tau),
+        alpha=float(alpha),
+        dt=float(dt),
+        drive_modes=np.ascontiguousarray(model.port_modes[:, driven]),
+        drive_v=np.ascontiguousarray(model.port_v[:, driven]),
+        constant_modes=model.port_modes @ held,
+        constant_v=model.port_v @ held,
+        out_modes=np.ascontiguousarray(model.port_modes),
+        out_v=np.ascontiguousarray(model.port_v.T),
+        out_load=np.vstack([held @ model.port_port, model.port_port[driven]]),
+        drive=driven,
+    )
     return TimeScheme(
-        model=model,
-        prestress=prestress,
-        friction=np.broadcast_to(np.asarray(friction, float), (model.pairs,)).copy(),
+        joint=joint,
         dt=float(dt),
         alpha=float(alpha),
         port=port,
@@ -221,24 +222,24 @@ def time_scheme(
 
 
 def prestressed_state(scheme: TimeScheme, amplitude: float = 0.0, omega: float = 1.0) -> State:
-    """At rest under the clamp, or passing through it with the velocity of a harmonic motion.
+    """At rest under the preload, or passing through it with the velocity of a harmonic motion.
 
     Parameters
     ----------
     scheme : TimeScheme
     amplitude : float
-        Amplitude of the sliding coordinate (port ``sliding``).
+        Amplitude of `PreparedJoint.coordinate`.
     omega : float
         Its circular frequency, rad/s.
     """
-    model, solution = scheme.model, scheme.prestress.solution
+    model, solution = scheme.joint.model, scheme.joint.prestress.solution
     contact = model.mode_v.T @ solution.r
-    force = scheme.kernel["constant_modes"] - contact
+    force = scheme.kernel.constant_modes - contact
     e = model.equilibrium_modes
     eta = np.concatenate([solution.q, force[e:] / model.omega[e:] ** 2])
     rate = np.zeros_like(eta)
     if amplitude:
-        rate = model.port_modes[:, model.port("sliding")] * (amplitude * omega)
+        rate = _unit_rate(scheme.joint) * (amplitude * omega)
     return State(
         eta=eta,
         rate=rate,
@@ -247,14 +248,22 @@ def prestressed_state(scheme: TimeScheme, amplitude: float = 0.0, omega: float =
         residual_v=solution.v - model.mode_v @ eta,
         r=solution.r.copy(),
         v=solution.v.copy(),
-        r_before=solution.r[::2].copy(),
-        status=np.where(scheme.prestress.touching, STICK, SEPARATED).astype(np.int8),
+        r_before=normal(solution.r).copy(),
+        status=scheme.joint.prestress.status,
     )
+
+
+def _unit_rate(joint: PreparedJoint) -> Array:
+    """Rates of the modes, of least energy, at which the joint's coordinate moves by one per second."""
+    g = joint.model.port_modes[:, joint.model.port(joint.coordinate)]
+    square = g @ g
+    # the port of a mode is of unit length already
+    return g if joint.mode is not None or square == 0 else g / square
 
 
 def contact_memory(scheme: TimeScheme) -> tableau.Memory:
     """Working memory of the contact solver for marches on one scheme, one at a time."""
-    return tableau.memory(scheme.model.pairs, 0)
+    return tableau.memory(scheme.joint.model.pairs, 0)
 
 
 @singularity_named()
@@ -291,96 +300,71 @@ def march(
     load = np.ascontiguousarray(load, dtype=float)
     if not np.isfinite(load).all():
         raise MicroslipError(f"the load is not finite at step {int(np.argmin(np.isfinite(load)))}")
-    m, N = scheme.model.pairs, len(state.v)
     n = len(load)
-    rows = n if keep else 0
-    k = scheme.kernel
-    eta, rate, acceleration = state.eta.copy(), state.rate.copy(), state.acceleration.copy()
-    modal_force, s = state.modal_force.copy(), state.residual_v.copy()
-    r, v, status = state.r.copy(), state.v.copy(), state.status.copy()
-    r_before = state.r_before.copy()
-    vt_old = v[1::2].copy()
-    force = np.full(m, np.abs(scheme.prestress.solution.r).max())
-    problem = tableau.problem(
-        scheme.W, np.zeros((N, 0)), np.zeros(0), scheme.friction, force, TOLERANCE
+    motion = _motion(state)
+    force = np.full(scheme.joint.model.pairs, scheme.joint.prestress.largest_reaction)
+    nothing = np.zeros((len(state.v), 0))
+    problem = contact_problem(
+        scheme.W, nothing, np.zeros(0), scheme.joint.law.friction, force, TOLERANCE
     )
     memory = contact_memory(scheme) if memory is None else memory
-    tableau.follow(problem, memory, status)
-    outputs = np.zeros((n, len(scheme.model.ports)))
+    tableau.follow(problem, memory, motion.status)
     rest = _output(scheme, prestressed_state(scheme), 0.0)
-    outputs[0] = _output(scheme, state, load[0])
-    works, friction = np.zeros(5), np.zeros(m)
-    r_out, v_out = np.zeros((rows, N)), np.zeros((rows, N))
-    status_out = np.zeros((rows, m), np.int8)
+    records = _records(scheme, n, n if keep else 0)
+    records.output[0] = _output(scheme, state, load[0])
     if keep:
-        r_out[0], v_out[0], status_out[0] = r, v, status
-    iterations, residual = np.zeros(n, np.int64), np.zeros(n)
-    failed = step_through(
-        problem,
-        memory,
-        k["psi_t"],
-        scheme.model.omega,
-        k["damping"],
-        scheme.model.rayleigh[1],
-        scheme.alpha,
-        scheme.dt,
-        k["drive_modes"],
-        k["drive_v"],
-        k["constant_modes"],
-        k["constant_v"],
-        load,
-        scheme.model.port(scheme.port),
-        k["out_modes"],
-        k["out_v"],
-        k["out_load"],
-        eta,
-        rate,
-        acceleration,
-        modal_force,
-        s,
-        vt_old,
-        status,
-        r,
-        v,
-        r_before,
-        outputs,
-        works,
-        friction,
-        r_out,
-        v_out,
-        status_out,
-        iterations,
-        residual,
-    )
+        records.r[0], records.v[0], records.status[0] = state.r, state.v, state.status
+    failed = step_through(problem, memory, scheme.kernel, load, motion, records)
+    residual = records.residual
     if failed >= 0 or not residual.max() <= CERTIFICATE:
         step = failed if failed >= 0 else int(np.argmax(residual))
-        worst = int(np.argmax(np.abs(r[::2])))
+        worst = int(np.argmax(np.abs(normal(motion.r))))
         raise ContactError(
             f"contact not solved at t = {start_time + step * scheme.dt:.6g} s (step {step}, load "
-            f"{load[step]:.4g}, pair {worst} at x = {scheme.model.position[worst]:.4g} m carries "
+            f"{load[step]:.4g}, pair {worst} at x = {scheme.joint.model.position[worst]:.4g} m carries "
             "most): try more steps per cycle"
         )
-    if not np.isfinite(eta).all():
+    if not np.isfinite(motion.eta).all():
         raise MicroslipError("time integration gave a number that is not finite")
     return March(
         time=np.asarray(scheme.dt * np.arange(n), dtype=float),
         load=load,
-        output=outputs - rest,
-        state=State(eta, rate, acceleration, modal_force, s, r, v, r_before, status),
-        friction_work=friction,
-        external=float(works[0]),
-        modal_damping=float(works[3]),
-        residual_damping=float(works[4]),
-        normal_work=float(works[2]),
-        iterations=iterations,
+        output=records.output - rest,
+        state=State(**{f.name: getattr(motion, f.name) for f in fields(State)}),
+        friction_work=records.friction_work,
+        external=float(records.works[EXTERNAL]),
+        modal_damping=float(records.works[MODAL]),
+        residual_damping=float(records.works[RESIDUAL]),
+        normal_work=float(records.works[NORMAL]),
+        iterations=records.iterations,
         residual=residual,
-        r=r_out,
-        v=v_out,
-        status=status_out,
+        r=records.r,
+        v=records.v,
+        status=records.status,
+    )
+
+
+def _motion(state: State) -> Motion:
+    """Copy of a state that may be changed in place."""
+    own = {f.name: getattr(state, f.name).copy() for f in fields(state)}
+    return Motion(**own, vt_old=tangential(state.v).copy())
+
+
+def _records(scheme: TimeScheme, n: int, rows: int) -> Records:
+    m, N = scheme.joint.model.pairs, len(scheme.W)
+    return Records(
+        output=np.zeros((n, len(scheme.joint.model.ports))),
+        works=np.zeros(5),
+        friction_work=np.zeros(m),
+        r=np.zeros((rows, N)),
+        v=np.zeros((rows, N)),
+        status=np.zeros((rows, m), np.int8),
+        iterations=np.zeros(n, np.int64),
+        residual=np.zeros(n),
     )
 
 
 def _output(scheme: TimeScheme, state: State, load: float) -> Array:
     k = scheme.kernel
-    constant = k["out_load"][0] + k["out_load"][1] * load
-    return constant + k["out_modes"].T @ state.eta - k["out_v"] @ state.r
+    constant = k.out_load[0] + k.out_load[1] * load
+    return constant + k.out_modes.T @ state.eta - k.out_v @ state.r

@@ -17,6 +17,8 @@ from typing import Any
 
 import numpy as np
 
+from microslip.brief import Brief
+from microslip.describe.excitation import is_universal
 from microslip.describe.units import LINE_MOMENT, TIME, Kind
 from microslip.errors import InputError
 from microslip.typing import Array
@@ -126,11 +128,6 @@ def swept_sine(
     return time, amplitude * np.sin(2 * np.pi * turns)
 
 
-def is_universal(path: str | Path) -> bool:
-    """Whether the name is that of a universal file (``.uff``, ``.unv``, ``.uf``, ``.ufb``)."""
-    return Path(path).suffix.lower() in _UNIVERSAL
-
-
 def read_signal(
     path: str | Path,
     dt: float,
@@ -184,8 +181,8 @@ def read_signal(
     return _resample(file, samples, dt)
 
 
-@dataclass(frozen=True)
-class _Samples:
+@dataclass(frozen=True, repr=False)
+class _Samples(Brief):
     """Samples as the file has them, in SI units, and what to call the place of each."""
 
     time: Array
@@ -281,9 +278,8 @@ def _numbers(file: Path, line: int, row: list[str], columns: int, chosen: int) -
     return numbers
 
 
-# Universal files ---------------------------------------------------------------------------------
+# Universal files: dataset 58 through pyuff.
 
-_UNIVERSAL = (".uff", ".unv", ".uf", ".ufb")
 _FUNCTION = 58
 _GENERAL, _TIME_RESPONSE = (0, 1)
 """Function types of dataset 58 that are signals in time; others are spectra, responses ..."""

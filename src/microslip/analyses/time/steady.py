@@ -13,10 +13,10 @@ import time as clock
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from microslip.analyses.time.floquet import LINEAR_FIELDS, ritz_values, translations
+from microslip.analyses.prepared.joint_modes import walking_modes
 from microslip.analyses.time.scheme import (
+    LINEAR_FIELDS,
     March,
     State,
     TimeScheme,
@@ -24,9 +24,11 @@ from microslip.analyses.time.scheme import (
     march,
     prestressed_state,
 )
+from microslip.brief import Brief
 from microslip.errors import ContactError
 from microslip.numerics.fourier import harmonic
-from microslip.typing import Array
+from microslip.numerics.ritz import ritz_values
+from microslip.typing import Array, Complex
 
 DEPTH = 10
 """States that the accelerated search combines."""
@@ -38,8 +40,8 @@ CONFIRMED = 3.0
 """The cycle after the search may change by this many times the tolerance."""
 
 
-@dataclass(frozen=True)
-class SteadyState:
+@dataclass(frozen=True, repr=False)
+class SteadyState(Brief):
     """Steady (or last) cycle under ``A sin(omega t)``.
 
     Attributes
@@ -51,7 +53,7 @@ class SteadyState:
     phase : float
         Phase of the load at the start of the cycle, rad.
     amplitude : complex
-        First harmonic of the sliding coordinate against the load's sine.
+        First harmonic of the modal coordinate (`PreparedJoint.coordinate`) against the load's sine.
     change : float
         Relative change of the state over the last cycle, energy norm.
     energy_change : float
@@ -66,7 +68,7 @@ class SteadyState:
     multipliers : (k,) complex array
         Floquet multipliers as far as the search has met them, largest modulus first; those of the
         bodies sliding sideways as rigid ones are not among them. Estimates:
-        `stability.floquet_multipliers` refines them.
+        `microslip.analyses.time.floquet.floquet_multipliers` refines them.
     """
 
     frequency: float
@@ -81,7 +83,7 @@ class SteadyState:
     seconds: float
     history: Array
     unsolved: int
-    multipliers: NDArray[np.complex128]
+    multipliers: Complex
 
 
 def steady_state(
@@ -106,7 +108,7 @@ def steady_state(
     load : float
         Amplitude of the driven port.
     guess : complex
-        First harmonic of the sliding coordinate, e.g. of the reduced model.
+        First harmonic of the modal coordinate, e.g. of the reduced model.
     accelerate : bool
         Anderson acceleration; False marches.
     tolerance : float
@@ -154,7 +156,7 @@ def steady_state(
         history.append(memory.distance(cycle.state, after.state))
     cycle, change = after, history[-1]
     reference = max(abs(cycle.dissipated), 1e-300)
-    Q = harmonic(cycle.output[:, scheme.model.port("sliding")], theta)
+    Q = harmonic(cycle.output[:, scheme.joint.model.port(scheme.joint.coordinate)], theta)
     return SteadyState(
         frequency=frequency,
         load=load,
@@ -180,8 +182,9 @@ class _Memory:
     """
 
     def __init__(self, scheme: TimeScheme, depth: int) -> None:
-        walking = translations(scheme.model)
-        self.weight = np.where(walking, 0.0, np.maximum(scheme.model.omega, 1.0))
+        model = scheme.joint.model
+        walking = walking_modes(model)
+        self.weight = np.where(walking, 0.0, np.maximum(model.omega, 1.0))
         self.vibration = np.tile(~walking, 2)
         self.rest = prestressed_state(scheme)
         self.depth = depth
@@ -203,7 +206,7 @@ class _Memory:
         self.secants.append((pair[0][self.vibration], pair[1][self.vibration]))
         del self.secants[:-SECANTS]
 
-    def multipliers(self) -> NDArray[np.complex128]:
+    def multipliers(self) -> Complex:
         """Ritz values of the period map on the differences of successive states."""
         steps = [
             (b[0] - a[0], b[1] - a[1])

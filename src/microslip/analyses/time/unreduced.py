@@ -1,8 +1,8 @@
 """Time integration of every degree of freedom of a structure: what the reduction is checked against.
 
-The scheme and the contact solver are those of `transient.py`, without modes: for
+The scheme and the contact solver are those of `scheme.py`, without modes: for
 
-    M x'' + C x' + K x + B^T r = p_clamp P + p A(t),     C = alpha_R M + beta_R K
+    M x'' + C x' + K x + B^T r = p_held + p A(t),     C = alpha_R M + beta_R K
 
 a step of Hilber–Hughes–Taylor (``gamma = 1/2 + alpha``, ``beta = (1 + alpha)²/4``,
 ``a = 1 - alpha``) solves for the acceleration at its end,
@@ -14,7 +14,7 @@ a step of Hilber–Hughes–Taylor (``gamma = 1/2 + alpha``, ``beta = (1 + alpha
 so that contact sees ``v = v_free - W r_1`` with ``W = a beta dt² B S^-1 B^T``. `S` is factorised
 once; a step costs two solves. Impacts are treated as in `contact/timestep.py`.
 Reactions and relative displacements have the layout and signs of
-`interface.py`.
+`contact/pairs.py`.
 """
 
 from __future__ import annotations
@@ -24,35 +24,32 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
-from microslip.analyses.statics.cycle import Prestress
+from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.time.scheme import ALPHA, scheme_constants
-from microslip.contact.planar import SEPARATED, STICK
+from microslip.brief import Brief
+from microslip.contact.pairs import by_pair, normal, tangential
 from microslip.contact.solver import ContactSolver
 from microslip.contact.timestep import IMPACT
 from microslip.errors import ContactError, ModelError
 from microslip.model.flexibility import Flexibility
 from microslip.model.modes import factorise, linear_modes, spectral_shift
 from microslip.model.structure import Structure
-from microslip.typing import Array
+from microslip.typing import Array, Status
 
 CONSISTENT = 1e-6
 """Prestress that the mesh reproduces less closely, relative to contact displacement, is refused."""
 
 
-@dataclass(frozen=True)
-class FullScheme:
+@dataclass(frozen=True, repr=False)
+class FullScheme(Brief):
     """A structure made ready for one step size and one driven port.
 
     Attributes
     ----------
     structure : Structure
-    prestress : Prestress
-        Where motion starts from; its clamp force is held.
-    friction : (m,) array
-    rayleigh : tuple of float
-        alpha_R (1/s) and beta_R (s).
+    joint : PreparedJoint
+        Of this structure: motion starts from its prestress, and the preload is held.
     dt, alpha : float
         Step (s) and numerical dissipation.
     port : str
@@ -64,9 +61,7 @@ class FullScheme:
     """
 
     structure: Structure
-    prestress: Prestress
-    friction: Array
-    rayleigh: tuple[float, float]
+    joint: PreparedJoint
     dt: float
     alpha: float
     port: str
@@ -75,8 +70,8 @@ class FullScheme:
     solve: Callable[[Array], Array] = field(repr=False)
 
 
-@dataclass(frozen=True)
-class FullState:
+@dataclass(frozen=True, repr=False)
+class FullState(Brief):
     """Everything the next step depends on.
 
     Attributes
@@ -95,11 +90,11 @@ class FullState:
     r: Array
     v: Array
     r_before: Array
-    status: NDArray[np.int8]
+    status: Status
 
 
-@dataclass(frozen=True)
-class FullMarch:
+@dataclass(frozen=True, repr=False)
+class FullMarch(Brief):
     """Result of marching; row 0 is the state at entry.
 
     Attributes
@@ -125,7 +120,7 @@ class FullMarch:
     output: Mapping[str, Array]
     r: Array
     v: Array
-    status: NDArray[np.int8]
+    status: Status
     state: FullState
     friction_work: Array
     external: float
@@ -141,12 +136,10 @@ class FullMarch:
 
 def full_scheme(
     structure: Structure,
-    prestress: Prestress,
-    friction: float | Array,
-    rayleigh: tuple[float, float],
+    joint: PreparedJoint,
     dt: float,
     *,
-    port: str = "moment",
+    port: str | None = None,
     alpha: float = ALPHA,
     outputs: Mapping[str, Array] | None = None,
 ) -> FullScheme:
@@ -155,16 +148,13 @@ def full_scheme(
     Parameters
     ----------
     structure : Structure
-        Planar, with a load ``clamp``.
-    prestress : Prestress
-        Of rigid contact (no contact compliance).
-    friction : float or (m,) array
-    rayleigh : tuple of float
-        alpha_R, beta_R.
+        Planar, with loads of the names of the joint's ports.
+    joint : PreparedJoint
+        Its prestress, friction and Rayleigh damping are taken; of rigid contact (no compliance).
     dt : float
         Step, s.
-    port : str
-        Driven load of the structure.
+    port : str, optional
+        Driven load of the structure; the joint's driven port by default.
     alpha : float
         Numerical dissipation, 0 to 1/3.
     outputs : mapping of str to (n,) array, optional
@@ -179,6 +169,9 @@ def full_scheme(
         raise ModelError(f"time step {dt:g} s must be positive")
     if structure.interface.dimension != 2:
         raise ModelError("marching every degree of freedom needs a planar interface")
+    if not joint.law.exact:
+        raise ModelError("marching every degree of freedom needs rigid contact, without compliance")
+    port, rayleigh = port or joint.drive, joint.model.rayleigh
     if port not in structure.loads:
         raise ModelError(f"no load {port!r}; this structure has {', '.join(structure.loads)}")
     gamma, beta, a = scheme_constants(alpha)
@@ -191,9 +184,7 @@ def full_scheme(
     W = a * beta * dt**2 * (B @ solve(B.T.toarray()))
     return FullScheme(
         structure=structure,
-        prestress=prestress,
-        friction=np.broadcast_to(np.asarray(friction, float), (structure.interface.pairs,)).copy(),
-        rayleigh=rayleigh,
+        joint=joint,
         dt=float(dt),
         alpha=float(alpha),
         port=port,
@@ -204,9 +195,9 @@ def full_scheme(
 
 
 def prestressed_full_state(scheme: FullScheme, rate: Array | None = None) -> FullState:
-    """State under the clamp alone, at rest or passing through it with the velocity `rate`.
+    """State under the preload alone, at rest or passing through it with the velocity `rate`.
 
-    ``K x = p_clamp P - B^T r`` with the reactions of the prestress. K is singular or nearly so for
+    ``K x = p_held - B^T r`` with the reactions of the prestress. K is singular or nearly so for
     the rigid-body motions Z: the rest of x is solved for orthogonally to them, and their share is
     what makes ``B x`` the relative displacement of the prestress.
 
@@ -215,9 +206,9 @@ def prestressed_full_state(scheme: FullScheme, rate: Array | None = None) -> Ful
     ModelError
         Where the prestress is not of this structure.
     """
-    s, solution = scheme.structure, scheme.prestress.solution
+    s, solution = scheme.structure, scheme.joint.prestress.solution
     B = s.interface.relative
-    force = s.loads["clamp"] * scheme.prestress.clamp - B.T @ solution.r
+    force = _held(scheme) - B.T @ solution.r
     count = len(solution.q)
     rigid = linear_modes(s, np.array([], dtype=np.int64), max(count, 1)).shapes[:, :count]
     momentum = s.mass @ rigid
@@ -241,8 +232,8 @@ def prestressed_full_state(scheme: FullScheme, rate: Array | None = None) -> Ful
         acceleration=np.zeros(s.dofs),
         r=solution.r.copy(),
         v=solution.v.copy(),
-        r_before=solution.r[::2].copy(),
-        status=np.where(scheme.prestress.touching, STICK, SEPARATED).astype(np.int8),
+        r_before=normal(solution.r).copy(),
+        status=scheme.joint.prestress.status,
     )
 
 
@@ -255,7 +246,7 @@ def march_full(scheme: FullScheme, load: Array, state: FullState | None = None) 
     load : (s,) array
         Amplitude of the driven port at every step, ``load[0]`` at the state itself.
     state : FullState, optional
-        Where to start; at rest under the clamp by default.
+        Where to start; at rest under the preload by default.
 
     Raises
     ------
@@ -265,18 +256,18 @@ def march_full(scheme: FullScheme, load: Array, state: FullState | None = None) 
     Examples
     --------
     >>> from microslip.model.elasticity import Material
-    >>> from microslip.model.flexibility import static_flexibility
     >>> from microslip.model.lap_mesh import LapGeometry, MeshControl
     >>> from microslip.model.joint import Reducer
-    >>> from microslip.analyses.statics.cycle import prestress
-    >>> from microslip.model.structure import lap_joint_structure
+    >>> from microslip.analyses.prepared.joint import prepare_joint
+    >>> from microslip.contact.law import contact_law
+    >>> from microslip.model.lap import lap_joint_structure
     >>> joint = lap_joint_structure(
     ...     LapGeometry(0.2515, 0.0125, 0.0375, 0.025), Material(70e9, 0.3, 2000.0, "strain"),
     ...     MeshControl(contact_pairs=21), horizontal_spring=1e5)
     >>> model = Reducer(joint, 10, (0.0, 7.3e-7)).model(joint.loads)
-    >>> start = prestress(model, static_flexibility(model), 1e6)
-    >>> scheme = full_scheme(joint, start, 0.25, (0.0, 7.3e-7), dt=4e-5)
-    >>> rest = march_full(scheme, [0.0, 0.0, 0.0])  # the clamp holds its own reactions
+    >>> prepared = prepare_joint(model, contact_law(21, 0.25), {"clamp": 1e6}, "moment")
+    >>> scheme = full_scheme(joint, prepared, dt=4e-5)
+    >>> rest = march_full(scheme, [0.0, 0.0, 0.0])  # the preload holds its own reactions
     >>> bool(abs(rest.r - rest.r[0]).max() < 1e-6 * rest.r.max())
     True
     """
@@ -287,14 +278,14 @@ def march_full(scheme: FullScheme, load: Array, state: FullState | None = None) 
     state = prestressed_full_state(scheme) if state is None else state
     contact = _contact(scheme, state)
     x, rate, acceleration = state.x, state.rate, state.acceleration
-    clamp, drive = s.loads["clamp"] * scheme.prestress.clamp, s.loads[scheme.port]
+    held, drive = _held(scheme), s.loads[scheme.port]
     none = np.zeros(0)
     record = _Record(scheme, load, state)
-    unbalanced = clamp + drive * load[0] - _internal(scheme, x, rate) - B.T @ state.r
+    unbalanced = held + drive * load[0] - _internal(scheme, x, rate) - B.T @ state.r
     damping = 0.0
     before = state.r_before
     for step in range(1, len(load)):
-        external = clamp + drive * load[step]
+        external = held + drive * load[step]
         last = record.r[step - 1]
         dropped = np.zeros(len(before), dtype=bool)
         while True:
@@ -305,25 +296,25 @@ def march_full(scheme: FullScheme, load: Array, state: FullState | None = None) 
             )
             try:
                 found = contact.solve(
-                    B @ (position + beta * dt**2 * start), none, record.v[step - 1, 1::2]
+                    B @ (position + beta * dt**2 * start), none, tangential(record.v[step - 1])
                 )
             except ContactError as error:
                 raise ContactError(
                     f"contact not solved at t = {step * dt:.6g} s (load {load[step]:.4g}): {error}"
                 ) from error
-            strong = last[::2] > IMPACT * contact.force
-            sudden = strong & (last[::2] >= before) & (found.r[::2] <= 0) & ~dropped
+            strong = normal(last) > IMPACT * contact.force
+            sudden = strong & (normal(last) >= before) & (normal(found.r) <= 0) & ~dropped
             if not sudden.any():
                 break
             dropped |= sudden
-            remainder = B.T @ np.where(np.repeat(sudden, 2), last, 0.0)
+            remainder = B.T @ np.where(sudden[:, None], by_pair(last), 0.0).ravel()
             unbalanced = unbalanced + remainder
             acceleration = acceleration + a * scheme.solve(remainder)
-        before = last[::2]
+        before = normal(last)
         acceleration = start - a * scheme.solve(B.T @ found.r)
         new = position + beta * dt**2 * acceleration
         mean_rate = (new - x) / dt
-        alpha_R, beta_R = scheme.rayleigh
+        alpha_R, beta_R = scheme.joint.model.rayleigh
         damping += dt * float(mean_rate @ (alpha_R * (M @ mean_rate) + beta_R * (K @ mean_rate)))
         x, rate = new, velocity + gamma * dt * acceleration
         unbalanced = external - _internal(scheme, x, rate) - B.T @ found.r
@@ -335,9 +326,15 @@ def march_full(scheme: FullScheme, load: Array, state: FullState | None = None) 
     )
 
 
+def _held(scheme: FullScheme) -> Array:
+    """The preload on every degree of freedom."""
+    preload = scheme.joint.prestress.preload
+    return np.asarray(sum(scheme.structure.loads[name] * a for name, a in preload.items()))
+
+
 def _internal(scheme: FullScheme, x: Array, rate: Array) -> Array:
     """``K x + C x'``."""
-    alpha_R, beta_R = scheme.rayleigh
+    alpha_R, beta_R = scheme.joint.model.rayleigh
     s = scheme.structure
     return s.stiffness @ (x + beta_R * rate) + alpha_R * (s.mass @ rate)
 
@@ -348,8 +345,8 @@ def _contact(scheme: FullScheme, state: FullState) -> ContactSolver:
     flexibility = Flexibility(
         scheme.W, empty, np.zeros(0), empty, np.zeros((0, 0)), np.zeros((0, 0))
     )
-    force = np.full(n // 2, np.abs(scheme.prestress.solution.r).max())
-    return ContactSolver(flexibility, scheme.friction, force, state.status)
+    force = np.full(n // 2, scheme.joint.prestress.largest_reaction)
+    return ContactSolver(flexibility, scheme.joint.law.friction, force, state.status)
 
 
 class _Record:
@@ -381,9 +378,9 @@ class _Record:
             v=self.v,
             status=self.status,
             state=state,
-            friction_work=np.sum(mean_r[:, 1::2] * dv[:, 1::2], axis=0),
+            friction_work=np.sum(tangential(mean_r) * tangential(dv), axis=0),
             external=float(mean_load @ np.diff(output[self.scheme.port])),
             damping=damping,
-            normal_work=float(np.sum(mean_r[:, ::2] * dv[:, ::2])),
+            normal_work=float(np.sum(normal(mean_r) * normal(dv))),
             residual=self.residual,
         )

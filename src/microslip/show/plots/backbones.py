@@ -90,7 +90,7 @@ def draw_frequency(ax: Axes, backbones: list[Backbone]) -> None:
         ax.plot(backbone.amplitude, backbone.frequency, **_style(backbone))
     mode = backbones[0].mode
     ax.axhline(mode.stuck_frequency, color=GREY, lw=0.8, ls="-.", label="stuck joint")
-    ax.axhline(mode.frequency, color=GREY, lw=0.8, ls=":", label="sliding joint")
+    ax.axhline(mode.sliding_frequency, color=GREY, lw=0.8, ls=":", label="sliding joint")
     ax.set_xscale("log")
 
 

@@ -10,7 +10,7 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from microslip.analyses.time.points import equivalent
+from microslip.analyses.time.readings import equivalent
 from microslip.pipeline.run import Run
 from microslip.results.cycle import table_of
 from microslip.show.plots.style import BLACK, COLUMN, DRIVES, MM, house_style, new_figure
@@ -48,7 +48,7 @@ def draw_equivalent(ax: Axes, run: Run, name: str) -> None:
             ax.plot(table.amplitude, getattr(table, name), **DRIVES[drive])
     points = [p for p in run.time_domain if p.steady.converged and p.friction > 0]
     if points:
-        found = [equivalent(p, run.model, run.states) for p in points]
+        found = [equivalent(p.steady, p.corrected_frequency, run.prepared) for p in points]
         ax.plot(
             [abs(p.steady.amplitude) for p in points],
             [getattr(e, name) for e in found],
@@ -65,7 +65,7 @@ def draw_equivalent(ax: Axes, run: Run, name: str) -> None:
 
 def deflection_axis(ax: Axes, run: Run) -> None:
     """Second axis on top: vertical deflection of the middle of the joint in the sliding mode."""
-    lift = abs(run.states.load_on_sliding.get("lift", 0.0))
+    lift = abs(run.mode.load_on_sliding.get("lift", 0.0))
     if not lift:
         return
 

@@ -6,7 +6,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from microslip.analyses.time.history import History, extremes
+from microslip.analyses.time.decay import extremes
+from microslip.analyses.time.history import History
 from microslip.pipeline.run import Run
 from microslip.show.plots.selection import unit_position
 from microslip.show.plots.style import (

@@ -27,11 +27,11 @@ def hysteresis_figure(run: Run) -> Figure | None:
 def draw_hysteresis(ax: Axes, run: Run, drive: str) -> None:
     """Loops on given axes: mean slope k_eq, area pi gamma_eq."""
     for i, index in enumerate(spread(run, drive)):
-        q, f = modal_quantities(run.cycles[drive][index], run.model, run.states)
+        q, f = modal_quantities(run.cycles[drive][index], run.prepared)
         size = np.abs(q).max()
         ax.plot(
             q / size,
-            f / (run.states.sliding_omega**2 * size),
+            f / (run.mode.sliding_omega**2 * size),
             color=SERIES[i % len(SERIES)]["color"],
             ls=LINES[i % len(LINES)],
             label=name_of(run, drive, index),

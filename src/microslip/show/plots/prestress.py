@@ -5,8 +5,8 @@ from __future__ import annotations
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from microslip.contact.fields import contact_extent
 from microslip.pipeline.run import Run
-from microslip.results.fields import contact_extent
 from microslip.show.plots.selection import unit_position
 from microslip.show.plots.style import BLUE, COLUMN, GREY, MM, house_style, new_figure
 

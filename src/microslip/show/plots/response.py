@@ -15,7 +15,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from microslip.analyses.reduced.response import CONVERGED, Response
+from microslip.analyses.reduced.response import Response
+from microslip.analyses.reduced.sweep import CONVERGED
 from microslip.analyses.time.points import TimePoint
 from microslip.pipeline.harmonic import HarmonicRun
 from microslip.pipeline.run import Run

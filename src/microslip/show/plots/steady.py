@@ -8,7 +8,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from microslip.analyses.time.points import TimePoint, modal_force, phases
+from microslip.analyses.time.points import TimePoint
+from microslip.analyses.time.readings import modal_force, phases
 from microslip.pipeline.run import Run
 from microslip.results.time import HARMONICS, local_motion
 from microslip.show.plots.selection import unit_position
@@ -102,9 +103,9 @@ def _draw_waves(ax: Axes, run: Run, point: TimePoint, theta: np.ndarray, order: 
 def _draw_loop(ax: Axes, run: Run, point: TimePoint) -> None:
     """Contact force on the sliding mode against its coordinate."""
     q = point.steady.cycle.output[:, run.model.port("sliding")]
-    f = modal_force(point, run.model, run.states, HARMONICS)
+    f = modal_force(point.steady, run.prepared, HARMONICS)
     size = np.abs(q).max()
-    ax.plot(q / size, f / (run.states.sliding_omega**2 * size), color=VERMILLION)
+    ax.plot(q / size, f / (run.mode.sliding_omega**2 * size), color=VERMILLION)
     ax.set_xlabel(r"sliding coordinate $q\,/\,q_{\max}$")
     ax.set_ylabel(r"force $f\,/\,(\omega_{sl}^2\,q_{\max})$")
     ax.set_title("contact force on the sliding mode", loc="left")

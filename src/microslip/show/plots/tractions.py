@@ -10,8 +10,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from microslip.contact.fields import contact_fields
 from microslip.pipeline.run import Run
-from microslip.results.fields import contact_fields
 from microslip.show.plots.selection import (
     greatest_damping,
     main_drive,
@@ -57,7 +57,7 @@ def tractions_figure(run: Run) -> Figure | None:
 def _draw(axes: np.ndarray, run: Run, drive: str, index: int) -> float:
     """Draw the four panels; returns the half height that shows all but singular edges."""
     cycle = run.cycles[drive][index]
-    fields = contact_fields(cycle.r, cycle.v, run.prestress, run.model)
+    fields = contact_fields(cycle.r, cycle.v, run.prestress.solution.v, run.model.area)
     unit = mean_traction(run)
     friction = run.joint.contact.friction
     x = unit_position(run)

@@ -1,9 +1,9 @@
-"""Contact fields: what acts and moves at every pair, with the signs that all results have.
+"""Contact fields by name, from reactions and relative displacements of planar pairs.
 
-Pressure is positive in compression. The traction ``f`` acts on the upper body along x, so
+Signs. Pressure is positive in compression. The traction ``f`` acts on the upper body along x, so
 ``f = -r_t / area``: forward slip, where the upper body moves towards +x, has ``f = -mu p``. Slip is
 the tangential displacement of the upper body relative to the lower, counted from prestress; the gap
-is positive where the interface is open. All quantities are per metre of width.
+is positive where the interface is open.
 
 Tractions are nodal forces over nodal areas: exact where the pressure is linear over an element,
 unsmoothed everywhere, so that they integrate to the forces and stay inside the friction cone.
@@ -16,15 +16,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from microslip.analyses.statics.cycle import Prestress
+from microslip.brief import Brief
 from microslip.contact.pairs import normal, tangential
-from microslip.model.joint import JointModel
 from microslip.typing import Array, Mask
 
 
-@dataclass(frozen=True)
-class ContactFields:
-    """Contact fields of planar pairs, each ``(..., m)``; signs in the header of this module.
+@dataclass(frozen=True, repr=False)
+class ContactFields(Brief):
+    """Contact fields, each ``(..., m)``; signs in the header of this module.
 
     Attributes
     ----------
@@ -40,20 +39,31 @@ class ContactFields:
     gap: Array
 
 
-def contact_fields(r: Array, v: Array, start: Prestress, model: JointModel) -> ContactFields:
-    """Tractions, slip and gap of every pair from reactions and relative displacements.
+def contact_fields(r: Array, v: Array, rest: Array, area: Array) -> ContactFields:
+    """Tractions, slip and gap of every pair.
 
     Parameters
     ----------
     r, v : (..., 2 m) arrays
-        N per metre of width, and m.
-    start : Prestress
-    model : JointModel
+        Reactions (N per metre of width) and relative displacements (m).
+    rest : (2 m,) array
+        Relative displacements at prestress, m.
+    area : (m,) array
+        Of the pairs per metre of width, m.
+
+    Examples
+    --------
+    One pair of area 2 that carries 6 N/m and has slipped forward by 1 µm:
+
+    >>> r, v = np.array([6.0, 3.0]), np.array([0.0, 1e-6])
+    >>> found = contact_fields(r, v, np.zeros(2), np.array([2.0]))
+    >>> found.pressure, found.traction, found.slip
+    (array([3.]), array([-1.5]), array([1.e-06]))
     """
     return ContactFields(
-        pressure=normal(r) / model.area,
-        traction=-tangential(r) / model.area,
-        slip=tangential(v) - tangential(start.solution.v),
+        pressure=normal(r) / area,
+        traction=-tangential(r) / area,
+        slip=tangential(v) - tangential(rest),
         gap=-normal(v),
     )
 

@@ -1,0 +1,194 @@
+"""Equations of harmonic balance as continuation takes them: over frequency, or over load."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from microslip.analyses.harmonic.equations import (
+    Evaluation,
+    evaluate,
+    frequency_derivative,
+    load_derivative,
+)
+from microslip.analyses.harmonic.linear import HarmonicSolver
+from microslip.analyses.harmonic.operator import LinearOperator, linear_operator
+from microslip.analyses.harmonic.problem import HarmonicProblem
+from microslip.errors import MicroslipError
+from microslip.numerics.continuation import (
+    Branch,
+    BranchPoint,
+    ContinuationError,
+    StepControl,
+    first_point,
+    trace,
+)
+from microslip.typing import Array
+
+ACCEPTED = 1e-8
+"""Residual of a solution, relative to the largest prestress reaction."""
+
+
+CONTROL = StepControl(
+    first=0.02, smallest=1e-6, largest=0.5, good_iterations=6, tolerance=0.1 * ACCEPTED
+)
+"""Steps along a response; a step of length one changes every reaction by the prestress's largest."""
+
+
+class EquationsAt:
+    """Equations at one point, scaled, with their derivative (`continuation.Linearised`).
+
+    Parameters
+    ----------
+    operator : LinearOperator
+    frequency, load : float
+        Hz, and amplitude of the driven port.
+    w : (n,) array
+        Unknowns.
+    solver : HarmonicSolver
+    parameter : str
+        ``"frequency"`` or ``"load"``: what the branch is followed over.
+    """
+
+    def __init__(
+        self,
+        operator: LinearOperator,
+        frequency: float,
+        load: float,
+        w: Array,
+        solver: HarmonicSolver,
+        parameter: str,
+    ) -> None:
+        self.operator = operator
+        self.frequency = float(frequency)
+        self.load = float(load)
+        self.solver = solver
+        self.parameter = parameter
+        self.scale = operator.problem.force_scale
+        self.point: Evaluation = evaluate(operator, load, w)
+
+    @property
+    def F(self) -> Array:
+        """Residual over the largest prestress reaction."""
+        return self.point.F / self.scale
+
+    def solve(self, right: Array, tolerance: float) -> Array:
+        """Solve with the derivative by the unknowns."""
+        return self.solver.linear_solve(
+            self.operator, self.point.cycle, right * self.scale, tolerance
+        )
+
+    def by_parameter(self) -> Array:
+        """Derivative of the residual by frequency (Hz) or load."""
+        if self.parameter == "load":
+            return load_derivative(self.operator, self.point) / self.scale
+        slope = frequency_derivative(self.operator, self.point, self.load)
+        return slope * (2 * np.pi / self.scale)
+
+
+class _Path:
+    """What both parameters share (`continuation.Problem`)."""
+
+    def __init__(self, problem: HarmonicProblem, scale: float) -> None:
+        self.problem = problem
+        self.solver = HarmonicSolver()
+        reactions = np.full(problem.shape, 1 / (problem.force_scale**2 * len(problem.pairs)))
+        self.weight = np.concatenate([reactions.ravel(), np.zeros(problem.rigid_modes.shape[1])])
+        self.parameter_scale = scale
+
+
+class FrequencyPath(_Path):
+    """Response at a given load, the frequency (Hz) as parameter.
+
+    Parameters
+    ----------
+    problem : HarmonicProblem
+    load : float
+    scale : float
+        Hz that count as a step of length one.
+    """
+
+    def __init__(self, problem: HarmonicProblem, load: float, scale: float = 1.0) -> None:
+        super().__init__(problem, scale)
+        self.load = float(load)
+
+    def at(self, w: Array, frequency: float) -> EquationsAt:
+        """Equations at a frequency."""
+        if not frequency > 0:
+            raise ContinuationError(f"frequency {frequency:g} Hz must be positive")
+        operator = linear_operator(self.problem, 2 * np.pi * frequency)
+        return EquationsAt(operator, frequency, self.load, w, self.solver, "frequency")
+
+
+class LoadPath(_Path):
+    """Response at a given frequency, the load as parameter.
+
+    Parameters
+    ----------
+    problem : HarmonicProblem
+    frequency : float
+        Hz.
+    scale : float
+        Load that counts as a step of length one.
+    """
+
+    def __init__(self, problem: HarmonicProblem, frequency: float, scale: float) -> None:
+        super().__init__(problem, scale)
+        self.frequency = float(frequency)
+        self.operator = linear_operator(problem, 2 * np.pi * frequency)
+
+    def at(self, w: Array, load: float) -> EquationsAt:
+        """Equations under a load."""
+        return EquationsAt(self.operator, self.frequency, load, w, self.solver, "load")
+
+
+def raise_load(
+    problem: HarmonicProblem, frequency: float, load: float, control: StepControl = CONTROL
+) -> tuple[Array, Branch]:
+    """Raise the load from zero at one frequency; returns the unknowns and the branch.
+
+    Raises
+    ------
+    ContinuationError
+        Where the load cannot be reached: names how far it got.
+    """
+    path = LoadPath(problem, frequency, load)
+    start = first_point(path, problem.rest(), 0.0, control)
+    branch = trace(path, start, (min(0.0, load), max(0.0, load)), control)
+    if branch.points[-1].p != load:
+        raise ContinuationError(
+            f"harmonic balance at {frequency:.6g} Hz: the load got to {branch.points[-1].p:.4g} of "
+            f"{load:.4g} only ({branch.ended}); start farther from the resonance"
+        )
+    return branch.points[-1].u, branch
+
+
+def follow_frequency(
+    problem: HarmonicProblem,
+    load: float,
+    band: tuple[float, float],
+    *,
+    start: BranchPoint | None = None,
+    control: StepControl = CONTROL,
+    observe: Callable[[BranchPoint], bool] | None = None,
+) -> tuple[FrequencyPath, Branch]:
+    """Follow the response from the first frequency of the band to the second, through folds.
+
+    Parameters
+    ----------
+    problem : HarmonicProblem
+    load : float
+    band : (float, float)
+        Hz; the branch is begun at the first, which may be the higher one.
+    start : BranchPoint, optional
+        Point of an earlier branch of the same problem to go on from.
+    """
+    first, last = band
+    if not (first > 0 and last > 0 and first != last):
+        raise MicroslipError(f"the band {first:g} to {last:g} Hz needs two positive frequencies")
+    path = FrequencyPath(problem, load)
+    if start is None:
+        w, _ = raise_load(problem, first, load, control)
+        start = first_point(path, w, first, control, np.sign(last - first))
+    return path, trace(path, start, (min(band), max(band)), control, observe)

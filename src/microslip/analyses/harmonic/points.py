@@ -1,0 +1,150 @@
+"""Everything a user wants to know of one periodic response."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from microslip.analyses.harmonic.operator import LinearOperator
+from microslip.analyses.harmonic.paths import EquationsAt
+from microslip.analyses.harmonic.problem import pull
+from microslip.brief import Brief
+from microslip.contact.pairs import normal, tangential
+from microslip.numerics.fourier import to_complex
+from microslip.typing import Array, Complex, Status
+
+
+@dataclass(frozen=True, repr=False)
+class HarmonicPoint(Brief):
+    """A periodic response.
+
+    Attributes
+    ----------
+    frequency, load : float
+        Hz, and amplitude of the driven port.
+    harmonics : int
+    w : (n,) array
+        Unknowns of the equations.
+    output : (H + 1, p) complex array
+        Harmonics of the outputs of all ports, change from prestress; the mean first.
+    amplitude : complex
+        First harmonic of the modal coordinate (`HarmonicProblem.coordinate`), against the load's
+        sine.
+    r, v : (2 m, 2 H + 1) arrays
+        Coefficients of reactions (N/m) and relative displacements (m), order of
+        `microslip.contact.aft`.
+    status : (m, N) int8 array
+        Contact states over the cycle.
+    friction_work : (m,) array
+        Energy dissipated per cycle at each pair, J per metre of width.
+    normal_work : float
+        Work of the normal reactions per cycle: an error of truncation, tends to zero with H.
+    external_work, material_work : float
+        Work per cycle of the load, and of the material damping.
+    strain, kinetic : float
+        Mean energies of the vibration over a cycle (the static mean left out).
+    walk : float
+        Drift of the bodies past each other, m per cycle (mean over the pairs).
+    pull : float
+        Mean force of the supports against sliding over the friction available; where it is large the
+        supports have stopped a walk.
+    residual : float
+        Largest entry of the equations over the largest prestress reaction.
+    tail : float
+        Share of the last two harmonics in the vibrating reactions (root of sums of squares).
+    iterations : int
+        Newton steps.
+    seconds : float
+    """
+
+    frequency: float
+    load: float
+    harmonics: int
+    w: Array
+    output: Complex
+    amplitude: complex
+    r: Array
+    v: Array
+    status: Status
+    friction_work: Array
+    normal_work: float
+    external_work: float
+    material_work: float
+    strain: float
+    kinetic: float
+    walk: float
+    pull: float
+    residual: float
+    tail: float
+    iterations: int
+    seconds: float
+
+    @property
+    def phase(self) -> float:
+        """Phase of the modal coordinate against the load, rad."""
+        return float(np.angle(self.amplitude))
+
+    @property
+    def dissipated(self) -> float:
+        """Friction work per cycle, J per metre of width."""
+        return float(self.friction_work.sum())
+
+
+def describe(equations: EquationsAt, iterations: int, seconds: float) -> HarmonicPoint:
+    """Everything a user wants to know of a solution."""
+    operator, load, point = equations.operator, equations.load, equations.point
+    problem = operator.problem
+    model = problem.model
+    u, q = problem.split(point.w)
+    r, v = problem.unfold(u), problem.unfold(point.v)
+    output = operator.outputs(u, q, load)
+    rest = operator.outputs(*problem.split(problem.rest()), 0.0)
+    output[0] -= rest[0]
+    h = np.arange(1, problem.harmonics + 1)[:, None]
+    R, V = to_complex(r)[1:], to_complex(v)[1:]
+    eta = operator.modes(u, q, load)[1:]
+    twice_static = _residual_energy(operator, R, load) * np.abs(operator.lag[1:]) ** 2
+    damping = h[:, 0] * operator.omega * model.rayleigh[1]
+    modal = h**2 * operator.omega * model.modal_damping() * np.abs(eta) ** 2
+    status = point.cycle.status
+    if problem.half_turn:
+        half = np.roll(status, problem.table.samples // 2, axis=1)
+        status = np.empty((model.pairs, problem.table.samples), dtype=half.dtype)
+        status[problem.image] = half
+        status[problem.pairs] = point.cycle.status
+    work = np.pi * np.sum(h * (R * V.conj()).imag, axis=0)
+    size = np.sum(np.abs(R) ** 2, axis=1)
+    return HarmonicPoint(
+        frequency=equations.frequency,
+        load=load,
+        harmonics=problem.harmonics,
+        w=point.w,
+        output=output,
+        amplitude=complex(output[1, model.port(problem.coordinate)]),
+        r=r,
+        v=v,
+        status=status,
+        friction_work=tangential(work),
+        normal_work=float(normal(work).sum()),
+        external_work=float(np.pi * load * -output[1, model.port(problem.port)].imag),
+        material_work=float(np.pi * (modal.sum() + (h[:, 0] * damping * twice_static).sum())),
+        strain=float(0.25 * (np.sum(model.omega**2 * np.abs(eta) ** 2) + twice_static.sum())),
+        kinetic=float(0.25 * np.sum((h * operator.omega * np.abs(eta)) ** 2)),
+        walk=float(problem.drift(point.w[u.size :]).mean()),
+        pull=pull(problem, point.w),
+        residual=float(np.abs(equations.F).max()),
+        tail=float(np.sqrt(size[-2:].sum() / max(size.sum(), 1e-300))),
+        iterations=iterations,
+        seconds=seconds,
+    )
+
+
+def _residual_energy(operator: LinearOperator, R: Complex, load: float) -> Array:
+    """Twice the static energy of the truncated modes per harmonic, were they not to lag."""
+    problem, model = operator.problem, operator.problem.model
+    p = model.port(problem.port)
+    pairs = model.residual + np.diag(problem.compliance)
+    energy = np.sum(R.conj() * (R @ pairs), axis=1).real
+    energy[0] += load**2 * model.port_port[p, p] - 2 * load * (R[0] @ model.port_v[:, p]).real
+    return energy

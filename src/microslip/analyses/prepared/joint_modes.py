@@ -1,0 +1,192 @@
+"""The modes of a joint by number: each sliding mode with the stuck mode that it becomes.
+
+Both are modes with the pairs that touch at prestress bonded, in the normal direction or in all of
+them. Modes that only move the bodies on their supports do not count. Partners are those with the
+largest modal assurance, ``(Phi_sl^T M Phi_st)²``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from microslip.analyses.prepared.prestress import Prestress
+from microslip.brief import Brief
+from microslip.contact.law import ContactLaw
+from microslip.contact.pairs import normal_rows
+from microslip.errors import ModelError
+from microslip.model.joint import JointModel, bonded_modes
+from microslip.model.states import LinearStates
+from microslip.model.structure import Structure
+from microslip.typing import Array, Indices, Mask
+
+ON_SUPPORTS = 0.5
+"""Share of the strain energy in the supports beyond which a mode does not deform the joint."""
+
+MODE_PORT = "joint mode"
+"""Port of a mode that the model has no port for yet, see `with_mode_port`."""
+
+
+@dataclass(frozen=True, repr=False)
+class JointMode(Brief):
+    """A sliding mode and its stuck partner, mass-normalised.
+
+    Attributes
+    ----------
+    number : int
+        From 1, in the order of the sliding frequencies.
+    sliding_omega, stuck_omega : float
+        rad/s; the stuck joint may be the softer one, where bonding adds the mass of a body that
+        slid before.
+    sliding, stuck : (k,) arrays
+        Shapes, their part in the free-interface modes of the joint model.
+    overlap : float
+        ``Phi_sl^T M Phi_st``.
+    load_on_sliding, load_on_stuck : mapping of str to float
+        ``Phi^T p`` of the ports' unit loads.
+    port, stuck_port : str
+        Ports of the model that are the inertia loads ``M Phi`` and whose outputs are the modal
+        coordinates.
+    """
+
+    number: int
+    sliding_omega: float
+    stuck_omega: float
+    sliding: Array
+    stuck: Array
+    overlap: float
+    load_on_sliding: Mapping[str, float]
+    load_on_stuck: Mapping[str, float]
+    port: str = "sliding"
+    stuck_port: str = "stuck"
+
+    @property
+    def sliding_frequency(self) -> float:
+        """Natural frequency of the sliding state, Hz."""
+        return self.sliding_omega / (2 * np.pi)
+
+    @property
+    def stuck_frequency(self) -> float:
+        """Natural frequency of the stuck state, Hz."""
+        return self.stuck_omega / (2 * np.pi)
+
+    @property
+    def stiffening(self) -> float:
+        """``(omega_st/omega_sl)² - 1``: how much of the mode the interface can change."""
+        return (self.stuck_omega / self.sliding_omega) ** 2 - 1
+
+    @property
+    def assurance(self) -> float:
+        """Modal assurance ``(Phi_sl^T M Phi_st)²``: 1 where bonding does not change the shape."""
+        return self.overlap**2
+
+
+def mode_of_structure(
+    found: LinearStates, structure: Structure, model: JointModel, number: int = 1
+) -> JointMode:
+    """The mode of a structure, as the analyses of its joint model take it.
+
+    Parameters
+    ----------
+    found : LinearStates
+    structure : Structure
+    model : JointModel
+        With the ports of `LinearStates.ports`.
+    number : int
+    """
+    return JointMode(
+        number=number,
+        sliding_omega=found.sliding_omega,
+        stuck_omega=found.stuck_omega,
+        sliding=model.port_modes[:, model.port("sliding")],
+        stuck=model.port_modes[:, model.port("stuck")],
+        overlap=found.overlap,
+        load_on_sliding={name: float(found.sliding @ p) for name, p in structure.loads.items()},
+        load_on_stuck={name: float(found.stuck @ p) for name, p in structure.loads.items()},
+    )
+
+
+def joint_modes(model: JointModel, start: Prestress, law: ContactLaw) -> tuple[JointMode, ...]:
+    """All modes of a joint model that deform the joint, in the order of their sliding frequencies.
+
+    Parameters
+    ----------
+    model : JointModel
+    start : Prestress
+        Pairs that touch in it are bonded.
+    law : ContactLaw
+        The bond is behind the compliance of the contact.
+    """
+    omega, shapes = bonded_modes(model, start.bonded(1), law.compliance)
+    stuck_omega, stuck = bonded_modes(model, start.bonded(model.dimension), law.compliance)
+    rigid = slice(0, model.equilibrium_modes)
+    held = model.omega[rigid] ** 2 @ shapes[rigid] ** 2
+    deforming = np.flatnonzero(held <= ON_SUPPORTS * omega**2)
+    overlap = shapes.T @ stuck
+
+    def loads(shape: Array) -> dict[str, float]:
+        return dict(zip(model.ports, map(float, shape @ model.port_modes), strict=True))
+
+    found = []
+    for number, k in enumerate(deforming, 1):
+        partner = int(np.argmax(overlap[k] ** 2))
+        found.append(
+            JointMode(
+                number=number,
+                sliding_omega=float(omega[k]),
+                stuck_omega=float(stuck_omega[partner]),
+                sliding=shapes[:, k],
+                stuck=stuck[:, partner],
+                overlap=float(overlap[k, partner]),
+                load_on_sliding=loads(shapes[:, k]),
+                load_on_stuck=loads(stuck[:, partner]),
+                port=MODE_PORT,
+                stuck_port=f"stuck {MODE_PORT}",
+            )
+        )
+    return tuple(found)
+
+
+def pick_mode(modes: tuple[JointMode, ...], number: int) -> JointMode:
+    """The mode of a number.
+
+    Raises
+    ------
+    ModelError
+        Where there is none: names how many there are.
+    """
+    if not 1 <= number <= len(modes):
+        raise ModelError(
+            f"there is no mode {number}: this joint model has {len(modes)} modes that deform it, "
+            f"1 to {len(modes)} ({modes[0].sliding_frequency:.4g} to "
+            f"{modes[-1].sliding_frequency:.4g} Hz); keep more free-interface modes for more"
+        )
+    return modes[number - 1]
+
+
+def with_mode_port(model: JointModel, mode: JointMode) -> JointModel:
+    """The model with the port of a mode of `joint_modes`: its inertia load and its coordinate."""
+    return model.with_modal_ports({mode.port: mode.sliding})
+
+
+def walking_modes(model: JointModel) -> Mask:
+    """Modes that slide the bodies past each other as rigid ones, held by weak supports alone."""
+    rows = normal_rows(model.dimension)
+    normal = np.abs(model.mode_v[rows]).max(axis=0, initial=0.0)
+    sideways = np.abs(np.delete(model.mode_v, rows, axis=0)).max(axis=0, initial=0.0)
+    rigid = np.arange(len(model.omega)) < model.equilibrium_modes
+    return np.asarray(rigid & (normal < 1e-3 * sideways))
+
+
+def bonded_components(pairs: Indices, dimension: int, directions: int) -> Indices:
+    """Components of v that bonding pairs holds: the normal one, or the first `directions`.
+
+    Examples
+    --------
+    >>> bonded_components(np.array([1, 2]), 2, 1), bonded_components(np.array([1, 2]), 2, 2)
+    (array([2, 4]), array([2, 3, 4, 5]))
+    """
+    every = dimension * np.asarray(pairs)[:, None] + np.arange(directions)
+    return np.sort(every.ravel())

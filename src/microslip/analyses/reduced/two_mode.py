@@ -1,0 +1,128 @@
+"""Reduced models of two modes: the paper's as printed, the consistent and the refined.
+
+Two coordinates, ``x = T y`` with ``T = [Phi_sl Phi_st]``. At each frequency
+
+    [-omega² m + (1 + i omega beta) k + i omega alpha m] y + f_f(y) = T^T F
+
+with the friction force replaced by its first harmonic from a table of equivalent stiffness and
+damping against amplitude:
+
+``printed``      f_f = (k_eq + i gamma_eq)(|y_sl|) omega_sl² I y on the coordinates of T (the paper's
+                 eqs. (15), (16); the misprints of its eqs. (6), (7), (10), (13), (14) corrected).
+``consistent``   basis M-orthonormalised, the force itself projected: on the sliding mode
+                 ``omega_sl² (k_eq + i gamma_eq)(|q|) q`` and on the second coordinate its measured
+                 cross part, both functions of ``q = Phi_sl^T M x``.
+``refined``      one coordinate; the force tabulated with q prescribed, at the amplitude of
+                 ``q + c M``, with upper harmonics (`refined.py`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from microslip.analyses.prepared.joint import PreparedJoint
+from microslip.brief import Brief
+from microslip.errors import MicroslipError
+from microslip.typing import Array
+
+VARIANTS = ("printed", "consistent", "refined")
+
+
+@dataclass(frozen=True, repr=False)
+class TwoModeModel(Brief):
+    """Linear part of the reduced model and where the table enters it.
+
+    ``[-omega² m + (1 + i omega beta) k + i omega alpha m] y + omega_sl² (E kappa + X chi)
+    (y + offset) = force``, with ``kappa = k_eq (1 + i omega beta lossy) + i gamma_eq`` and ``chi``
+    the cross coefficient at ``a = |argument . (y + offset)|``; the modal amplitude reported is
+    ``sliding . y``.
+
+    Attributes
+    ----------
+    m, k, E, X : (2, 2) arrays
+    argument, sliding, offset : (2,) arrays
+        `offset` per unit load.
+    lossy : float
+        1 where the elastic part of the force has the material's loss, else 0.
+    force : (2,) array
+        Projection of a unit load.
+    rayleigh : tuple of float
+    omega : float
+        omega_sl, rad/s.
+    """
+
+    m: Array
+    k: Array
+    E: Array
+    X: Array
+    argument: Array
+    sliding: Array
+    force: Array
+    rayleigh: tuple[float, float]
+    omega: float
+    offset: Array = field(default_factory=lambda: np.zeros(2))
+    lossy: float = 0.0
+
+
+def two_mode_model(
+    joint: PreparedJoint, variant: str, offset: float = 0.0, *, port: str | None = None
+) -> TwoModeModel:
+    """Reduced model of the sliding and the stuck mode.
+
+    Parameters
+    ----------
+    joint : PreparedJoint
+        With a mode.
+    variant : str
+        One of `VARIANTS`.
+    offset : float
+        Of the refined model, see `microslip.analyses.reduced.refined.load_offset`.
+    port : str, optional
+        Driven port; the joint's own by default.
+    """
+    mode, rayleigh, load = joint.principal(), joint.model.rayleigh, port or joint.drive
+    c = mode.overlap
+    sl2, st2 = mode.sliding_omega**2, mode.stuck_omega**2
+    f_sl, f_st = mode.load_on_sliding[load], mode.load_on_stuck[load]
+    if variant == "printed":
+        return TwoModeModel(
+            m=np.array([[1.0, c], [c, 1.0]]),
+            k=np.array([[sl2, c * sl2], [c * sl2, st2]]),
+            E=np.eye(2),
+            X=np.zeros((2, 2)),
+            argument=np.array([1.0, 0.0]),
+            sliding=np.array([1.0, c]),
+            force=np.array([f_sl, f_st]),
+            rayleigh=rayleigh,
+            omega=mode.sliding_omega,
+        )
+    if variant == "refined":
+        return TwoModeModel(
+            m=np.eye(2),
+            k=np.diag([sl2, st2]),
+            E=np.array([[1.0, 0.0], [0.0, 0.0]]),
+            X=np.zeros((2, 2)),
+            argument=np.array([1.0, 0.0]),
+            sliding=np.array([1.0, 0.0]),
+            force=np.array([f_sl, 0.0]),
+            rayleigh=rayleigh,
+            omega=mode.sliding_omega,
+            offset=np.array([offset, 0.0]),
+            lossy=1.0,
+        )
+    if variant != "consistent":
+        raise MicroslipError(f"no variant {variant!r}: choose one of {', '.join(VARIANTS)}")
+    s = np.sqrt(1 - c**2)
+    return TwoModeModel(
+        m=np.eye(2),
+        k=np.diag([sl2, (st2 - c**2 * sl2) / s**2]),
+        E=np.array([[1.0, 0.0], [0.0, 0.0]]),
+        X=np.array([[0.0, 0.0], [1.0, 0.0]]),
+        argument=np.array([1.0, 0.0]),
+        sliding=np.array([1.0, 0.0]),
+        force=np.array([f_sl, (f_st - c * f_sl) / s]),
+        rayleigh=rayleigh,
+        omega=mode.sliding_omega,
+    )

@@ -1,0 +1,49 @@
+"""The commands ``microslip new``: input files to start from."""
+
+from __future__ import annotations
+
+from importlib import resources
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from microslip.cli.messages import messages
+from microslip.cli.options import Force
+from microslip.errors import InputError
+
+app = typer.Typer(no_args_is_help=True, add_completion=False)
+
+
+@app.callback()
+def new() -> None:
+    """Write a commented input file."""
+
+
+@app.command()
+def lap(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="File to write.")],
+    force: Force = False,
+) -> None:
+    """Write a commented joint file: two overlapping beams under a clamp."""
+    text = resources.files("microslip").joinpath("templates", "lap.toml").read_text("utf-8")
+    with messages():
+        write_new(file, text, force)
+    typer.echo(f"wrote {file}\nnext: microslip check {file}")
+
+
+def write_new(file: Path, text: str, force: bool) -> None:
+    """Write a file that is not there yet, or is to be replaced.
+
+    Raises
+    ------
+    InputError
+        Where it exists already (unless `force`), or cannot be written.
+    """
+    try:
+        with open(file, "w" if force else "x", encoding="utf-8") as stream:
+            stream.write(text)
+    except FileExistsError:
+        raise InputError(f"{file}: exists already; --force replaces it") from None
+    except OSError as error:
+        raise InputError(f"{file}: cannot be written: {error.strerror}") from None

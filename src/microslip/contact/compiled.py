@@ -1,0 +1,15 @@
+"""How kernels are compiled: once, kept on disk, free of the interpreter's lock.
+
+`jit` may contract and reorder sums and assumes neither the sign of zero nor exact division, but it
+keeps infinities and nan, which the kernels test for. `strict_jit` computes in the written order.
+"""
+
+from __future__ import annotations
+
+import numba as nb
+
+jit = nb.njit(
+    cache=True, nogil=True, fastmath={"contract", "reassoc", "arcp", "nsz"}, error_model="numpy"
+)
+
+strict_jit = nb.njit(cache=True, error_model="numpy")

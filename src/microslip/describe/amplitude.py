@@ -1,0 +1,96 @@
+"""How large a load is: a moment, its ratio to P L, or rho. Exactly one of three keys says it.
+
+    moment                              M, N m per metre of width
+    moment_over_clamp_force_length      M / (P L), P the clamp force per width, L the beams' length
+    rho                                 C mu P L / M
+
+The constant C is the joint's: given, or calibrated by the forced response.
+"""
+
+from __future__ import annotations
+
+from typing import Literal, Self, get_args
+
+from pydantic import Field, model_validator
+
+from microslip.describe.quantities import (
+    LineMoment,
+    Moments,
+    Number,
+    Ratios,
+    Rhos,
+    Rule,
+    Section,
+)
+
+LoadKey = Literal["moment", "moment_over_clamp_force_length", "rho"]
+
+LOAD_KEYS: tuple[LoadKey, ...] = get_args(LoadKey)
+"""The keys that can give a load, in the order that messages name them."""
+
+PAPER_GREATEST_DAMPING = 2.4
+"""The rho at which the paper finds the greatest damping."""
+
+
+class Amplitude(Section):
+    """A section in which one of the three keys gives the load; what they hold is its own."""
+
+    @property
+    def load_key(self) -> LoadKey | None:
+        """Which key gives the load; None where none does."""
+        return next(iter(self._given()), None)
+
+    def check_load(self) -> LoadKey:
+        """The key that gives the load; raise `Rule` unless it is exactly one."""
+        given = self._given()
+        if len(given) != 1:
+            found = " and ".join(given) if given else "none"
+            raise Rule("", f"give exactly one of {', '.join(LOAD_KEYS)}; found {found}")
+        return given[0]
+
+    def _given(self) -> list[LoadKey]:
+        return [key for key in LOAD_KEYS if getattr(self, key) is not None]
+
+
+class OneAmplitude(Amplitude):
+    """The load of one history, as a section that may do without."""
+
+    moment: LineMoment | None = Field(default=None, gt=0)
+    moment_over_clamp_force_length: Number | None = Field(default=None, gt=0)
+    rho: Number | None = Field(default=None, gt=0)
+
+
+class Load(Amplitude):
+    """Amplitudes of the end moment: exactly one of `moment`, its ratio to P L, and `rho`.
+
+    ``rho = C mu P L / M``. The constant C is given by `rho_scale`, or else fixed such that the
+    greatest damping falls at ``rho = greatest_damping_at``. ``rho = 0`` is the joint without
+    friction.
+    """
+
+    moment: Moments | None = None
+    moment_over_clamp_force_length: Ratios | None = None
+    rho: Rhos | None = None
+    greatest_damping_at: Number = Field(default=PAPER_GREATEST_DAMPING, gt=0)
+    rho_scale: Number | None = Field(default=None, gt=0)
+
+    @property
+    def kind(self) -> LoadKey:
+        """Which of the three keys gives the load."""
+        return self.check_load()
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        """The values of that key."""
+        values: tuple[float, ...] = getattr(self, self.kind)
+        return values
+
+    @model_validator(mode="after")
+    def _one_load(self) -> Self:
+        kind = self.check_load()
+        for key in ("greatest_damping_at", "rho_scale"):
+            if kind != "rho" and key in self.model_fields_set:
+                raise Rule(key, f"only belongs to load.rho, and the load is given by {kind}")
+        if self.rho_scale is not None and "greatest_damping_at" in self.model_fields_set:
+            raise Rule("rho_scale", "fixes what greatest_damping_at would calibrate: give one")
+        return self

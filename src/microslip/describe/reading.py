@@ -1,0 +1,216 @@
+"""Read a joint file, and answer every mistake in its own words: file, key, value, what is allowed."""
+
+from __future__ import annotations
+
+import difflib
+import json
+import tomllib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, get_args
+
+from pydantic import BaseModel, ValidationError
+from pydantic.fields import FieldInfo
+from pydantic_core import ErrorDetails
+
+from microslip.describe import units
+from microslip.describe.excitation import SIGNALS
+from microslip.describe.lap import LapJoint
+from microslip.describe.quantities import Rule
+from microslip.errors import InputError
+
+
+def load_joint(path: str | Path) -> LapJoint:
+    """Read and validate a joint file.
+
+    Raises
+    ------
+    InputError
+        With one message: file, key, value, and what is allowed.
+    """
+    file = Path(path)
+    return parse_joint(_read_toml(file), str(path), file.parent)
+
+
+def parse_joint(
+    document: Mapping[str, Any], source: str = "joint", folder: str | Path = ""
+) -> LapJoint:
+    """Validate a joint given as nested mappings, as `tomllib` makes them.
+
+    Files that it names are looked for in `folder`.
+
+    Raises
+    ------
+    InputError
+        Naming `source`, key, value, and what is allowed.
+
+    Examples
+    --------
+    >>> parse_joint({"beams": {"length": "-1 m"}})
+    Traceback (most recent call last):
+    ...
+    microslip.errors.InputError: joint: 6 problems
+      beams.length = "-1 m": must be greater than 0
+      beams.thickness is missing: expected a length, for example "12.5 mm"
+      beams.overlap_half_length is missing: expected a length, for example "12.5 mm"
+      [material] is missing: a section with youngs_modulus, poissons_ratio, density
+      [contact] is missing: a section with friction
+      ...
+    """
+    try:
+        return LapJoint.model_validate(document, context={"folder": folder})
+    except ValidationError as failure:
+        problems = [_printable(_problem(error, document)) for error in failure.errors()]
+    raise InputError(_joined(source, problems)) from None
+
+
+def _read_toml(path: Path) -> dict[str, Any]:
+    if path.is_dir():
+        raise InputError(f"{path}: is a folder; a joint file was expected")
+    try:
+        return tomllib.loads(path.read_bytes().decode())
+    except FileNotFoundError:
+        hint = f"; `microslip new lap {path}` writes one" if path.suffix == ".toml" else ""
+        raise InputError(f"{path}: no such file{hint}") from None
+    except UnicodeDecodeError as failure:
+        raise InputError(f"{path}: not UTF-8 text (byte {failure.start})") from None
+    except tomllib.TOMLDecodeError as failure:
+        raise InputError(f"{path}: not valid TOML: {failure}") from None
+    except (OSError, ValueError) as failure:
+        reason = getattr(failure, "strerror", None) or failure
+        raise InputError(f"{path}: cannot be read: {reason}") from None
+
+
+def _printable(text: str) -> str:
+    """Text whose characters can all be seen: a value may hold one that would begin a new line."""
+    return "".join(c if c.isprintable() else f"\\u{ord(c):04x}" for c in text)
+
+
+def _joined(source: str, problems: list[str], shown: int = 5) -> str:
+    if len(problems) == 1:
+        return f"{source}: {problems[0]}"
+    rest = ["..."] if len(problems) > shown else []
+    return "\n  ".join([f"{source}: {len(problems)} problems", *problems[:shown], *rest])
+
+
+def _problem(error: ErrorDetails, document: Mapping[str, Any]) -> str:
+    """One problem in the words of the joint file."""
+    loc, kind = error["loc"], error["type"]
+    context: Mapping[str, Any] = error.get("ctx", {})
+    cause = context.get("error")
+    if isinstance(cause, Rule):
+        keys = [int(k) if k.isdigit() else k for k in cause.key.split(".") if k]
+        return f"{_written((*loc, *keys), document)}: {cause}"
+    if kind == "union_tag_not_found":
+        return f"{_written((*loc, 'signal'), document)} is missing: one of {', '.join(SIGNALS)}"
+    if kind == "union_tag_invalid":
+        return f"{_written((*loc, 'signal'), document)}: must be one of {', '.join(SIGNALS)}"
+    if kind == "missing":
+        return _missing(loc)
+    if kind == "extra_forbidden":
+        return _unknown(loc)
+    if kind == "model_type":
+        return f"{_written(loc, document)}: must be a section, [{_dotted(loc)}]"
+    message = str(cause) if cause is not None else error["msg"]
+    for start in ("Input should be ", "Value should have "):
+        message = message.replace(start, "must be " if start.startswith("I") else "must have ")
+    return f"{_written(loc, document)}: {message}"
+
+
+def _dotted(loc: Sequence[int | str]) -> str:
+    """A location as a path of keys in the file."""
+    keys = (part for n, part in enumerate(loc) if not _is_kind(loc, n))
+    parts = (f"[{key}]" if isinstance(key, int) else f".{key}" for key in keys)
+    return "".join(parts).removeprefix(".")
+
+
+def _is_kind(loc: Sequence[int | str], n: int) -> bool:
+    """Whether a part of a location is no key but the kind of signal of the history before it."""
+    return n >= 2 and loc[n - 2] == "history" and loc[n] in SIGNALS
+
+
+def _written(loc: Sequence[int | str], document: Mapping[str, Any]) -> str:
+    """Key and value as the user wrote them."""
+    value: Any = document
+    key = ""
+    for n, part in enumerate(loc):
+        if isinstance(part, int):
+            if isinstance(value, list | tuple):
+                key += f"[{part}]"
+                value = value[part]
+        elif not _is_kind(loc, n):
+            key += f".{part}" if key else part
+            value = value.get(part) if isinstance(value, Mapping) else None
+    if value is None:
+        return key
+    if isinstance(value, Mapping):
+        return f"[{key}]"
+    text = json.dumps(value, ensure_ascii=False, default=str)
+    return f"{key} = {text if len(text) <= 60 else text[:57] + '...'}"
+
+
+def _model_at(loc: Sequence[int | str]) -> type[BaseModel] | None:
+    """Model of the section at a location."""
+    model: type[BaseModel] = LapJoint
+    for n, part in enumerate(loc):
+        if isinstance(part, int) or part == "history":
+            continue
+        if _is_kind(loc, n):
+            model = SIGNALS[str(part)]
+            continue
+        found = _field(model, part)
+        section = None if found is None else _section(found)
+        if section is None:
+            return None
+        model = section
+    return model
+
+
+def _field(model: type[BaseModel], key: int | str) -> FieldInfo | None:
+    return {info.alias or name: info for name, info in model.model_fields.items()}.get(str(key))
+
+
+def _section(info: FieldInfo) -> type[BaseModel] | None:
+    for choice in (info.annotation, *get_args(info.annotation)):
+        if isinstance(choice, type) and issubclass(choice, BaseModel):
+            return choice
+    return None
+
+
+def _keys(model: type[BaseModel], *, required: bool = False) -> list[str]:
+    return [
+        info.alias or name
+        for name, info in model.model_fields.items()
+        if info.is_required() or not required
+    ]
+
+
+def _missing(loc: Sequence[int | str]) -> str:
+    model = _model_at(loc[:-1])
+    info = None if model is None else _field(model, loc[-1])
+    section = None if info is None else _section(info)
+    if section is not None:
+        needed = ", ".join(_keys(section, required=True))
+        return f"[{_dotted(loc)}] is missing: a section with {needed}"
+    kinds = [item for item in (info.metadata if info else []) if isinstance(item, units.Kind)]
+    advice = f": {kinds[0].advice()}" if kinds else ""
+    return f"{_dotted(loc)} is missing{advice}"
+
+
+def _unknown(loc: Sequence[int | str]) -> str:
+    key, place = str(loc[-1]), _dotted(loc[:-1])
+    model = _model_at(loc[:-1]) or LapJoint
+    known = _keys(model)
+    close = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
+    where = f"in [{place}]" if place else "at the top of the file"
+    if close:
+        return f"{_dotted(loc)} is not a known key; the nearest {where} is {close[0]!r}"
+    homes = [name for name, info in LapJoint.model_fields.items() if _has(info, key)]
+    if homes:
+        return f"{_dotted(loc)} is not a known key {where}; it belongs in [{homes[0]}]"
+    return f"{_dotted(loc)} is not a known key; {where} there are {', '.join(known)}"
+
+
+def _has(info: FieldInfo, key: str) -> bool:
+    section = _section(info)
+    return section is not None and key in _keys(section)

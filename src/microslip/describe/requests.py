@@ -1,0 +1,339 @@
+"""What may be asked of a joint: one section of the file per analysis, `[analysis.NAME]`.
+
+A section that is left out is not computed. Analyses from outside bring their own section:
+`add_section` puts it among the others at run time, with the same messages for what is wrong.
+"""
+
+from __future__ import annotations
+
+import keyword
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar
+
+from pydantic import BaseModel, BeforeValidator, Field, model_validator
+from pydantic.fields import FieldInfo
+
+from microslip.describe.band import AscendingBand, check_ascending, evenly
+from microslip.describe.excitation import AnyExcitation
+from microslip.describe.quantities import (
+    Count,
+    Drive,
+    Frequency,
+    Number,
+    OneOrMore,
+    Positions,
+    Ratios,
+    Rule,
+    Section,
+    StepsPerCycle,
+    check_distinct,
+)
+
+MOST_OF_OPENING = 0.85
+"""Largest amplitude of the cycles where the file gives none, over the one that opens the joint."""
+
+FEWEST_ADAPTIVE = 5
+"""Harmonics that harmonic balance starts from where it chooses their number."""
+
+SAMPLES_OF_A_HARMONIC = 4
+"""Samples per period of the highest harmonic that the contact laws need at least."""
+
+
+def _harmonics(value: Any) -> Any:
+    """A number of harmonics, or the word that leaves it open."""
+    number = isinstance(value, int) and not isinstance(value, bool)
+    if value != "adaptive" and not (number and 1 <= value <= 101):
+        raise ValueError('must be a whole number from 1 to 101, or "adaptive"')
+    return value
+
+
+Variant = Literal["printed", "consistent", "refined"]
+Drives = Annotated[tuple[Drive, ...], OneOrMore]
+Variants = Annotated[tuple[Variant, ...], OneOrMore]
+BackboneMethod = Literal["quasi_static", "prescribed", "harmonic"]
+BackboneMethods = Annotated[tuple[BackboneMethod, ...], OneOrMore]
+ModeNumbers = Annotated[tuple[Annotated[Count, Field(ge=1, le=2000)], ...], OneOrMore]
+Harmonics = Annotated[int | Literal["adaptive"], BeforeValidator(_harmonics)]
+
+
+class CycleAnalysis(Section):
+    """Quasi-static cycles: stiffness and damping against amplitude M/(PL)."""
+
+    drives: Drives = ("moment", "mode")
+    smallest: Number = Field(default=5e-5, gt=0)
+    largest: Number | None = Field(default=None, gt=0)
+    count: Count = Field(default=25, ge=2, le=1000)
+    moment_over_clamp_force_length: Ratios | None = None
+    steps: Count = Field(default=300, ge=20, le=100_000)
+    max_cycles: Count = Field(default=6, ge=2, le=1000)
+    closure: Number = Field(default=1e-5, gt=0, lt=0.1)
+
+    def amplitudes(self, opening: float = 1.0) -> tuple[float, ...]:
+        """M/(PL) of every cycle, ascending; `largest` left out is 0.85 of `opening`.
+
+        Examples
+        --------
+        >>> CycleAnalysis(smallest=0.001, largest=0.1, count=3).amplitudes()
+        (0.001, 0.01, 0.1)
+        """
+        if self.moment_over_clamp_force_length is not None:
+            return tuple(sorted(set(self.moment_over_clamp_force_length)))
+        largest = MOST_OF_OPENING * opening if self.largest is None else self.largest
+        ratio = largest / self.smallest
+        inner = [self.smallest * ratio ** (i / (self.count - 1)) for i in range(1, self.count - 1)]
+        return (self.smallest, *inner, largest)
+
+    @model_validator(mode="after")
+    def _one_list(self) -> Self:
+        check_distinct("drives", self.drives)
+        range_keys = {"smallest", "largest", "count"} & self.model_fields_set
+        if self.moment_over_clamp_force_length is not None and range_keys:
+            raise Rule(
+                "moment_over_clamp_force_length",
+                f"lists the amplitudes: remove {', '.join(sorted(range_keys))}",
+            )
+        if self.largest is not None and self.largest <= self.smallest:
+            raise Rule("largest", f"must be above smallest, {self.smallest:g}")
+        return self
+
+
+class ResponseAnalysis(Section):
+    """Frequency response of the reduced model, over a band in Hz."""
+
+    from_: Frequency = Field(default=165.0, gt=0, alias="from")
+    to: Frequency = Field(default=190.0, gt=0)
+    count: Count = Field(default=501, ge=2, le=1_000_000)
+    variants: Variants = ("printed", "consistent", "refined")
+    tolerance: Number = Field(default=1e-10, gt=0, lt=0.1)
+    max_iterations: Count = Field(default=500, ge=1, le=1_000_000)
+
+    def band(self) -> tuple[float, ...]:
+        """Frequencies, Hz, ascending.
+
+        Examples
+        --------
+        >>> ResponseAnalysis(from_=170, to=171, count=3).band()
+        (170.0, 170.5, 171.0)
+        """
+        return evenly(self.from_, self.to, self.count)
+
+    @model_validator(mode="after")
+    def _ascending(self) -> Self:
+        check_distinct("variants", self.variants)
+        check_ascending(self.from_, self.to, "analysis.response")
+        return self
+
+
+class ReducedAnalysis(Section):
+    """Which reduced models, and how finely the refined one is tabulated."""
+
+    variant: Variants | None = None
+    amplitudes: Count = Field(default=48, ge=4, le=1000)
+    steps: Count = Field(default=200, ge=60, le=100_000)
+    max_cycles: Count = Field(default=4, ge=2, le=1000)
+    upper_modes: Count = Field(default=2, ge=0, le=20)
+
+    @model_validator(mode="after")
+    def _no_repetition(self) -> Self:
+        check_distinct("variant", self.variant or ())
+        return self
+
+
+class BackboneAnalysis(Section):
+    """Natural frequency and damping ratio of modes of the joint against their amplitude.
+
+    `smallest` and `largest` are fractions of the amplitude at which the inertia of the mode opens
+    the joint.
+    """
+
+    modes: ModeNumbers = (1,)
+    methods: BackboneMethods = ("quasi_static", "prescribed")
+    smallest: Number = Field(default=1e-5, gt=0, lt=1)
+    largest: Number = Field(default=MOST_OF_OPENING, gt=0, lt=1)
+    count: Count = Field(default=30, ge=2, le=1000)
+    steps: Count = Field(default=100, ge=20, le=100_000, multiple_of=4)
+    max_cycles: Count = Field(default=4, ge=2, le=1000)
+    harmonics: Count = Field(default=5, ge=1, le=50)
+
+    @model_validator(mode="after")
+    def _ascending(self) -> Self:
+        check_distinct("methods", self.methods)
+        check_distinct("modes", self.modes)
+        if self.largest <= self.smallest:
+            raise Rule("largest", f"must be above analysis.backbone.smallest, {self.smallest:g}")
+        return self
+
+
+class TimeAnalysis(AscendingBand):
+    """Steady states by time integration with full contact: the truth at a few frequencies."""
+
+    section: ClassVar[str] = "analysis.time"
+
+    steps: StepsPerCycle = 150
+    positions: Positions | None = None
+    max_cycles: Count = Field(default=400, ge=2, le=100_000)
+    tolerance: Number = Field(default=1e-5, gt=0, lt=0.1)
+    search: Literal["accelerated", "marched"] = "accelerated"
+
+
+class HarmonicAnalysis(AscendingBand):
+    """Periodic responses by harmonic balance, on every branch that the ends of the band lie on."""
+
+    section: ClassVar[str] = "analysis.harmonic"
+
+    harmonics: Harmonics = 5
+    tolerance: Number = Field(default=0.03, gt=0, lt=1)
+    most: Count = Field(default=21, ge=5, le=101)
+    samples: Count | None = Field(default=None, ge=16, le=100_000)
+    stability: bool = Field(default=True, strict=True)
+
+    @property
+    def branch_harmonics(self) -> int:
+        """Harmonics of the branch, from which adaptive ones are raised at each point."""
+        return FEWEST_ADAPTIVE if self.harmonics == "adaptive" else self.harmonics
+
+    @model_validator(mode="after")
+    def _a_branch_has_two_ends(self) -> Self:
+        if len(self.band()) < 2:
+            raise Rule(
+                "frequencies",
+                "a branch is followed from the first to the last of them: give two or more",
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _resolved(self) -> Self:
+        for key in ("tolerance", "most"):
+            if self.harmonics != "adaptive" and key in self.model_fields_set:
+                raise Rule(
+                    key, 'is only for harmonics = "adaptive": remove it, or change harmonics'
+                )
+        needed = SAMPLES_OF_A_HARMONIC * self.branch_harmonics
+        if self.samples is not None and self.samples < needed:
+            raise Rule(
+                "samples",
+                f"per cycle do not resolve {self.branch_harmonics} harmonics: take at least "
+                f"{needed}, or fewer harmonics",
+            )
+        return self
+
+
+def _entries(value: Any) -> Any:
+    """One section [analysis.history] is a list of one."""
+    if isinstance(value, Mapping):
+        return (value,)
+    if not isinstance(value, list | tuple) or len(value) > 1000:
+        raise ValueError("must be sections, [[analysis.history]]")
+    return value
+
+
+class Requests(Section):
+    """The table `[analysis]`: what to compute. A section left out is not computed."""
+
+    cycle: CycleAnalysis | None = None
+    response: ResponseAnalysis | None = None
+    reduced: ReducedAnalysis = Field(default_factory=ReducedAnalysis)
+    backbone: BackboneAnalysis | None = None
+    harmonic: HarmonicAnalysis | None = None
+    time: TimeAnalysis | None = None
+    history: Annotated[tuple[AnyExcitation, ...], BeforeValidator(_entries)] = ()
+
+    @property
+    def asked(self) -> tuple[str, ...]:
+        """Names of the analyses asked for; `reduced` holds settings of the response and is none.
+
+        Examples
+        --------
+        >>> Requests(cycle={}, time={"frequencies": 170}).asked
+        ('cycle', 'time')
+        """
+        names = (name for name in type(self).model_fields if name != "reduced")
+        return tuple(name for name in names if getattr(self, name, None))
+
+    @model_validator(mode="after")
+    def _distinct_names(self) -> Self:
+        labels = [entry.label for entry in self.history]
+        for k, label in enumerate(labels):
+            if label in labels[:k]:
+                raise Rule(f"history.{k}.name", f"two histories are called {label!r}: give names")
+        return self
+
+
+def cycles_and_response() -> Requests:
+    """What is computed where the file has no `[analysis]`."""
+    return Requests(cycle=CycleAnalysis(), response=ResponseAnalysis())
+
+
+# Sections from outside. `Requests` stays one class, so that joints pickle and `isinstance` holds; a
+# model that holds it has compiled its fields and is compiled anew with them.
+
+_Holder = TypeVar("_Holder", bound=type[BaseModel])
+_HOLDERS: list[type[BaseModel]] = []
+_ADDED: set[str] = set()
+
+
+def holds_requests(model: _Holder) -> _Holder:
+    """Class decorator of a description with a field of `Requests`: it takes sections added later."""
+    _HOLDERS.append(model)
+    return model
+
+
+def add_section(name: str, model: type[Section]) -> None:
+    """Let joint files have an optional section `[analysis.NAME]`.
+
+    Files that are read from then on may have it; ``joint.analysis.NAME`` is None for those that do
+    not.
+
+    Parameters
+    ----------
+    name : str
+        Key in the file and attribute of `Requests`.
+    model : type of Section
+        What the section may hold. Defined at the top of a module, where joints are to be pickled.
+
+    Raises
+    ------
+    ValueError
+        Where the name is taken, or cannot be an attribute.
+
+    Examples
+    --------
+    >>> class Toy(Section):
+    ...     count: Count = Field(default=3, ge=1)
+    >>> add_section("toy", Toy)
+    >>> Requests.model_validate({"toy": {"count": 5}}).toy
+    Toy(count=5)
+    >>> remove_section("toy")
+    """
+    if not name.isidentifier() or keyword.iskeyword(name) or name.startswith("_"):
+        raise ValueError(f"{name!r} cannot be the name of a section")
+    if name in Requests.model_fields or hasattr(Requests, name):
+        raise ValueError(f"there is an analysis.{name} already")
+    model.model_rebuild()  # one that is not complete fails here, where nothing has changed yet
+    annotation: Any = model | None
+    Requests.model_fields[name] = FieldInfo.from_annotated_attribute(annotation, None)
+    setattr(Requests, name, None)  # for joints that were read before
+    _ADDED.add(name)
+    _rebuild()
+
+
+def remove_section(name: str) -> None:
+    """Take back what `add_section` added.
+
+    Raises
+    ------
+    ValueError
+        Where no section of that name was added.
+    """
+    if name not in _ADDED:
+        raise ValueError(f"no section analysis.{name} was added")
+    _ADDED.remove(name)
+    del Requests.model_fields[name]
+    delattr(Requests, name)
+    _rebuild()
+
+
+def _rebuild() -> None:
+    models: list[type[BaseModel]] = [Requests, *_HOLDERS]
+    for model in models:
+        model.model_rebuild(force=True)

@@ -1,0 +1,135 @@
+"""What a run will cost before it is run: a rule fitted to a 2020s core, good to a factor of three.
+
+One function per analysis, the column ``cost`` of `microslip.registry.ANALYSES`: seconds on one core,
+and 0 where it is not asked for. What they share is the contact step, `CONTACT_STEP` per squared
+contact pair.
+"""
+
+from __future__ import annotations
+
+import math
+
+from microslip.describe.lap import LapJoint
+from microslip.model.lap import geometry, material, mesh_control
+from microslip.model.lap_mesh import lap_joint_meshes
+from microslip.pipeline.excitation import prepare_histories
+from microslip.registry import column
+
+CONTACT_STEP = 8e-9
+"""Seconds per squared contact pair and step of load or time."""
+
+
+def degrees_of_freedom(joint: LapJoint) -> int:
+    """Degrees of freedom of the joint's mesh, two of them held by the supports."""
+    meshes = lap_joint_meshes(geometry(joint), mesh_control(joint))
+    return sum(2 * (mesh.p.shape[1] + mesh.facets.shape[1]) for mesh in meshes) - 2
+
+
+def bending_stiffness(joint: LapJoint) -> float:
+    """``E'h³/12`` of one beam, N m² per metre of width."""
+    return material(joint).plane_modulus() * joint.beams.thickness**3 / 12
+
+
+def bending_frequency(joint: LapJoint) -> float:
+    """First bending frequency of a beam as long as the joint on its supports, Hz.
+
+    ``f = pi/2 sqrt(E'I / (rho h)) / (2 (L - L_o))²``: what the joint would have if it were one
+    beam of a single thickness, within some ten per cent of the sliding frequency.
+    """
+    mass = joint.material.density * joint.beams.thickness
+    span = 2 * (joint.beams.length - joint.beams.overlap_half_length)
+    return float(math.pi / 2 * math.sqrt(bending_stiffness(joint) / mass) / span**2)
+
+
+def total_seconds(joint: LapJoint, dofs: int) -> float:
+    """`base_seconds`, and the cost of every analysis that the joint asks for."""
+    return sum((cost(joint) for _, cost in column("cost")), base_seconds(joint, dofs))
+
+
+def base_seconds(joint: LapJoint, dofs: int) -> float:
+    """To start, compile and write, and to reduce the model, per degree of freedom and pair."""
+    return 5.0 + 6e-7 * dofs * joint.contact.pairs_used
+
+
+def cycle_seconds(joint: LapJoint) -> float:
+    """Quasi-static cycles: an amplitude takes five on average."""
+    asked = joint.analysis.cycle
+    if asked is None:
+        return 0.0
+    cycles = len(asked.drives) * len(joint.cycle_amplitudes()) * min(5, asked.max_cycles)
+    return _cycle(joint, asked.steps) * cycles
+
+
+def response_seconds(joint: LapJoint) -> float:
+    """Responses of the reduced models, per frequency."""
+    asked = joint.analysis.response
+    if asked is None or joint.load is None:
+        return 0.0
+    curves = len(joint.load.values) * len(joint.variants)
+    return 5e-5 * curves * asked.count
+
+
+def refined_seconds(joint: LapJoint) -> float:
+    """Table of the refined model: cycles with the motion prescribed."""
+    if "refined" not in joint.variants or joint.contact.friction <= 0:
+        return 0.0
+    asked = joint.analysis.reduced
+    cycles = asked.amplitudes * min(5, asked.max_cycles) + 100
+    return _cycle(joint, asked.steps) * cycles
+
+
+def backbone_seconds(joint: LapJoint) -> float:
+    """Backbones: three cycles per amplitude, with the motion prescribed four times as many.
+
+    By harmonic balance 6e-6 s per squared pair, harmonic and amplitude.
+    """
+    asked = joint.analysis.backbone
+    if asked is None:
+        return 0.0
+    cycle = _cycle(joint, asked.steps)
+    each = {
+        "quasi_static": 3 * cycle,
+        "prescribed": 12 * cycle,
+        "harmonic": 6e-6 * joint.contact.pairs_used**2 * asked.harmonics,
+    }
+    return len(asked.modes) * asked.count * sum(each[method] for method in asked.methods)
+
+
+def harmonic_seconds(joint: LapJoint) -> float:
+    """Harmonic balance: 60 points along the branch, each as dear as one asked for.
+
+    3e-6 s per squared pair and harmonic; as much again for stability; adaptive ones four times as
+    much.
+    """
+    asked = joint.analysis.harmonic
+    if asked is None or joint.load is None:
+        return 0.0
+    point = 3e-6 * joint.contact.pairs_used**2 * asked.branch_harmonics
+    each = point * (4 if asked.harmonics == "adaptive" else 1) + point * asked.stability
+    return len(joint.load.values) * (60 * point + len(asked.band()) * each)
+
+
+def time_seconds(joint: LapJoint) -> float:
+    """Steady states by time integration: 25 cycles to each."""
+    asked = joint.analysis.time
+    if asked is None or joint.load is None:
+        return 0.0
+    points = len(joint.load.values) * len(asked.band())
+    return _cycle(joint, points * asked.steps * min(25, asked.max_cycles))
+
+
+def history_seconds(joint: LapJoint) -> float:
+    """Every step of all histories, at an estimate of the sliding frequency.
+
+    Raises
+    ------
+    InputError
+        Where a signal cannot be used.
+    """
+    signals = prepare_histories(joint.analysis.history, bending_frequency(joint))
+    return _cycle(joint, sum(len(signal.load) - 1 for signal in signals))
+
+
+def _cycle(joint: LapJoint, steps: int) -> float:
+    """So many contact steps, of load or of time."""
+    return CONTACT_STEP * joint.contact.pairs_used**2 * steps
