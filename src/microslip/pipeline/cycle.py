@@ -11,6 +11,7 @@ import numpy as np
 
 from microslip.analyses.reduced.table import EquivalentTable, equivalent_table
 from microslip.analyses.statics.cycle import Cycle, quasi_static_cycle
+from microslip.brief import Brief
 from microslip.errors import ContactError, Failure
 from microslip.numerics.execute import each, threads
 from microslip.pipeline.loads import DRIVES, on_port
@@ -21,7 +22,7 @@ from microslip.typing import Array
 
 
 @dataclass(frozen=True, repr=False)
-class DrivenCycles:
+class DrivenCycles(Brief):
     """Steady cycles of one drive.
 
     Attributes

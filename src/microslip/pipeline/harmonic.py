@@ -18,6 +18,7 @@ from microslip.analyses.harmonic.problem import (
     with_harmonics,
 )
 from microslip.analyses.harmonic.response import Adaptive, HarmonicResponse, frequency_response
+from microslip.brief import Brief
 from microslip.describe.requests import HarmonicAnalysis
 from microslip.errors import Failure, MicroslipError
 from microslip.numerics.execute import NotBegun, gather, threads
@@ -30,7 +31,7 @@ from microslip.typing import Array, Complex
 
 
 @dataclass(frozen=True, repr=False)
-class HarmonicRun:
+class HarmonicRun(Brief):
     """Responses under one load.
 
     Attributes

@@ -9,6 +9,7 @@ from typing import Any
 from microslip.analyses.reduced.refined import load_offset, refined_table
 from microslip.analyses.reduced.table import EquivalentTable
 from microslip.analyses.statics.prescribed import hold_mode
+from microslip.brief import Brief
 from microslip.pipeline.outcome import Outcome, value_of
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.progress import Progress
@@ -18,7 +19,7 @@ BELOW = 0.1
 
 
 @dataclass(frozen=True, repr=False)
-class Refined:
+class Refined(Brief):
     """What the refined model reads.
 
     Attributes

@@ -11,6 +11,7 @@ import numpy as np
 from microslip.analyses.reduced.response import Response, forced_response
 from microslip.analyses.reduced.trust import error_indicator
 from microslip.analyses.reduced.two_mode import two_mode_model
+from microslip.brief import Brief
 from microslip.errors import Failure, MicroslipError
 from microslip.pipeline.loads import (
     Load,
@@ -32,7 +33,7 @@ TABLE_OF = {"printed": "moment", "consistent": "mode", "refined": "prescribed"}
 
 
 @dataclass(frozen=True, repr=False)
-class Responses:
+class Responses(Brief):
     """Forced responses, and what they are compared with.
 
     Attributes
