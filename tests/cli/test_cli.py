@@ -43,7 +43,7 @@ class Stages:
         self.interrupted = False
         self.failure: BaseException | None = None
 
-    def run_lap_joint(self, joint, progress):
+    def run_joint(self, joint, progress):
         self.runs += 1
         progress.start("cycles", 2)
         progress.advance()
@@ -65,7 +65,7 @@ class Stages:
 @pytest.fixture
 def stages(monkeypatch):
     stages = Stages()
-    for name in ("run_lap_joint", "write_results", "print_summary"):
+    for name in ("run_joint", "write_results", "print_summary"):
         monkeypatch.setattr(f"microslip.cli.run.{name}", getattr(stages, name))
     return stages
 

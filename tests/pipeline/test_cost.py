@@ -7,10 +7,9 @@ import math
 import pytest
 from conftest import ROOT
 
-from microslip.describe.lap import load_joint
-from microslip.model.structure import lap_joint_structure
+from microslip.describe.reading import load_joint
+from microslip.model.lap import structure_of
 from microslip.pipeline.cost import (
-    COSTS,
     base_seconds,
     bending_frequency,
     cycle_seconds,
@@ -22,6 +21,7 @@ from microslip.pipeline.cost import (
     time_seconds,
     total_seconds,
 )
+from microslip.registry import column
 
 EXAMPLES = ROOT / "examples"
 EXAMPLE = EXAMPLES / "lap_joint.toml"
@@ -39,13 +39,7 @@ def test_frequency_estimate_is_that_of_one_beam():
 def test_degrees_of_freedom_are_those_of_the_structure():
     joint = load_joint(EXAMPLE)
     joint = joint.model_copy(update={"contact": joint.contact.model_copy(update={"pairs": 21})})
-    structure = lap_joint_structure(
-        joint.geometry(),
-        joint.material_model(),
-        joint.mesh_control(),
-        horizontal_spring=joint.support.horizontal_spring,
-    )
-    assert degrees_of_freedom(joint) == structure.dofs
+    assert degrees_of_freedom(joint) == structure_of(joint).dofs
 
 
 def test_cost_grows_with_what_is_asked_for():
@@ -58,7 +52,15 @@ def test_cost_grows_with_what_is_asked_for():
         < total_seconds(joint, 10_000)
         < total_seconds(joint, 20_000)
     )
-    assert total_seconds(joint, 10_000, 50_000) > total_seconds(joint, 10_000) + 10
+
+
+def test_a_step_of_a_history_costs_as_much_as_any_other():
+    """Steady states and a history of as many steps: the same time."""
+    sweep = load_joint(EXAMPLES / "lap_joint_sweep.toml")
+    assert history_seconds(sweep) > 0
+    twice = sweep.analysis.model_copy(update={"history": sweep.analysis.history * 2})
+    doubled = sweep.model_copy(update={"analysis": twice})
+    assert history_seconds(doubled) == pytest.approx(2 * history_seconds(sweep), rel=1e-12)
 
 
 def with_pairs(joint, pairs):
@@ -69,16 +71,15 @@ def with_pairs(joint, pairs):
 @pytest.mark.parametrize("file", sorted(EXAMPLES.glob("*.toml")), ids=lambda file: file.stem)
 def test_total_is_the_sum_of_its_parts(file):
     joint = load_joint(file)
-    parts = [base_seconds(joint, 10_000), *(cost(joint) for cost in COSTS)]
-    expected = pytest.approx(sum(parts) + history_seconds(joint, 70_000), rel=1e-14)
-    assert total_seconds(joint, 10_000, 70_000) == expected
+    parts = [base_seconds(joint, 10_000), *(cost(joint) for _, cost in column("cost"))]
+    assert total_seconds(joint, 10_000) == pytest.approx(sum(parts), rel=1e-14)
 
 
 def test_what_is_not_asked_for_costs_nothing():
     joint = load_joint(EXAMPLES / "lap_joint_decay.toml")
-    assert [cost(joint) for cost in COSTS] == [0.0] * len(COSTS)
+    assert [row.name for row, cost in column("cost") if cost(joint)] == ["history"]
     joint = load_joint(EXAMPLES / "lap_joint_harmonic.toml")
-    assert [cost.__name__ for cost in COSTS if cost(joint)] == ["harmonic_seconds"]
+    assert [row.name for row, cost in column("cost") if cost(joint)] == ["harmonic"]
 
 
 def test_contact_costs_go_with_the_square_of_the_pairs():

@@ -69,15 +69,13 @@ def _work(joint: LapJoint) -> Iterator[Row]:
     yield from _size(joint, dofs)
     yield from _loads(joint)
     yield from _frequency_analyses(joint)
-    prepared = prepare_histories(joint.analysis.history, bending_frequency(joint))
-    for item in prepared:
+    for item in prepare_histories(joint.analysis.history, bending_frequency(joint)):
         steps = len(item.load) - 1
         yield (
             f"history {item.entry.label!r}",
             f"about {steps} steps of {readable(item.dt, 's')}, {readable(steps * item.dt, 's')}",
         )
-    steps = sum(len(item.load) - 1 for item in prepared)
-    yield "estimated time of a run", f"{total_seconds(joint, dofs, steps):.0f} s on one core"
+    yield "estimated time of a run", f"{total_seconds(joint, dofs):.0f} s on one core"
 
 
 def _size(joint: LapJoint, dofs: int) -> Iterator[Row]:

@@ -7,11 +7,12 @@ is the quasi-static contact step, `CONTACT_STEP` per squared contact pair.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 from microslip.describe.lap import LapJoint
 from microslip.model.lap import geometry, material, mesh_control
 from microslip.model.lap_mesh import lap_joint_meshes
+from microslip.pipeline.excitation import prepare_histories
+from microslip.registry import column
 
 CONTACT_STEP = 8e-9
 """Seconds per squared contact pair and step of load or time."""
@@ -39,12 +40,9 @@ def bending_frequency(joint: LapJoint) -> float:
     return float(math.pi / 2 * math.sqrt(bending_stiffness(joint) / mass) / span**2)
 
 
-def total_seconds(joint: LapJoint, dofs: int, history_steps: int = 0) -> float:
-    """Everything the joint asks for: `base_seconds`, `COSTS`, `history_seconds`."""
-    total = base_seconds(joint, dofs)
-    for cost in COSTS:
-        total += cost(joint)
-    return total + history_seconds(joint, history_steps)
+def total_seconds(joint: LapJoint, dofs: int) -> float:
+    """Everything the joint asks for: `base_seconds`, and the cost of every registered analysis."""
+    return base_seconds(joint, dofs) + sum(cost(joint) for _, cost in column("cost"))
 
 
 def base_seconds(joint: LapJoint, dofs: int) -> float:
@@ -116,25 +114,15 @@ def time_seconds(joint: LapJoint) -> float:
     if asked is None or joint.load is None:
         return 0.0
     points = len(joint.load.values) * len(asked.band())
-    return history_seconds(joint, points * asked.steps * min(25, asked.max_cycles))
+    return _cycle(joint, points * asked.steps * min(25, asked.max_cycles))
 
 
-def history_seconds(joint: LapJoint, steps: int) -> float:
-    """That many steps of time, of all histories together."""
-    return _cycle(joint, steps)
+def history_seconds(joint: LapJoint) -> float:
+    """Every step of the histories, their number from an estimated frequency of the joint."""
+    prepared = prepare_histories(joint.analysis.history, bending_frequency(joint))
+    return _cycle(joint, sum(len(item.load) - 1 for item in prepared))
 
 
 def _cycle(joint: LapJoint, steps: int) -> float:
     """So many contact steps, of load or of time."""
     return CONTACT_STEP * joint.contact.pairs_used**2 * steps
-
-
-COSTS: tuple[Callable[[LapJoint], float], ...] = (
-    cycle_seconds,
-    response_seconds,
-    refined_seconds,
-    backbone_seconds,
-    harmonic_seconds,
-    time_seconds,
-)
-"""Cost of every analysis that depends on the description alone."""
