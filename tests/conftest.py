@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +21,8 @@ from microslip.model.lap_mesh import LapGeometry, MeshControl
 from microslip.model.modes import LinearModes
 from microslip.model.states import LinearStates, linear_states
 from microslip.model.structure import Structure
+from microslip.pipeline.outcome import Outcome
+from microslip.pipeline.run import Run
 
 ROOT = Path(__file__).parents[1]
 """Of the repository."""
@@ -103,6 +105,11 @@ def build_reference(
     law = contact_law(model.pairs, FRICTION)
     joint = prepare_joint(model, law, {"clamp": clamp}, "moment", mode)
     return Reference(geometry, structure, reducer, states, joint)
+
+
+def with_value(run: Run, analysis: str, value: object) -> Run:
+    """The same run, as if an analysis had found something else."""
+    return replace(run, outcomes={**run.outcomes, analysis: Outcome(value)})
 
 
 @pytest.fixture(scope="session")

@@ -7,6 +7,7 @@ import math
 import pytest
 from conftest import ROOT
 
+from microslip.describe.excitation import Sine
 from microslip.describe.reading import load_joint
 from microslip.model.lap import structure_of
 from microslip.pipeline.cost import (
@@ -54,13 +55,20 @@ def test_cost_grows_with_what_is_asked_for():
     )
 
 
-def test_a_step_of_a_history_costs_as_much_as_any_other():
-    """Steady states and a history of as many steps: the same time."""
-    sweep = load_joint(EXAMPLES / "lap_joint_sweep.toml")
-    assert history_seconds(sweep) > 0
-    twice = sweep.analysis.model_copy(update={"history": sweep.analysis.history * 2})
-    doubled = sweep.model_copy(update={"analysis": twice})
-    assert history_seconds(doubled) == pytest.approx(2 * history_seconds(sweep), rel=1e-12)
+def test_histories_cost_their_steps():
+    """50,000 steps of 201 pairs: 1000 cycles of 50 steps."""
+    joint = load_joint(EXAMPLE)
+    assert history_seconds(joint) == 0
+    sine = Sine(signal="sine", frequency=300.0, cycles=1000, steps=50, moment=1.0)
+    longer = joint.model_copy(
+        update={"analysis": joint.analysis.model_copy(update={"history": (sine,)})}
+    )
+    assert history_seconds(longer) == pytest.approx(8e-9 * 201**2 * 50_000)
+    assert total_seconds(longer, 10_000) > total_seconds(joint, 10_000) + 10
+
+
+def costs(joint):
+    return {row.name: cost(joint) for row, cost in column("cost")}
 
 
 def with_pairs(joint, pairs):
@@ -71,15 +79,16 @@ def with_pairs(joint, pairs):
 @pytest.mark.parametrize("file", sorted(EXAMPLES.glob("*.toml")), ids=lambda file: file.stem)
 def test_total_is_the_sum_of_its_parts(file):
     joint = load_joint(file)
-    parts = [base_seconds(joint, 10_000), *(cost(joint) for _, cost in column("cost"))]
+    parts = [base_seconds(joint, 10_000), *costs(joint).values()]
     assert total_seconds(joint, 10_000) == pytest.approx(sum(parts), rel=1e-14)
 
 
 def test_what_is_not_asked_for_costs_nothing():
-    joint = load_joint(EXAMPLES / "lap_joint_decay.toml")
-    assert [row.name for row, cost in column("cost") if cost(joint)] == ["history"]
-    joint = load_joint(EXAMPLES / "lap_joint_harmonic.toml")
-    assert [row.name for row, cost in column("cost") if cost(joint)] == ["harmonic"]
+    for name in ("decay", "harmonic"):
+        found = costs(load_joint(EXAMPLES / f"lap_joint_{name}.toml"))
+        assert [key for key, cost in found.items() if cost] == [
+            "history" if name == "decay" else "harmonic"
+        ]
 
 
 def test_contact_costs_go_with_the_square_of_the_pairs():

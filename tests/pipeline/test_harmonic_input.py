@@ -11,6 +11,7 @@ import pytest
 import xarray as xr
 from rich.console import Console
 
+from microslip.analyses.prepared.prestress import opening_load
 from microslip.contact.samples import sample_table
 from microslip.describe.reading import parse_joint
 from microslip.describe.requests import (
@@ -19,10 +20,14 @@ from microslip.describe.requests import (
     HarmonicAnalysis,
 )
 from microslip.errors import ContactError, InputError
-from microslip.pipeline import harmonic as harmonic_runs
+from microslip.numerics import execute
+from microslip.pipeline.loads import GENTLE
 from microslip.pipeline.progress import NullProgress
-from microslip.pipeline.run import LapRun, run_lap_joint
-from microslip.results.dataset import dataset, summary, write_dataset
+from microslip.pipeline.run import Run
+from microslip.pipeline.run import run as run_joint
+from microslip.results.dataset import dataset
+from microslip.results.files import write_dataset
+from microslip.results.summary import summary
 from microslip.show.plots.harmonic import harmonic_figure
 from microslip.show.terminal import print_summary
 
@@ -90,12 +95,12 @@ def test_samples_refused_in_the_file_are_those_the_contact_cycle_refuses():
 
 
 @pytest.fixture(scope="module")
-def run() -> LapRun:
-    return run_lap_joint(parse_joint(JOINT))
+def run() -> Run:
+    return run_joint(parse_joint(JOINT))
 
 
 @pytest.fixture(scope="module")
-def found(run: LapRun) -> dict:
+def found(run: Run) -> dict:
     return summary(run)
 
 
@@ -119,11 +124,11 @@ def test_energy_of_a_cycle_balances(found):
 
 def test_without_friction_the_sliding_mode_answers_alone(run, found):
     """``q = f_M M / (omega_sl² - omega² + i omega beta omega_sl²)``; nothing else moves the interface."""
-    states, beta = run.states, run.joint.damping.beta
+    mode, beta = run.mode, run.joint.damping.beta
     for row in found["harmonic"][:4]:
-        omega, omega2 = 2 * np.pi * row["frequency_hz"], states.sliding_omega**2
+        omega, omega2 = 2 * np.pi * row["frequency_hz"], mode.sliding_omega**2
         moment = row["moment_over_clamp_force_length"] * run.assembly.moment_unit
-        expected = states.load_on_sliding["moment"] * moment
+        expected = mode.load_on_sliding["moment"] * moment
         expected /= omega2 - omega**2 + 1j * omega * beta * omega2
         answer = row["modal_amplitude"] * np.exp(1j * row["phase_rad"])
         assert answer == pytest.approx(expected, rel=1e-4)
@@ -134,10 +139,10 @@ def test_without_friction_the_sliding_mode_answers_alone(run, found):
 def test_the_gentle_load_is_gentle(run):
     """At its peak in the band the joint without friction is far from opening."""
     peak = max(abs(point.amplitude) for point in run.harmonic[0].points)
-    inertia = peak * run.states.sliding_omega**2
-    a = run.assembly
-    opening = harmonic_runs.opening_load(a.model, a.flexibility, a.prestress, "sliding")
-    assert inertia == pytest.approx(harmonic_runs.GENTLE * opening, rel=1e-3)
+    inertia = peak * run.mode.sliding_omega**2
+    p = run.prepared
+    opening = opening_load(p.model, p.flexibility, p.prestress, "sliding")
+    assert inertia == pytest.approx(GENTLE * opening, rel=1e-3)
 
 
 def test_stability_says_what_decays(run, found):
@@ -154,7 +159,7 @@ def test_stability_says_what_decays(run, found):
 def test_a_moment_and_its_rho_are_one_load(run, found):
     moment = SCALE * 0.25 * run.assembly.moment_unit / 2.4
     change = {**JOINT["analysis"]["harmonic"], "stability": False}
-    same = summary(run_lap_joint(parse_joint(harmonic(change, load={"moment": moment}))))
+    same = summary(run_joint(parse_joint(harmonic(change, load={"moment": moment}))))
     for one, other in zip(same["harmonic"], found["harmonic"][4:], strict=True):
         assert one["modal_amplitude"] == pytest.approx(other["modal_amplitude"], rel=1e-9)
         assert one["stable"] is None
@@ -195,7 +200,7 @@ def test_figure_shows_every_response(run):
     for ax in figure.axes:
         marks = [line for line in ax.lines if line.get_linestyle() == "None"]
         assert sum(len(np.asarray(line.get_xdata())) for line in marks) == 8
-    assert harmonic_figure(LapRun(joint=run.joint, assembly=run.assembly)) is None
+    assert harmonic_figure(Run(run.assembly)) is None
 
 
 class Interrupting(NullProgress):
@@ -221,15 +226,16 @@ class Interrupting(NullProgress):
 def test_interrupted_loads_are_kept(monkeypatch: pytest.MonkeyPatch):
     band = [float(f) for f in np.linspace(170, 172, 60)]
     listener = Interrupting(len(band))
-    monkeypatch.setattr(harmonic_runs, "wait", listener.wait)
-    monkeypatch.setattr(harmonic_runs, "workers", lambda: 1)
+    monkeypatch.setattr(execute, "wait", listener.wait)
+    monkeypatch.setattr(execute, "workers", lambda: 1)
     document = harmonic(
         {"frequencies": band, "harmonics": 1}, load={"rho": [2.4, 5], "rho_scale": 2e-3}
     )
-    halted = run_lap_joint(parse_joint(document), listener)
+    halted = run_joint(parse_joint(document), listener)
     assert halted.interrupted
     (kept,) = halted.harmonic
     assert 1 <= len(kept.points) < len(band)
-    assert any("stopped before" in text for text in halted.failures)
-    assert "harmonic balance, rho = 5: interrupted before it began" in halted.failures
+    failures = [str(failure) for failure in halted.failures]
+    assert any("stopped before" in text for text in failures)
+    assert "harmonic, rho = 5: interrupted before it began" in failures
     assert len(summary(halted)["harmonic"]) == len(kept.points)

@@ -11,22 +11,28 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from conftest import with_value
 from rich.console import Console
 
+from microslip.analyses.prepared.prestress import opening_load
+from microslip.analyses.reduced.response import Response
+from microslip.contact.fields import contact_extent
+from microslip.describe.amplitude import Load
 from microslip.describe.reading import parse_joint
-from microslip.errors import InputError
-from microslip.pipeline import histories
-from microslip.pipeline.run import LapRun, run_lap_joint
-from microslip.results.dataset import (
-    contact_extent,
-    dataset,
+from microslip.errors import Failure, InputError
+from microslip.numerics import execute
+from microslip.pipeline.cycle import DrivenCycles
+from microslip.pipeline.run import Run
+from microslip.pipeline.run import run as run_joint
+from microslip.results.dataset import dataset
+from microslip.results.files import (
     replacing,
-    summary,
     write_dataset,
-    write_results,
     write_summary,
 )
+from microslip.results.summary import summary
 from microslip.show.terminal import print_summary
+from microslip.show.write import write_results
 
 STEPS = 60
 AMPLITUDES = [1e-3, 4e-3, 1.2e-2]
@@ -49,18 +55,23 @@ SMALL_JOINT = {
 FIELDS = ("pressure", "traction", "slip", "gap")
 
 
-@pytest.fixture(scope="module")
-def run() -> LapRun:
-    return run_lap_joint(parse_joint(SMALL_JOINT))
+def with_responses(run: Run, *curves: Response, **changes: float) -> Run:
+    """The same run with other forced responses."""
+    return with_value(run, "response", replace(run.value("response"), curves=curves, **changes))
 
 
 @pytest.fixture(scope="module")
-def tree(run: LapRun) -> xr.DataTree:
+def run() -> Run:
+    return run_joint(parse_joint(SMALL_JOINT))
+
+
+@pytest.fixture(scope="module")
+def tree(run: Run) -> xr.DataTree:
     return dataset(run)
 
 
 @pytest.fixture(scope="module")
-def found(run: LapRun) -> dict:
+def found(run: Run) -> dict:
     return summary(run)
 
 
@@ -69,7 +80,7 @@ def test_summary_is_plain_json(found: dict) -> None:
     assert json.loads(text) == found
 
 
-def test_summary_has_what_is_asked_first(found: dict, run: LapRun) -> None:
+def test_summary_has_what_is_asked_first(found: dict, run: Run) -> None:
     model = found["model"]
     assert model["contact_pairs"] == 51
     assert model["dofs"] == run.structure.dofs
@@ -94,15 +105,17 @@ def test_summary_has_what_is_asked_first(found: dict, run: LapRun) -> None:
             assert variant == "refined" or outside or estimate > indicator["refined", rho]
 
 
-def test_missing_numbers_become_none(run: LapRun) -> None:
+def test_missing_numbers_become_none(run: Run) -> None:
     response = replace(run.responses[0], rho=np.nan)
-    row = summary(replace(run, responses=[response], rho_scale=np.nan))
+    joint = run.joint.model_copy(update={"load": Load(moment=(1.0,))})
+    by_moment = replace(run, assembly=replace(run.assembly, joint=joint))
+    row = summary(with_responses(by_moment, response, rho_scale=np.nan))
     assert row["rho_scale"] is None
     assert row["response"][0]["rho"] is None
 
 
-def test_summary_without_analyses(run: LapRun) -> None:
-    bare = LapRun(joint=run.joint, assembly=run.assembly)
+def test_summary_without_analyses(run: Run) -> None:
+    bare = Run(run.assembly)
     found = summary(bare)
     assert found["cycles"] == []
     assert found["response"] == []
@@ -116,28 +129,28 @@ def test_response_over_frictionless_does_not_depend_on_the_load(found: dict) -> 
         assert row["peak_amplitude_over_frictionless"] == pytest.approx(1, rel=1e-9)
 
 
-def test_summary_counts_points_without_answer(run: LapRun) -> None:
+def test_summary_counts_points_without_answer(run: Run) -> None:
     flag = np.zeros_like(run.responses[-1].flag)
     flag[10:14] = 1
-    (row,) = summary(replace(run, responses=[replace(run.responses[-1], flag=flag)]))["response"]
+    (row,) = summary(with_responses(run, replace(run.responses[-1], flag=flag)))["response"]
     assert row["unconverged_points"] == 4
     assert row["unconverged_from_hz"] == pytest.approx(run.responses[-1].frequency[10])
     assert row["unconverged_to_hz"] == pytest.approx(run.responses[-1].frequency[13])
 
 
-def test_peak_beside_a_gap_is_marked(run: LapRun) -> None:
+def test_peak_beside_a_gap_is_marked(run: Run) -> None:
     """The true peak may lie in the gap: what is reported is a lower bound."""
     response = replace(run.responses[0], flag=np.zeros_like(run.responses[0].flag))
-    (row,) = summary(replace(run, responses=[response]))["response"]
+    (row,) = summary(with_responses(run, response))["response"]
     assert not row["peak_beside_unconverged"]
     response.flag[response.peak] = 1
-    (row,) = summary(replace(run, responses=[response]))["response"]
+    (row,) = summary(with_responses(run, response))["response"]
     assert row["peak_beside_unconverged"]
 
 
-def test_no_answer_anywhere_has_no_peak(run: LapRun) -> None:
+def test_no_answer_anywhere_has_no_peak(run: Run) -> None:
     flag = np.ones_like(run.responses[-1].flag)
-    (row,) = summary(replace(run, responses=[replace(run.responses[-1], flag=flag)]))["response"]
+    (row,) = summary(with_responses(run, replace(run.responses[-1], flag=flag)))["response"]
     assert row["peak_frequency_hz"] is None
     assert row["peak_modal_amplitude"] is None
 
@@ -243,21 +256,22 @@ def test_tables_repeat_the_cycles(tree: xr.DataTree) -> None:
     np.testing.assert_allclose(tables["moment_over_clamp_force_length"], AMPLITUDES)
 
 
-def test_tables_keep_a_place_for_failed_cycles(run: LapRun) -> None:
-    cycles = {**run.cycles, "mode": run.cycles["mode"][1:]}
-    moments = {**run.moments, "mode": run.moments["mode"][1:]}
-    tables = dataset(replace(run, cycles=cycles, moments=moments))["tables"].dataset
+def test_tables_keep_a_place_for_failed_cycles(run: Run) -> None:
+    mode = run.value("cycle")["mode"]
+    fewer = DrivenCycles(mode.cycles[1:], mode.moments[1:], mode.table)
+    driven = {**run.value("cycle"), "mode": fewer}
+    tables = dataset(with_value(run, "cycle", driven))["tables"].dataset
     assert np.isnan(tables["k_eq"].sel(drive="mode").values).tolist() == [True, False, False]
     assert np.isfinite(tables["k_eq"].sel(drive="moment").values).all()
 
 
-def test_response_as_complex_number(tree: xr.DataTree, run: LapRun) -> None:
+def test_response_as_complex_number(tree: xr.DataTree, run: Run) -> None:
     group = tree["response"]
     value = group["modal_amplitude"].values * np.exp(1j * group["phase"].values)
     np.testing.assert_allclose(value, [r.amplitude for r in run.responses], rtol=1e-12)
 
 
-def test_file_opens_group_by_group(run: LapRun, tree: xr.DataTree, tmp_path: Path) -> None:
+def test_file_opens_group_by_group(run: Run, tree: xr.DataTree, tmp_path: Path) -> None:
     path = write_dataset(tree, tmp_path / "results.nc")
     with xr.open_dataset(path, engine="h5netcdf", group="cycles_mode") as cycles:
         assert dict(cycles.sizes) == {"cycle": 3, "step": STEPS + 1, "pair": 51}
@@ -323,8 +337,8 @@ class Listener:
         self.finished += 1
 
 
-def test_write_results_writes_all_and_can_do_it_again(run: LapRun, tmp_path: Path) -> None:
-    bare = LapRun(joint=run.joint, assembly=run.assembly)
+def test_write_results_writes_all_and_can_do_it_again(run: Run, tmp_path: Path) -> None:
+    bare = Run(run.assembly)
     listener = Listener()
     first = write_results(bare, tmp_path / "out", listener)
     second = write_results(bare, tmp_path / "out")
@@ -337,14 +351,17 @@ def test_write_results_writes_all_and_can_do_it_again(run: LapRun, tmp_path: Pat
     assert on_disk == set(first)
 
 
-def test_summary_on_disk(run: LapRun, found: dict, tmp_path: Path) -> None:
-    path = write_summary(run, tmp_path / "summary.json")
+def test_summary_on_disk(run: Run, found: dict, tmp_path: Path) -> None:
+    path = write_summary(found, tmp_path / "summary.json")
     assert json.loads(path.read_text(encoding="utf-8")) == found
 
 
-def test_printed_summary_says_what_matters(run: LapRun, found: dict) -> None:
+def test_printed_summary_says_what_matters(run: Run, found: dict) -> None:
     out = io.StringIO()
-    failed = replace(run, failures=["mode cycle at M/(PL) = 0.1: [the joint opens]"])
+    failure = Failure("cycle", "mode-driven, M/(PL) = 0.1", "[the joint opens]")
+    cycle = replace(run.outcomes["cycle"], failures=(failure,))
+    response = replace(run.outcomes["response"], failures=())
+    failed = replace(run, outcomes={**run.outcomes, "cycle": cycle, "response": response})
     print_summary(failed, Console(file=out, width=120))
     text = out.getvalue()
     assert f"{found['model']['sliding_frequency_hz']:.2f} Hz sliding" in text
@@ -355,9 +372,9 @@ def test_printed_summary_says_what_matters(run: LapRun, found: dict) -> None:
     assert "consistent" in text
 
 
-def test_printed_summary_without_analyses(run: LapRun) -> None:
+def test_printed_summary_without_analyses(run: Run) -> None:
     out = io.StringIO()
-    print_summary(LapRun(joint=run.joint, assembly=run.assembly), Console(file=out))
+    print_summary(Run(run.assembly), Console(file=out))
     assert "Hz stuck" in out.getvalue()
     assert "Forced response" not in out.getvalue()
 
@@ -410,20 +427,20 @@ TIMED_JOINT = {
 
 
 @pytest.fixture(scope="module")
-def timed(tmp_path_factory: pytest.TempPathFactory) -> LapRun:
+def timed(tmp_path_factory: pytest.TempPathFactory) -> Run:
     folder = tmp_path_factory.mktemp("signal")
     (folder / "load.csv").write_text("time [ms], moment [N*m/m]\n0, 0\n10, 100\n20, 0\n30, 0\n")
     document = json.loads(json.dumps(TIMED_JOINT))
     document["analysis"]["history"].append({"signal": "measured", "file": "load.csv", "scale": 2})
-    return run_lap_joint(parse_joint(document, folder=folder))
+    return run_joint(parse_joint(document, folder=folder))
 
 
 @pytest.fixture(scope="module")
-def timed_tree(timed: LapRun) -> xr.DataTree:
+def timed_tree(timed: Run) -> xr.DataTree:
     return dataset(timed)
 
 
-def test_time_domain_rows_hold_what_is_promised(timed: LapRun) -> None:
+def test_time_domain_rows_hold_what_is_promised(timed: Run) -> None:
     rows = summary(timed)["time_domain"]
     assert [(row["rho"], row["frequency_hz"]) for row in rows] == [
         (2.4, 172.0),
@@ -446,14 +463,14 @@ def test_time_domain_rows_hold_what_is_promised(timed: LapRun) -> None:
         )
 
 
-def test_steady_states_not_reached_are_marked_and_named(timed: LapRun) -> None:
+def test_steady_states_not_reached_are_marked_and_named(timed: Run) -> None:
     rows = summary(timed)["time_domain"]
     late = [row for row in rows if not row["converged"]]
     assert 0 < len(late) < len(rows)
     for row in late:
         (failure,) = (
             f
-            for f in timed.failures
+            for f in map(str, timed.failures)
             if f"rho = {row['rho']:g}, {row['frequency_hz']:g} Hz: not steady after" in f
         )
         assert f"{row['cycles']} cycles, last change {row['last_change']:.1e}" in failure
@@ -465,7 +482,7 @@ def test_steady_states_not_reached_are_marked_and_named(timed: LapRun) -> None:
     assert f"{late[0]['cycles']}, not steady" in out.getvalue()
 
 
-def test_time_domain_waves_and_harmonics_agree(timed: LapRun, timed_tree: xr.DataTree) -> None:
+def test_time_domain_waves_and_harmonics_agree(timed: Run, timed_tree: xr.DataTree) -> None:
     group = timed_tree["time_domain"]
     theta, q, load = (group[name].values for name in ("theta", "q", "load"))
     assert load == pytest.approx(group["moment"].values[:, None] * np.sin(theta), abs=1e-9)
@@ -500,7 +517,7 @@ def test_everything_of_the_time_domain_has_unit_and_long_name(timed_tree: xr.Dat
     test_everything_has_unit_and_long_name(timed_tree)
 
 
-def test_histories_are_in_the_summary(timed: LapRun) -> None:
+def test_histories_are_in_the_summary(timed: Run) -> None:
     rows = summary(timed)["history"]
     names = ["sine", "stepped_sine", "free_decay", "after_steady", "measured"]
     assert [row["name"] for row in rows] == names
@@ -529,7 +546,7 @@ def test_histories_are_in_the_summary(timed: LapRun) -> None:
     assert after["external_work_j_per_m"] == 0
 
 
-def test_histories_by_name_in_the_tree(timed: LapRun, timed_tree: xr.DataTree) -> None:
+def test_histories_by_name_in_the_tree(timed: Run, timed_tree: xr.DataTree) -> None:
     assert set(timed_tree["history"].children) == {h.name for h in timed.histories}
     decay = timed_tree["history/free_decay"]
     assert decay["load"].values[0] == pytest.approx(3e-3 * 251.5e3)
@@ -544,20 +561,18 @@ def test_histories_by_name_in_the_tree(timed: LapRun, timed_tree: xr.DataTree) -
     assert np.isfinite(dwell["dwell_amplitude"].values).all()
 
 
-def test_mode_driven_history_is_as_close_to_opening(timed: LapRun) -> None:
+def test_mode_driven_history_is_as_close_to_opening(timed: Run) -> None:
     """The load of the mode over its opening load is that of the end moments over theirs."""
-    from microslip.analyses.statics.cycle import opening_load
-
-    a = timed.assembly
+    a, p = timed.assembly, timed.prepared
     (history,) = (h for h in timed.histories if h.drive == "mode")
     moment = 0.0023 * 0.25 * a.moment_unit / 2.4
-    opening = opening_load(a.model, a.flexibility, a.prestress, "sliding")
+    opening = opening_load(p.model, p.flexibility, p.prestress, "sliding")
     assert np.abs(history.load).max() / opening == pytest.approx(
         moment / a.opening_moment, rel=1e-3
     )
 
 
-def test_time_domain_on_disk(timed: LapRun, timed_tree: xr.DataTree, tmp_path: Path) -> None:
+def test_time_domain_on_disk(timed: Run, timed_tree: xr.DataTree, tmp_path: Path) -> None:
     path = write_dataset(timed_tree, tmp_path / "results.nc")
     with xr.open_dataset(path, engine="h5netcdf", group="time_domain") as found:
         assert found["traction"].dtype == np.float32
@@ -569,10 +584,10 @@ def test_time_domain_on_disk(timed: LapRun, timed_tree: xr.DataTree, tmp_path: P
         assert found.attrs["complete"] == 1
 
 
-def test_histories_are_printed(timed: LapRun) -> None:
+def test_histories_are_printed(timed: Run) -> None:
     out = io.StringIO()
     first = replace(timed.histories[0], failure="the joint opens at t = 1 s")
-    changed = replace(timed, histories=[first, *timed.histories[1:]])
+    changed = with_value(timed, "history", (first, *timed.histories[1:]))
     print_summary(changed, Console(file=out, width=100))
     assert "sine, ended early" in out.getvalue()
     assert "after_steady" in out.getvalue()
@@ -600,19 +615,20 @@ class Interrupting:
 
 def test_interrupted_histories_are_kept(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     listener = Interrupting()
-    monkeypatch.setattr(histories, "wait", listener.wait)
+    monkeypatch.setattr(execute, "wait", listener.wait)
     long = {"signal": "sine", "frequency": "175 Hz", "cycles": 4000, "steps": 60, **LOAD}
-    many = [{**long, "name": f"number_{k}"} for k in range(histories.workers() + 1)]
+    many = [{**long, "name": f"number_{k}"} for k in range(execute.workers() + 1)]
     document = {**TIMED_JOINT, "analysis": {"history": many}}
-    found = run_lap_joint(parse_joint(document), listener)
+    found = run_joint(parse_joint(document), listener)
     assert found.interrupted
     assert 1 <= len(found.histories) < len(many)
-    assert f"history {many[-1]['name']!r}: interrupted before it began" in found.failures
+    failures = [str(failure) for failure in found.failures]
+    assert f"history, {many[-1]['name']!r}: interrupted before it began" in failures
     for history in found.histories:
         assert not history.complete
         assert len(history.time) < 4000 * 60
-        expected = f"history {history.name!r}: interrupted at t = {history.time[-1]:.6g} s"
-        assert expected in found.failures
+        expected = f"history, {history.name!r}: interrupted at t = {history.time[-1]:.6g} s"
+        assert expected in failures
     assert not summary(found)["history"][0]["complete"]
     write_dataset(dataset(found), tmp_path / "results.nc")
 
@@ -623,11 +639,11 @@ def test_a_signal_that_cannot_be_used_ends_the_run_early(tmp_path: Path) -> None
     measured = {"signal": "measured", "file": str(file)}
     document = {**TIMED_JOINT, "analysis": {"history": measured}}
     with pytest.raises(InputError, match=r"'measured': signal .*line 3 \(time 0\.1\): 'nan'"):
-        run_lap_joint(parse_joint(document))
+        run_joint(parse_joint(document))
     file.write_text("time [s], moment [N*m/m]\n0, 0\n0.1, 1\n0.2, 0\n")
     document = {**TIMED_JOINT, "analysis": {"history": {**measured, "time_step": "1 ms"}}}
     with pytest.raises(InputError, match=r"'measured'\.time_step: gives 5\.\d+ steps per cycle"):
-        run_lap_joint(parse_joint(document))
+        run_joint(parse_joint(document))
 
 
 def test_a_history_that_opens_the_joint_is_named(tmp_path: Path) -> None:
@@ -636,9 +652,9 @@ def test_a_history_that_opens_the_joint_is_named(tmp_path: Path) -> None:
         **TIMED_JOINT,
         "analysis": {"history": {**strong, "moment_over_clamp_force_length": 0.145}},
     }
-    found = run_lap_joint(parse_joint(document))
-    (failure,) = found.failures
-    assert failure.startswith("history 'sine': the joint opens at t = ")
+    found = run_joint(parse_joint(document))
+    (failure,) = map(str, found.failures)
+    assert failure.startswith("history, 'sine': the joint opens at t = ")
     assert "last pair to separate" in failure
     (row,) = summary(found)["history"]
     assert not row["complete"]

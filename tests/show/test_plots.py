@@ -8,18 +8,27 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 import pytest
+from conftest import with_value
 from matplotlib import colors
 from matplotlib.figure import Figure
 
 from microslip.describe.reading import parse_joint
-from microslip.pipeline.run import LapRun, run_lap_joint
-from microslip.show.plots import FIGURES, figures_of, overview, save_figures
+from microslip.pipeline.cycle import DrivenCycles
+from microslip.pipeline.outcome import Outcome
+from microslip.pipeline.run import Run
+from microslip.pipeline.run import run as run_joint
+from microslip.registry import ANALYSES, resolved
+from microslip.show.figures import figures_of, save_figures
+from microslip.show.plots.equivalent import equivalent_figure
 from microslip.show.plots.history import history_figure
 from microslip.show.plots.hysteresis import hysteresis_figure
+from microslip.show.plots.model import model_figure
+from microslip.show.plots.overview import overview
 from microslip.show.plots.prestress import prestress_figure
 from microslip.show.plots.response import response_figure
 from microslip.show.plots.selection import greatest_damping, scientific, spread
 from microslip.show.plots.states import COLOURS, draw_states
+from microslip.show.plots.steady import steady_figure
 from microslip.show.plots.style import DOUBLE, house_style, new_figure
 
 JOINT = {
@@ -38,8 +47,8 @@ JOINT = {
 
 
 @pytest.fixture(scope="module")
-def run() -> LapRun:
-    return run_lap_joint(parse_joint(JOINT))
+def run() -> Run:
+    return run_joint(parse_joint(JOINT))
 
 
 def texts(figure: Figure) -> list[str]:
@@ -48,43 +57,46 @@ def texts(figure: Figure) -> list[str]:
     return [text for ax in shown for text in (ax.get_xlabel(), ax.get_ylabel())]
 
 
-def test_every_figure_is_saved_twice(run: LapRun, tmp_path: Path) -> None:
+def test_every_figure_is_saved_twice(run: Run, tmp_path: Path) -> None:
     written = save_figures(run, tmp_path / "figures")
-    names = set(FIGURES) - {"steady_state", "backbones", "harmonic"}
+    names = set(figures_of(run))
+    assert names == {"model", "prestress", *ANALYSES["cycle"].figures, "response", "overview"}
     assert {path.name for path in written} == {f"{n}.{k}" for n in names for k in ("png", "svg")}
     assert all(path.stat().st_size > 1000 for path in written)
     assert set((tmp_path / "figures").iterdir()) == set(written)
 
 
-def test_figures_of_missing_data_are_left_out(run: LapRun, tmp_path: Path) -> None:
-    written = save_figures(LapRun(joint=run.joint, assembly=run.assembly), tmp_path)
+def test_figures_of_missing_data_are_left_out(run: Run, tmp_path: Path) -> None:
+    written = save_figures(Run(run.assembly), tmp_path)
     assert {path.stem for path in written} == {"model", "prestress", "overview"}
 
 
-def test_one_cycle_is_enough(run: LapRun, tmp_path: Path) -> None:
-    one = LapRun(
-        joint=run.joint,
-        assembly=run.assembly,
-        cycles={"moment": run.cycles["moment"][:1], "mode": []},
-        moments={"moment": run.moments["moment"][:1], "mode": []},
-    )
+def test_one_cycle_is_enough(run: Run, tmp_path: Path) -> None:
+    driven = {
+        "moment": DrivenCycles(run.cycles["moment"][:1], run.moments["moment"][:1], None),
+        "mode": DrivenCycles((), (), None),
+    }
+    one = Run(run.assembly, {"cycle": Outcome(driven)})
     names = {path.stem for path in save_figures(one, tmp_path)}
-    assert names == set(FIGURES) - {"response", "steady_state", "backbones", "harmonic"}
+    assert names == {"model", "prestress", *ANALYSES["cycle"].figures, "overview"}
 
 
-def test_structure_without_mesh_has_no_picture(run: LapRun) -> None:
+def test_structure_without_mesh_has_no_picture(run: Run) -> None:
     structure = replace(run.structure, meshes=())
     bare = replace(run, assembly=replace(run.assembly, structure=structure))
-    assert FIGURES["model"](bare) is None
+    assert model_figure(bare) is None
     assert overview(bare).axes
 
 
-def test_axes_are_labelled(run: LapRun) -> None:
-    for name, draw in FIGURES.items():
+def test_what_was_not_computed_has_no_figure(run: Run) -> None:
+    for name in ("time", "backbone", "harmonic"):
+        for draw in ANALYSES[name].figures.values():
+            assert resolved(draw)(run) is None
+
+
+def test_axes_are_labelled(run: Run) -> None:
+    for name, draw in figures_of(run).items():
         figure = draw(run)
-        if name in ("steady_state", "backbones", "harmonic"):
-            assert figure is None
-            continue
         assert figure is not None, name
         inner = [ax for ax in figure.axes if ax.axison]
         if inner:
@@ -95,15 +107,15 @@ def test_axes_are_labelled(run: LapRun) -> None:
                 assert ax.get_xlabel(), name
 
 
-def test_nothing_is_smaller_than_eight_points(run: LapRun) -> None:
-    figure = FIGURES["equivalent"](run)
+def test_nothing_is_smaller_than_eight_points(run: Run) -> None:
+    figure = equivalent_figure(run)
     assert figure is not None
     for ax in figure.axes:
         for text in (ax.xaxis.label, ax.yaxis.label, *ax.get_xticklabels(), *ax.get_yticklabels()):
             assert text.get_fontsize() >= 8
 
 
-def test_prestress_curve_has_the_area_of_the_clamp(run: LapRun) -> None:
+def test_prestress_curve_has_the_area_of_the_clamp(run: Run) -> None:
     """p / (P / 2 L_p) over x / L_p has the area 2 where the pressure carries the clamp force."""
     (curve,) = (
         line
@@ -116,7 +128,7 @@ def test_prestress_curve_has_the_area_of_the_clamp(run: LapRun) -> None:
     assert area == pytest.approx(2, rel=1e-3)
 
 
-def test_state_map_shows_the_states(run: LapRun) -> None:
+def test_state_map_shows_the_states(run: Run) -> None:
     figure = new_figure(DOUBLE, DOUBLE)
     ax = figure.subplots()
     draw_states(ax, run, "mode", 2)
@@ -134,7 +146,7 @@ def test_states_keep_apart_in_grey_print() -> None:
     assert (np.diff(grey) > 0.1).all()
 
 
-def test_loops_are_normalised_and_enclose_their_damping(run: LapRun) -> None:
+def test_loops_are_normalised_and_enclose_their_damping(run: Run) -> None:
     """The area of a loop over its own amplitude is pi gamma_eq but for higher harmonics of q."""
     figure = hysteresis_figure(run)
     assert figure is not None
@@ -148,10 +160,11 @@ def test_loops_are_normalised_and_enclose_their_damping(run: LapRun) -> None:
         assert area == pytest.approx(np.pi * run.tables["mode"].gamma_eq[index], rel=0.02)
 
 
-def test_response_leaves_out_points_without_answer(run: LapRun) -> None:
+def test_response_leaves_out_points_without_answer(run: Run) -> None:
     flag = np.zeros_like(run.responses[-1].flag)
     flag[20:30] = 1
-    changed = replace(run, responses=[replace(run.responses[-1], flag=flag)])
+    curves = (replace(run.responses[-1], flag=flag),)
+    changed = with_value(run, "response", replace(run.value("response"), curves=curves))
     figure = response_figure(changed)
     assert figure is not None
     curve, crosses = figure.axes[0].lines[0], figure.axes[0].lines[-1]
@@ -162,14 +175,14 @@ def test_response_leaves_out_points_without_answer(run: LapRun) -> None:
     assert len(np.asarray(crosses.get_xdata())) == 10
 
 
-def test_frictionless_curve_peaks_at_one(run: LapRun) -> None:
+def test_frictionless_curve_peaks_at_one(run: Run) -> None:
     figure = response_figure(run)
     assert figure is not None
     first = figure.axes[0].lines[0]
     assert np.nanmax(np.asarray(first.get_ydata(), float)) == pytest.approx(1, rel=0.02)
 
 
-def test_greatest_damping(run: LapRun) -> None:
+def test_greatest_damping(run: Run) -> None:
     gamma = run.tables["mode"].gamma_eq
     assert greatest_damping(run, "mode") == int(np.argmax(gamma))
     assert greatest_damping(run, "mode") in spread(run, "mode")
@@ -195,8 +208,8 @@ def test_house_style_does_not_leak() -> None:
     assert dict(mpl.rcParams) == before
 
 
-def test_pictures_are_reproducible(run: LapRun, tmp_path: Path) -> None:
-    bare = LapRun(joint=run.joint, assembly=run.assembly)
+def test_pictures_are_reproducible(run: Run, tmp_path: Path) -> None:
+    bare = Run(run.assembly)
     first = [path.read_bytes() for path in save_figures(bare, tmp_path / "a")]
     second = [path.read_bytes() for path in save_figures(bare, tmp_path / "b")]
     assert first == second
@@ -206,7 +219,7 @@ def test_pictures_are_reproducible(run: LapRun, tmp_path: Path) -> None:
 
 
 @pytest.fixture(scope="module")
-def timed() -> LapRun:
+def timed() -> Run:
     """Two loads and three frequencies, some of which are not steady in time, and a free decay."""
     document = {
         **JOINT,
@@ -225,10 +238,10 @@ def timed() -> LapRun:
             },
         },
     }
-    return run_lap_joint(parse_joint(document))
+    return run_joint(parse_joint(document))
 
 
-def test_time_points_lie_over_their_curves_with_their_marks(timed: LapRun) -> None:
+def test_time_points_lie_over_their_curves_with_their_marks(timed: Run) -> None:
     """Open circles where steady, open squares where not, amplitude above and phase below."""
     figure = response_figure(timed)
     assert figure is not None
@@ -254,9 +267,9 @@ def test_time_points_lie_over_their_curves_with_their_marks(timed: LapRun) -> No
     assert labels[-2:] == ["time domain", "time domain, not steady"]
 
 
-def test_steady_figure_shows_the_point_of_largest_amplitude(timed: LapRun) -> None:
+def test_steady_figure_shows_the_point_of_largest_amplitude(timed: Run) -> None:
     """Its waveforms: load a sine that starts at zero, q with its amplitude and phase."""
-    figure = FIGURES["steady_state"](timed)
+    figure = steady_figure(timed)
     assert figure is not None
     states, waves, _ = figure.axes
     best = max(timed.time_domain, key=lambda p: abs(p.steady.amplitude))
@@ -278,8 +291,8 @@ def test_steady_figure_shows_the_point_of_largest_amplitude(timed: LapRun) -> No
     assert counts == [(best.steady.cycle.status[1:] == k).sum() for k in (1, 2, 3, 4)]
 
 
-def test_time_domain_stiffness_lies_beside_the_tables(timed: LapRun) -> None:
-    figure = FIGURES["equivalent"](timed)
+def test_time_domain_stiffness_lies_beside_the_tables(timed: Run) -> None:
+    figure = equivalent_figure(timed)
     assert figure is not None
     (drawn,) = (line for line in figure.axes[0].lines if "steady states" in str(line.get_label()))
     steady = [p for p in timed.time_domain if p.steady.converged]
@@ -288,7 +301,7 @@ def test_time_domain_stiffness_lies_beside_the_tables(timed: LapRun) -> None:
     )
 
 
-def test_history_figure_has_motion_envelope_and_energies(timed: LapRun) -> None:
+def test_history_figure_has_motion_envelope_and_energies(timed: Run) -> None:
     (history,) = timed.histories
     figure = history_figure(timed, history)
     motion, slip, energies = figure.axes
@@ -309,7 +322,7 @@ def test_history_figure_has_motion_envelope_and_energies(timed: LapRun) -> None:
     assert "ended early" in early._suptitle.get_text()
 
 
-def test_long_histories_are_drawn_as_bands(timed: LapRun) -> None:
+def test_long_histories_are_drawn_as_bands(timed: Run) -> None:
     (history,) = timed.histories
     figure = history_figure(timed, replace(history, cycle_steps=8))
     (band,) = figure.axes[1].collections
@@ -319,15 +332,13 @@ def test_long_histories_are_drawn_as_bands(timed: LapRun) -> None:
     assert y.min() == pytest.approx(slip.min())
 
 
-def test_every_history_has_a_figure_of_its_name(timed: LapRun, tmp_path: Path) -> None:
-    names = set(figures_of(timed))
-    assert names == {*FIGURES, "history_let_go"}
-    bare = LapRun(joint=timed.joint, assembly=timed.assembly, histories=timed.histories)
+def test_every_history_has_a_figure_of_its_name(timed: Run, tmp_path: Path) -> None:
+    bare = Run(timed.assembly, {"history": timed.outcomes["history"]})
     written = save_figures(bare, tmp_path)
     assert {path.stem for path in written} == {"model", "prestress", "overview", "history_let_go"}
 
 
-def test_one_step_history_is_drawn(timed: LapRun) -> None:
+def test_one_step_history_is_drawn(timed: Run) -> None:
     (history,) = timed.histories
     short = replace(
         history,

@@ -1,7 +1,8 @@
 """What a run will cost before it is run: a rule fitted to a 2020s core, good to a factor of three.
 
-One function per analysis, in seconds on one core, and 0 where it is not asked for. What they share
-is the quasi-static contact step, `CONTACT_STEP` per squared contact pair.
+One function per analysis, the column ``cost`` of `microslip.registry.ANALYSES`: seconds on one core,
+and 0 where it is not asked for. What they share is the contact step, `CONTACT_STEP` per squared
+contact pair.
 """
 
 from __future__ import annotations
@@ -41,8 +42,8 @@ def bending_frequency(joint: LapJoint) -> float:
 
 
 def total_seconds(joint: LapJoint, dofs: int) -> float:
-    """Everything the joint asks for: `base_seconds`, and the cost of every registered analysis."""
-    return base_seconds(joint, dofs) + sum(cost(joint) for _, cost in column("cost"))
+    """`base_seconds`, and the cost of every analysis that the joint asks for."""
+    return sum((cost(joint) for _, cost in column("cost")), base_seconds(joint, dofs))
 
 
 def base_seconds(joint: LapJoint, dofs: int) -> float:
@@ -118,9 +119,15 @@ def time_seconds(joint: LapJoint) -> float:
 
 
 def history_seconds(joint: LapJoint) -> float:
-    """Every step of the histories, their number from an estimated frequency of the joint."""
-    prepared = prepare_histories(joint.analysis.history, bending_frequency(joint))
-    return _cycle(joint, sum(len(item.load) - 1 for item in prepared))
+    """Every step of all histories, at an estimate of the sliding frequency.
+
+    Raises
+    ------
+    InputError
+        Where a signal cannot be used.
+    """
+    signals = prepare_histories(joint.analysis.history, bending_frequency(joint))
+    return _cycle(joint, sum(len(signal.load) - 1 for signal in signals))
 
 
 def _cycle(joint: LapJoint, steps: int) -> float:

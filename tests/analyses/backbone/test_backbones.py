@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from microslip.show.plots.natural import natural_figure
+from conftest import with_value
 
 from microslip.analyses.backbone.cycles import (
     CycleControl,
@@ -26,9 +26,11 @@ from microslip.errors import InputError, MicroslipError, ModelError
 from microslip.model.flexibility import static_flexibility
 from microslip.model.joint import JointModel
 from microslip.model.modes import linear_modes
-from microslip.pipeline.run import run_lap_joint
+from microslip.pipeline.run import run as run_joint
 from microslip.results.backbone import matters
-from microslip.results.dataset import dataset, summary
+from microslip.results.dataset import dataset
+from microslip.results.summary import summary
+from microslip.show.plots.backbones import backbones_figure
 
 FRICTION = 0.25
 FINE = CycleControl(steps=2000, cycles=3, closure=1e-9)
@@ -321,7 +323,7 @@ def described(**backbone):
 
 @pytest.fixture(scope="module")
 def run():
-    return run_lap_joint(described(modes=[1, 2], methods=["quasi_static", "prescribed"]))
+    return run_joint(described(modes=[1, 2], methods=["quasi_static", "prescribed"]))
 
 
 def test_a_run_reports_backbones(run):
@@ -341,7 +343,7 @@ def test_a_run_reports_backbones(run):
 
 
 def test_the_figure_has_a_column_per_mode(run):
-    figure = natural_figure(run)
+    figure = backbones_figure(run)
     assert len(figure.axes) == 4
     assert [ax.get_ylabel() for ax in figure.axes[::2]] == [
         "natural frequency (Hz)",
@@ -350,12 +352,12 @@ def test_the_figure_has_a_column_per_mode(run):
     assert all(ax.get_xlabel() for ax in figure.axes[2:])
     lines = [line.get_label() for line in figure.axes[0].lines]
     assert len(lines) == 4
-    assert natural_figure(replace(run, backbones=[])) is None
+    assert backbones_figure(with_value(run, "backbone", ())) is None
 
 
 def test_a_mode_beyond_the_model_ends_the_run():
     with pytest.raises(InputError, match=r"analysis.backbone.modes = \[1, 90\].*has \d+ modes"):
-        run_lap_joint(described(modes=[1, 90]))
+        run_joint(described(modes=[1, 90]))
 
 
 @pytest.mark.parametrize(
