@@ -16,11 +16,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from microslip.analyses.prepared import PreparedJoint
 from microslip.analyses.reduced.table import EquivalentTable, modal_quantities
 from microslip.analyses.statics.cycle import Cycle
-from microslip.analyses.statics.linear_states import LinearStates
 from microslip.model.interface import Interface
-from microslip.model.joint import JointModel
+from microslip.model.states import LinearStates
 from microslip.numerics.fourier import harmonic
 from microslip.typing import Array
 
@@ -31,9 +31,14 @@ def friction_modal_force(r: Array, interface: Interface, states: LinearStates) -
     Parameters
     ----------
     r : (..., d m) array
-        Reactions.
+        Reactions, N per metre of width.
     interface : Interface
     states : LinearStates
+
+    Returns
+    -------
+    (...) array
+        N per metre of width times the unit of the mode shape, 1/sqrt(kg/m).
     """
     d = interface.dimension
     psi = interface.relative @ states.sliding
@@ -44,19 +49,31 @@ def friction_modal_force(r: Array, interface: Interface, states: LinearStates) -
 def friction_table(
     table: EquivalentTable,
     cycles: Sequence[Cycle],
-    model: JointModel,
     interface: Interface,
     states: LinearStates,
+    joint: PreparedJoint,
 ) -> EquivalentTable:
     """The table with friction alone in place of the whole contact force, as the paper defines it.
 
     The cross part on the second coordinate is left out with the pressure.
+
+    Parameters
+    ----------
+    table : EquivalentTable
+        Of the same cycles.
+    cycles : sequence of Cycle
+        Any order.
+    interface : Interface
+    states : LinearStates
+        The sliding mode on all degrees of freedom: shape of the slip of every pair.
+    joint : PreparedJoint
+        With that mode.
     """
     omega2 = states.sliding_omega**2
     ordered = sorted(cycles, key=lambda cycle: abs(cycle.amplitude))
     ratio = []
     for cycle in ordered:
-        q, _ = modal_quantities(cycle, model, states)
+        q, _ = modal_quantities(cycle, joint)
         f = friction_modal_force(cycle.r, interface, states)
         ratio.append(harmonic(f, cycle.theta) / harmonic(q, cycle.theta) / omega2)
     values = np.array(ratio)
