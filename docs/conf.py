@@ -49,8 +49,26 @@ numpydoc_xref_aliases = {
     for name, home in microslip._HOME.items()
     if name[0].isupper() and not name.isupper()
 }
-numpydoc_xref_ignore = {"optional", "of", "or", "to", "by", "array", "arrays", "sequence", "mapping",
-    "callable", "tuple", "pair", "complex", "int8", "sparse", "function", "default", "None"}
+numpydoc_xref_ignore = {
+    "optional",
+    "of",
+    "or",
+    "to",
+    "by",
+    "array",
+    "arrays",
+    "sequence",
+    "mapping",
+    "callable",
+    "tuple",
+    "pair",
+    "complex",
+    "int8",
+    "sparse",
+    "function",
+    "default",
+    "None",
+}
 
 html_theme = "furo"
 html_title = f"microslip {release}"
