@@ -1,8 +1,20 @@
 """Sphinx configuration."""
 
 import re
+import sys
+from pathlib import Path
 
 import microslip
+
+HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE / "_scripts"))
+
+import api_pages  # noqa: E402
+import floors  # noqa: E402
+
+# Made from the package itself at every build, so that they cannot be out of date.
+floors.draw(HERE / "images" / "generated" / "floors.svg")
+api_pages.write(HERE / "api")
 
 project = "microslip"
 author = "The microslip developers"
@@ -18,13 +30,45 @@ extensions = [
 ]
 myst_enable_extensions = ["dollarmath", "amsmath", "colon_fence", "deflist"]
 myst_heading_anchors = 3
-exclude_patterns = ["_build", "evidence"]
+exclude_patterns = ["_build", "evidence", "_scripts"]
 templates_path = ["_templates"]
 
 autosummary_generate = True
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"
 numpydoc_show_class_members = False
+numpydoc_xref_param_type = True
+numpydoc_xref_aliases = {
+    "sequence": "collections.abc.Sequence",
+    "iterable": "collections.abc.Iterable",
+    "mapping": "collections.abc.Mapping",
+    "bool": "bool",
+    "boolean": "bool",
+} | {
+    name: f"microslip.{home}.{name}"
+    for name, home in microslip._HOME.items()
+    if name[0].isupper() and not name.isupper()
+}
+numpydoc_xref_ignore = {
+    "optional",
+    "of",
+    "or",
+    "to",
+    "by",
+    "array",
+    "arrays",
+    "sequence",
+    "mapping",
+    "callable",
+    "tuple",
+    "pair",
+    "complex",
+    "int8",
+    "sparse",
+    "function",
+    "default",
+    "None",
+}
 
 html_theme = "furo"
 html_title = f"microslip {release}"

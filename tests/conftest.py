@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -51,6 +53,19 @@ def bending_mode(modes: LinearModes, structure: Structure) -> int:
     """The mode that the end moment drives most: largest static modal response."""
     work = structure.loads["moment"] @ modes.shapes
     return int(np.argmax(np.abs(work) / modes.omega**2))
+
+
+def description(pairs: int, modes: int, **sections: Mapping[str, Any]) -> dict[str, Any]:
+    """The reference joint as an input file has it, with more sections or others."""
+    return {
+        "beams": {"length": "251.5 mm", "thickness": "12.5 mm", "overlap_half_length": "37.5 mm"},
+        "material": {"youngs_modulus": "70 GPa", "poissons_ratio": 0.3, "density": "2 g/cm^3"},
+        "contact": {"friction": FRICTION, "pairs": pairs},
+        "clamp": {"force": "1 MN/m", "half_length": "25 mm"},
+        "damping": {"beta": "0.73 us"},
+        "mesh": {"modes": modes},
+        **sections,
+    }
 
 
 @dataclass(frozen=True)
@@ -110,6 +125,17 @@ def build_reference(
 def with_value(run: Run, analysis: str, value: object) -> Run:
     """The same run, as if an analysis had found something else."""
     return replace(run, outcomes={**run.outcomes, analysis: Outcome(value)})
+
+
+def times(start: Prestress, factor: float) -> Prestress:
+    """What a preload as many times as large makes of a prestress: all its fields are linear in it."""
+    s = start.solution
+    return replace(
+        start,
+        preload={port: factor * amplitude for port, amplitude in start.preload.items()},
+        pressure=factor * start.pressure,
+        solution=replace(s, r=factor * s.r, v=factor * s.v, q=factor * s.q),
+    )
 
 
 @pytest.fixture(scope="session")

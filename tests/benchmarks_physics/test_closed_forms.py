@@ -5,9 +5,20 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from microslip.analyses.statics.cycle import Cycle, Prestress, prestress, quasi_static_cycle
+from microslip.analyses.prepared.joint import PreparedJoint, prepare_joint
+from microslip.analyses.prepared.prestress import Prestress
+from microslip.analyses.statics.cycle import Cycle, quasi_static_cycle
+from microslip.contact.law import contact_law
+from microslip.contact.pairs import (
+    BACKWARD,
+    FORWARD,
+    normal,
+    normal_rows,
+    tangential,
+    tangential_rows,
+)
 from microslip.contact.solver import ContactSolver, Solution
-from microslip.model.flexibility import Flexibility, static_flexibility, with_compliance
+from microslip.model.flexibility import Flexibility, static_flexibility
 from microslip.model.joint import JointModel
 
 
@@ -43,9 +54,9 @@ def jenkins(amplitude, steps=200) -> Cycle:
     rigid = hand_made(
         np.zeros(1), np.ones(1), np.diag([1.0, 0.0]), np.array([[1.0, 0.0], [0.0, 1.0]])
     )
-    spring = with_compliance(static_flexibility(rigid), np.array([0.0, 1 / STIFFNESS]))
-    start = prestress(rigid, spring, NORMAL)
-    return quasi_static_cycle(rigid, spring, start, "drive", amplitude, MU, steps=steps)
+    law = contact_law(1, MU, np.array([0.0, 1 / STIFFNESS]))
+    joint = prepare_joint(rigid, law, {"clamp": NORMAL}, "drive")
+    return quasi_static_cycle(joint, "drive", amplitude, steps=steps)
 
 
 @pytest.mark.parametrize("ratio", [1.5, 2.0, 5.0, 40.0])
@@ -75,8 +86,8 @@ def test_jenkins_dissipation_converges_with_steps_at_second_order():
 def test_jenkins_force_is_bounded_by_the_slip_force():
     limit = SLIP_FORCE / STIFFNESS
     cycle = jenkins(3 * limit)
-    assert cycle.r[:, 1].max() == pytest.approx(SLIP_FORCE, rel=1e-12)
-    assert cycle.r[:, 1].min() == pytest.approx(-SLIP_FORCE, rel=1e-12)
+    assert tangential(cycle.r).max() == pytest.approx(SLIP_FORCE, rel=1e-12)
+    assert tangential(cycle.r).min() == pytest.approx(-SLIP_FORCE, rel=1e-12)
 
 
 @pytest.mark.parametrize("ratio", [0.1, 0.99])
@@ -85,13 +96,13 @@ def test_jenkins_below_the_slip_force_is_a_spring(ratio):
     cycle = jenkins(ratio * limit)
     assert abs(cycle.dissipated) < 1e-14 * SLIP_FORCE * limit
     top = np.argmax(cycle.load)
-    assert cycle.r[top, 1] == pytest.approx(ratio * SLIP_FORCE, rel=1e-12)
+    assert tangential(cycle.r[top]) == pytest.approx(ratio * SLIP_FORCE, rel=1e-12)
 
 
 AXIAL, LENGTH, SHEAR = 3e6, 2.0, 700.0  # E A in N, m, f in N/m
 
 
-def foundation(elements: int):
+def foundation(elements: int) -> PreparedJoint:
     """Free bar of linear elements on an even Coulomb foundation, pulled at x = 0.
 
     Tangential flexibility of the free bar: any symmetric inverse, here that of the bar with its
@@ -101,20 +112,21 @@ def foundation(elements: int):
     x = np.linspace(0, LENGTH, elements + 1)
     area = np.full(elements + 1, LENGTH / elements)
     area[[0, -1]] /= 2
-    tangential = (2 * LENGTH - np.maximum(x[:, None], x[None, :])) / AXIAL
-    m = len(x)
+    along = (2 * LENGTH - np.maximum(x[:, None], x[None, :])) / AXIAL
+    n, t, m = normal_rows(), tangential_rows(), len(x)
     W = np.zeros((2 * m, 2 * m))
-    W[0::2, 0::2] = np.eye(m)
-    W[1::2, 1::2] = tangential
+    W[n, n] = np.eye(m)
+    W[t, t] = along
     loads = np.zeros((2 * m, 2))
-    loads[0::2, 0] = SHEAR * area / MU  # unit clamp: the normal forces themselves
-    loads[1::2, 1] = tangential[0]
+    loads[n, 0] = SHEAR * area / MU  # unit clamp: the normal forces themselves
+    loads[t, 1] = along[0]
     R = np.zeros((2 * m, 1))
-    R[1::2] = 1.0
-    port_port = np.diag([0.0, tangential[0, 0]])
+    R[t] = 1.0
+    port_port = np.diag([0.0, along[0, 0]])
     model = hand_made(x, area, W, loads, R, np.array([[0.0, 1.0]]), port_port)
     flexibility = static_flexibility(model)
-    return model, flexibility, prestressed(model, flexibility)
+    start = prestressed(model, flexibility)
+    return PreparedJoint(model, flexibility, start, contact_law(m, MU), "drive")
 
 
 def prestressed(model, flexibility) -> Prestress:
@@ -124,14 +136,12 @@ def prestressed(model, flexibility) -> Prestress:
     r = flexibility.loads_v[:, 0].copy()
     status = np.ones(m, dtype=np.int8)
     solution = Solution(r, v, np.zeros(1), status, 0.0, 0)
-    return Prestress(1.0, solution, r[::2] / model.area, np.ones(m, dtype=bool))
+    return Prestress({"clamp": 1.0}, solution, normal(r) / model.area, np.ones(m, dtype=bool))
 
 
 def pull(elements, fraction, steps=400) -> Cycle:
-    model, flexibility, start = foundation(elements)
-    return quasi_static_cycle(
-        model, flexibility, start, "drive", fraction * SHEAR * LENGTH, MU, steps=steps, max_cycles=4
-    )
+    force = fraction * SHEAR * LENGTH
+    return quasi_static_cycle(foundation(elements), "drive", force, steps=steps, max_cycles=4)
 
 
 @pytest.mark.parametrize("fraction", [0.3, 0.55, 0.8])
@@ -178,7 +188,8 @@ def test_end_displacement_of_the_bar_converges_at_second_order():
 
 def test_bar_slips_as_far_as_the_force_reaches():
     """After the first pull the slipping length is F/f: equilibrium alone."""
-    model, flexibility, _ = foundation(200)
+    joint = foundation(200)
+    model, flexibility = joint.model, joint.flexibility
     fraction = 0.55
     force = fraction * SHEAR * LENGTH
     solver = ContactSolver(
@@ -188,19 +199,19 @@ def test_bar_slips_as_far_as_the_force_reaches():
     solution = solver.solve(
         flexibility.loads_v @ amplitude, flexibility.loads_q @ amplitude, np.zeros(model.pairs)
     )
-    slip = model.position[np.isin(solution.status, (2, 3))]
+    slip = model.position[np.isin(solution.status, (FORWARD, BACKWARD))]
     assert slip.max() == pytest.approx(force / SHEAR, abs=1.01 * LENGTH / 200)
-    assert solution.r[1::2].sum() == pytest.approx(force, rel=1e-10)
+    assert tangential(solution.r).sum() == pytest.approx(force, rel=1e-10)
 
 
 def test_flexibility_by_hand_is_that_of_the_bar():
     """The flexibility used above inverts the stiffness matrix of the bar on its end spring."""
     elements = 8
-    W = foundation(elements)[1].W[1::2, 1::2]
+    W = foundation(elements).flexibility.W[tangential_rows(), tangential_rows()]
     k = AXIAL * elements / LENGTH
     K = np.diag(np.r_[k, np.full(elements - 1, 2 * k), k]) - k * (
         np.eye(elements + 1, k=1) + np.eye(elements + 1, k=-1)
     )
     K[-1, -1] += AXIAL / LENGTH
     assert pytest.approx(np.eye(elements + 1), abs=1e-12) == K @ W
-    assert isinstance(foundation(8)[1], Flexibility)
+    assert isinstance(foundation(8).flexibility, Flexibility)

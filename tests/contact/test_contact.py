@@ -7,6 +7,16 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from microslip.contact.pairs import (
+    BACKWARD,
+    FORWARD,
+    SEPARATED,
+    STICK,
+    normal,
+    normal_rows,
+    tangential,
+    tangential_rows,
+)
 from microslip.contact.solver import ContactSolver
 from microslip.errors import ContactError
 from microslip.model.flexibility import Flexibility, with_compliance
@@ -39,8 +49,9 @@ def violation(W, v_free, mu, vt_old, r, force, R=None, q=None, stiffness=None, f
         v = v + R @ q
         balance = stiffness * q + R.T @ r - f_q
         found = np.abs(balance / np.abs(R).max(axis=0)).max() / force.sum()
-    vn, vt = v[0::2] / np.diag(W)[0::2] / force, (v[1::2] - vt_old) / np.diag(W)[1::2] / force
-    rn, rt = r[0::2] / force, r[1::2] / force
+    own = np.diag(W)
+    vn, vt = normal(v) / normal(own) / force, (tangential(v) - vt_old) / tangential(own) / force
+    rn, rt = normal(r) / force, tangential(r) / force
     slack = mu * rn - np.abs(rt)
     return max(
         found,
@@ -86,8 +97,8 @@ def test_equilibrium_coordinates_are_in_balance(seed, pairs, mu):
     """Free motions held by contact (approach, shift) and a weak spring on both."""
     rng, W, force, v_free, vt_old = random_problem(seed, pairs)
     R = np.zeros((2 * pairs, 2))
-    R[0::2, 0] = 1.0
-    R[1::2, 1] = 1.0
+    R[normal_rows(), 0] = 1.0
+    R[tangential_rows(), 1] = 1.0
     stiffness = np.array([0.0, 1e5])
     f_q = np.array([100.0 * pairs, 20.0 * rng.standard_normal() * pairs])
     friction = np.full(pairs, mu)
@@ -95,7 +106,7 @@ def test_equilibrium_coordinates_are_in_balance(seed, pairs, mu):
     s = solver.solve(v_free, f_q, vt_old)
     found = violation(W, v_free, friction, vt_old, s.r, force, R, s.q, stiffness, f_q)
     assert found <= 1e-8
-    assert s.r[0::2].sum() == pytest.approx(f_q[0], rel=1e-8)
+    assert normal(s.r).sum() == pytest.approx(f_q[0], rel=1e-8)
 
 
 @SETTINGS
@@ -106,13 +117,13 @@ def test_frictionless_solution_is_the_minimum_of_energy(seed, pairs):
     solution = ContactSolver(plain(W), 0.0, force, np.ones(pairs, np.int8)).solve(
         v_free, np.zeros(0), np.zeros(pairs)
     )
-    N, b = W[0::2, 0::2], v_free[0::2]
+    N, b = W[normal_rows(), normal_rows()], normal(v_free)
     step = 1 / np.linalg.eigvalsh(N).max()
     r = np.zeros(pairs)
     for _ in range(4000):
         r = np.maximum(0, r + step * (b - N @ r))
-    assert np.abs(solution.r[0::2] - r).max() <= 1e-7 * force[0]
-    assert np.all(solution.r[1::2] == 0)
+    assert np.abs(normal(solution.r) - r).max() <= 1e-7 * force[0]
+    assert np.all(tangential(solution.r) == 0)
 
 
 def unique_friction(W):
@@ -173,16 +184,16 @@ def test_pressed_pair_by_hand():
     s = solver.solve(np.array([2.0, 3.0]), np.zeros(0), np.zeros(1))
     assert s.r == pytest.approx([2.0, 1.0])
     assert s.v == pytest.approx([0.0, 2.0])
-    assert s.status[0] == 2
+    assert s.status[0] == FORWARD
     s = solver.solve(np.array([2.0, 2.5]), np.zeros(0), np.array([2.0]))
     assert s.r == pytest.approx([2.0, 0.5])
-    assert s.status[0] == 1
+    assert s.status[0] == STICK
     s = solver.solve(np.array([2.0, 0.0]), np.zeros(0), np.array([2.0]))
     assert s.r == pytest.approx([2.0, -1.0])
-    assert s.status[0] == 3
+    assert s.status[0] == BACKWARD
     s = solver.solve(np.array([-1.0, 5.0]), np.zeros(0), np.array([0.0]))
     assert s.r == pytest.approx([0.0, 0.0])
-    assert s.status[0] == 4
+    assert s.status[0] == SEPARATED
 
 
 def test_compliance_is_a_spring_in_series():

@@ -192,6 +192,8 @@ def test_a_notebook_shows_a_table_of_two_columns(document):
     assert rows["friction"] == "0.25"
     assert rows["load: rho"] == "0, 0.8, 2.4, 5"
     assert rows["analyses"] == "cycle, response"
+    document["load"] = {"moment": ["50 N*m/m", "0.1 kN*m/m"]}
+    assert "<td>load: moment</td><td>50, 100 N m/m</td>" in parse_joint(document)._repr_html_()
     assert "steel" not in "".join(rows)
 
 

@@ -7,7 +7,8 @@ import pytest
 import scipy.sparse as sp
 from conftest import GEOMETRY, bending_mode, build_reference, joint_structure
 
-from microslip.analyses.statics.cycle import prestress
+from microslip.analyses.prepared.prestress import prestress
+from microslip.contact.pairs import components, normal, normal_components, tangential
 from microslip.errors import ModelError
 from microslip.model.flexibility import static_flexibility
 from microslip.model.interface import Interface
@@ -73,7 +74,7 @@ def joint():
 
 
 def test_modes_are_mass_normalised_and_solve_the_eigenproblem(joint):
-    bonded = 2 * np.arange(6, 15)
+    bonded = normal_components(np.arange(6, 15))
     modes = linear_modes(joint, bonded, 8)
     shapes = modes.shapes
     assert shapes.T @ joint.mass @ shapes == pytest.approx(np.eye(8), abs=1e-8)
@@ -105,16 +106,17 @@ def test_four_soft_modes_of_the_free_joint(joint):
 def test_bonding_more_never_lowers_a_frequency(joint):
     pairs = np.arange(5, 16)
     nothing = linear_modes(joint, NONE, 6).omega
-    normal = linear_modes(joint, 2 * pairs, 6).omega
-    both = linear_modes(joint, np.sort(np.r_[2 * pairs, 2 * pairs + 1]), 6).omega
+    sliding = linear_modes(joint, normal_components(pairs), 6).omega
+    stuck = linear_modes(joint, components(pairs), 6).omega
     small = 1e-6 * nothing[-1]
-    assert np.all(normal >= nothing - small)
-    assert np.all(both >= normal - small)
+    assert np.all(sliding >= nothing - small)
+    assert np.all(stuck >= sliding - small)
 
 
 def test_basis_spans_the_bonded_displacements(joint):
     relative = joint.interface.relative
-    bonded = np.sort(np.r_[2 * np.arange(21), 2 * np.arange(4, 9) + 1])
+    sticking = components(np.arange(4, 9))
+    bonded = np.union1d(normal_components(np.arange(21)), sticking)
     basis = bonding(relative, bonded)
     assert basis.shape == (joint.dofs, joint.dofs - len(bonded))
     assert np.abs(relative[bonded] @ basis).max() < 1e-14
@@ -135,7 +137,7 @@ def test_shift_is_far_below_every_elastic_mode(joint):
 
 
 def sliding_frequency(structure, touching) -> float:
-    modes = linear_modes(structure, 2 * np.flatnonzero(touching), 8, align="moment")
+    modes = linear_modes(structure, normal_components(np.flatnonzero(touching)), 8, align="moment")
     return modes.frequency[bending_mode(modes, structure)]
 
 
@@ -182,7 +184,7 @@ def test_sliding_frequency_over_the_receding_contact_of_the_layers(published):
     x = np.abs(joint.model.position)
     low = sliding_frequency(joint.structure, x <= a)
     high = sliding_frequency(joint.structure, x <= a + joint.spacing)
-    print(f"sliding frequency {low:.4f} .. {high:.4f} Hz, prestress {joint.omega_sliding}")
+    print(f"sliding frequency {low:.4f} .. {high:.4f} Hz, prestress {joint.states.sliding_omega}")
     assert low < 174.90 < high
     end = x[joint.start.touching].max()
     assert abs(end - a) <= joint.spacing
@@ -197,15 +199,15 @@ def test_prestress_zone_is_the_paper_s(reference, published):
 
 
 def test_stuck_joint_is_stiffer_than_the_sliding_one(reference):
-    assert reference.omega_stuck > 1.03 * reference.omega_sliding
+    assert reference.states.stuck_omega > 1.03 * reference.states.sliding_omega
 
 
 def test_modes_do_not_depend_on_the_model(reference):
     """Rayleigh quotients of the shapes on the full matrices."""
-    K, M = reference.structure.stiffness, reference.structure.mass
+    K, M, states = reference.structure.stiffness, reference.structure.mass, reference.states
     for omega, shape in (
-        (reference.omega_sliding, reference.shape_sliding),
-        (reference.omega_stuck, reference.shape_stuck),
+        (states.sliding_omega, states.sliding),
+        (states.stuck_omega, states.stuck),
     ):
         assert shape @ M @ shape == pytest.approx(1.0, rel=1e-10)
         assert np.sqrt(shape @ K @ shape) == pytest.approx(omega, rel=1e-8)
@@ -213,14 +215,14 @@ def test_modes_do_not_depend_on_the_model(reference):
 
 def test_half_turn_keeps_the_bending_mode(reference):
     """Bending is odd or even under the half turn, so its slip and gap are so along x."""
-    v = reference.structure.interface.relative @ reference.shape_sliding
-    for part in (v[0::2], v[1::2]):
+    v = reference.structure.interface.relative @ reference.states.sliding
+    for part in (normal(v), tangential(v)):
         even, odd = np.abs(part - part[::-1]).max(), np.abs(part + part[::-1]).max()
         assert min(even, odd) < 1e-6 * np.abs(v).max()
 
 
 def test_prestress_is_without_friction(small_reference):
     plain = small_reference.reducer.model(small_reference.structure.loads)
-    start = prestress(plain, static_flexibility(plain), 1e6)
-    assert np.all(start.solution.r[1::2] == 0)
+    start = prestress(plain, static_flexibility(plain), {"clamp": 1e6})
+    assert np.all(tangential(start.solution.r) == 0)
     assert isinstance(small_reference.reducer, Reducer)

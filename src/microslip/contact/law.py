@@ -60,7 +60,8 @@ def contact_law(
     Raises
     ------
     ContactError
-        Where a coefficient of friction or a compliance is negative or not finite.
+        Where a coefficient of friction or a compliance is negative or not finite, or where there is
+        another number of them.
 
     Examples
     --------
@@ -76,7 +77,10 @@ def contact_law(
 
 
 def _per_pair(friction: float | Array, pairs: int) -> Array:
-    mu = np.broadcast_to(np.asarray(friction, dtype=float), (pairs,)).copy()
+    given = np.asarray(friction, dtype=float)
+    if given.shape not in ((), (1,), (pairs,)):
+        raise ContactError(f"friction has shape {given.shape}, not ({pairs},)")
+    mu = np.broadcast_to(given, (pairs,)).copy()
     if not (np.isfinite(mu).all() and (mu >= 0).all()):
         raise ContactError("coefficient of friction must be finite and not negative")
     return mu

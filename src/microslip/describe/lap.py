@@ -228,7 +228,8 @@ class LapJoint(Section):
         ]
         if self.load is not None:
             values = ", ".join(f"{value:g}" for value in self.load.values)
-            rows.append((f"load: {self.load.kind}", values))
+            unit = " N m/m" if self.load.kind == "moment" else ""
+            rows.append((f"load: {self.load.kind}", values + unit))
         return [*rows, ("analyses", ", ".join(self.analysis.asked) or "none")]
 
     @model_validator(mode="after")

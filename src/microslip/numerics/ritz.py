@@ -20,7 +20,8 @@ def ritz_values(vectors: Sequence[Array], images: Sequence[Array]) -> Complex:
     Parameters
     ----------
     vectors, images : sequences of (n,) arrays
-        In coordinates whose squares sum to an energy.
+        In coordinates whose squares sum to an energy. Vectors of no length are left out; without
+        any other there are no eigenvalues.
 
     Examples
     --------
@@ -29,9 +30,9 @@ def ritz_values(vectors: Sequence[Array], images: Sequence[Array]) -> Complex:
     >>> ritz_values(z, [map @ x for x in z]).real.round(6).tolist()
     [0.9, -0.5]
     """
-    if not len(vectors):
-        return np.zeros(0, complex)
     size = [np.linalg.norm(z) for z in vectors]
+    if not any(size):
+        return np.zeros(0, complex)
     Z = np.column_stack([z / s for z, s in zip(vectors, size, strict=True) if s > 0])
     A = np.column_stack([z / s for z, s in zip(images, size, strict=True) if s > 0])
     U, sigma, Vt = np.linalg.svd(Z, full_matrices=False)

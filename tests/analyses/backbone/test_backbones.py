@@ -6,33 +6,26 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from conftest import with_value
+from conftest import FRICTION, times
 
 from microslip.analyses.backbone.cycles import (
     CycleControl,
-    amplitude_scale,
-    geometric,
-    material_damping,
     prescribed_backbone,
     quasi_static_backbone,
 )
 from microslip.analyses.backbone.extended_motion import harmonic_backbone
-from microslip.analyses.harmonic.equations import harmonic_problem
-from microslip.analyses.harmonic.response import LoadPath, describe, raise_load
-from microslip.analyses.prepared.joint_modes import bonded_modes, joint_modes, pick_mode
-from microslip.analyses.statics.cycle import prestress
-from microslip.describe.reading import parse_joint
-from microslip.errors import InputError, MicroslipError, ModelError
-from microslip.model.flexibility import static_flexibility
-from microslip.model.joint import JointModel
+from microslip.analyses.backbone.points import amplitude_scale, geometric, material_damping
+from microslip.analyses.harmonic.paths import LoadPath, raise_load
+from microslip.analyses.harmonic.points import describe
+from microslip.analyses.harmonic.problem import harmonic_problem
+from microslip.analyses.prepared.joint import prepare_joint
+from microslip.analyses.prepared.joint_modes import joint_modes, pick_mode
+from microslip.contact.law import contact_law
+from microslip.contact.pairs import normal_rows, tangential_rows
+from microslip.errors import MicroslipError, ModelError
+from microslip.model.joint import JointModel, bonded_modes
 from microslip.model.modes import linear_modes
-from microslip.pipeline.run import run as run_joint
-from microslip.results.backbone import matters
-from microslip.results.dataset import dataset
-from microslip.results.summary import summary
-from microslip.show.plots.backbones import backbones_figure
 
-FRICTION = 0.25
 FINE = CycleControl(steps=2000, cycles=3, closure=1e-9)
 CLAMP = 100.0
 SPRING = 4e5
@@ -41,7 +34,8 @@ SPRING = 4e5
 
 @pytest.fixture(scope="module")
 def modes(small_reference):
-    return joint_modes(small_reference.model, small_reference.start)
+    joint = small_reference.joint
+    return joint_modes(joint.model, joint.prestress, joint.law)
 
 
 def sliders(stiffness, limit, idle=False):
@@ -50,14 +44,15 @@ def sliders(stiffness, limit, idle=False):
     Reaction of element i: stiffness[i] up to limit[i], which shares out the clamp force.
     """
     m = len(stiffness)
-    normal = np.full(m, 1e-9)
+    n, t = normal_rows(), tangential_rows()
+    soft = np.full(m, 1e-9)
     residual = np.zeros((2 * m, 2 * m))
-    residual[0::2, 0::2] = np.diag(normal)
-    residual[1::2, 1::2] = np.diag(1 / stiffness)
+    residual[n, n] = np.diag(soft)
+    residual[t, t] = np.diag(1 / stiffness)
     port_v = np.zeros((2 * m, 2))
-    port_v[0::2, 0] = normal * limit / limit.sum()
+    port_v[n, 0] = soft * limit / limit.sum()
     psi = np.zeros((2 * m, 2 if idle else 1))
-    psi[1::2, 0] = 1.0
+    psi[t, 0] = 1.0
     count = psi.shape[1]
     return JointModel(
         position=np.arange(float(m)),
@@ -75,8 +70,10 @@ def sliders(stiffness, limit, idle=False):
     )
 
 
-def pressed(model, clamp=CLAMP):
-    return prestress(model, static_flexibility(model), clamp)
+def pressed(model):
+    """The sliders prepared, and their modes."""
+    joint = prepare_joint(model, contact_law(model.pairs, FRICTION), {"clamp": CLAMP}, "moment")
+    return joint, joint_modes(model, joint.prestress, joint.law)
 
 
 def material(omega):
@@ -86,9 +83,8 @@ def material(omega):
 @pytest.fixture(scope="module")
 def jenkins():
     """One element: k_t = 0.2 of the spring, slipping beyond 25 N."""
-    model = sliders(np.array([0.2 * SPRING]), np.ones(1))
-    start = pressed(model)
-    return model, start, joint_modes(model, start)[0]
+    joint, modes = pressed(sliders(np.array([0.2 * SPRING]), np.ones(1)))
+    return joint, modes[0]
 
 
 SLIP = FRICTION * CLAMP / (0.2 * SPRING)
@@ -100,11 +96,9 @@ REACH = SLIP * np.array([0.5, 1.2, 2.0, 5.0, 20.0])
 
 def test_quasi_static_jenkins(jenkins):
     """Secant ``k + f/a`` and loop ``4 f (a - a_slip)``."""
-    model, start, mode = jenkins
+    joint, mode = jenkins
     load = SPRING * REACH + np.minimum(0.2 * SPRING * REACH, FRICTION * CLAMP)
-    found, failures = quasi_static_backbone(
-        model, start, mode, FRICTION, load / mode.omega**2, control=FINE
-    )
+    found, failures = quasi_static_backbone(joint, mode, load / mode.sliding_omega**2, control=FINE)
     assert failures == []
     assert found.amplitude == pytest.approx(REACH, rel=1e-9)
     omega = np.sqrt(load / REACH)
@@ -125,11 +119,11 @@ def jenkins_harmonics(a):
 @pytest.mark.parametrize("method", ["prescribed", "harmonic"])
 def test_nonlinear_mode_of_a_jenkins_element(jenkins, method):
     """``omega² = k + k_t s(a)``, and the loss of one harmonic: sin(q) prescribed, or H = 1."""
-    model, start, mode = jenkins
+    joint, mode = jenkins
     if method == "prescribed":
-        found, failures = prescribed_backbone(model, start, mode, FRICTION, REACH, control=FINE)
+        found, failures = prescribed_backbone(joint, mode, REACH, control=FINE)
     else:
-        found, failures = harmonic_backbone(model, start, mode, FRICTION, REACH, harmonics=1)
+        found, failures = harmonic_backbone(joint, mode, REACH, harmonics=1)
     assert failures == []
     # the spring that prescribes q yields by k_t over a hundred times k
     assert found.amplitude == pytest.approx(REACH, rel=0.2 / 99)
@@ -145,18 +139,15 @@ def test_quasi_static_iwan():
     count = 200
     yields = (np.arange(count) + 0.5) / count
     k = 0.2 * SPRING
-    model = sliders(np.full(count, k / count), yields)
-    start = pressed(model)
-    mode = joint_modes(model, start)[0]
+    joint, modes = pressed(sliders(np.full(count, k / count), yields))
+    mode = modes[0]
     last = 2 * FRICTION * CLAMP / k
     a = last * np.array([0.1, 0.3, 0.6, 0.95])
     load = SPRING * a + k * (a - a**2 / (2 * last))
     found, failures = quasi_static_backbone(
-        model,
-        start,
+        joint,
         mode,
-        FRICTION,
-        load / mode.omega**2,
+        load / mode.sliding_omega**2,
         control=CycleControl(steps=400, cycles=3),
     )
     assert failures == []
@@ -169,43 +160,37 @@ def test_quasi_static_iwan():
 @pytest.mark.parametrize("number", [1, 2, 3, 4])
 def test_small_amplitudes_are_the_stuck_mode(small_reference, modes, number):
     """Both forms of the nonlinear mode, and the modes of the finite elements themselves."""
-    model, start, mode = small_reference.model, small_reference.start, pick_mode(modes, number)
-    size = [1e-5 * amplitude_scale(model, start, mode)]
-    zeta = material_damping(model, mode.stuck_omega)
+    joint, mode = small_reference.joint, pick_mode(modes, number)
+    size = [1e-5 * amplitude_scale(joint, mode)]
+    zeta = material_damping(joint.model, mode.stuck_omega)
     for method in (prescribed_backbone, harmonic_backbone):
-        found, failures = method(model, start, mode, FRICTION, size)
+        found, failures = method(joint, mode, size)
         assert failures == []
         assert found.frequency[0] == pytest.approx(mode.stuck_frequency, rel=1e-7)
         assert found.damping_ratio[0] == pytest.approx(zeta, rel=1e-5)
-    elements = linear_modes(small_reference.structure, start.bonded(2), 8).frequency
+    elements = linear_modes(small_reference.structure, joint.prestress.bonded(2), 8).frequency
     assert np.abs(elements / mode.stuck_frequency - 1).min() < 1e-5
 
 
 @pytest.mark.parametrize("number", [1, 2, 3])
 def test_quasi_static_limit_lacks_the_inertia_of_the_other_modes(small_reference, modes, number):
     """``omega² = 1 / sum (c_n/omega_n)²`` over the stuck modes: off by the change of shape."""
-    model, start, mode = small_reference.model, small_reference.start, pick_mode(modes, number)
-    omega, shapes = bonded_modes(model, start.bonded(2))
-    expected = 1 / np.sqrt(np.sum((mode.shape @ shapes) ** 2 / omega**2))
-    size = [1e-5 * amplitude_scale(model, start, mode)]
-    found, _ = quasi_static_backbone(model, start, mode, FRICTION, size)
+    joint, mode = small_reference.joint, pick_mode(modes, number)
+    omega, shapes = bonded_modes(joint.model, joint.prestress.bonded(2))
+    expected = 1 / np.sqrt(np.sum((mode.sliding @ shapes) ** 2 / omega**2))
+    size = [1e-5 * amplitude_scale(joint, mode)]
+    found, _ = quasi_static_backbone(joint, mode, size)
     assert 2 * np.pi * found.frequency[0] == pytest.approx(expected, rel=1e-7)
     assert abs(expected / mode.stuck_omega - 1) > 1e-4
 
 
 def test_amplitude_over_clamp_alone_matters(small_reference, modes):
-    model, start, mode = small_reference.model, small_reference.start, modes[0]
-    s = start.solution
-    tripled = replace(
-        start,
-        clamp=3 * start.clamp,
-        pressure=3 * start.pressure,
-        solution=replace(s, r=3 * s.r, v=3 * s.v, q=3 * s.q),
-    )
+    joint, mode = small_reference.joint, modes[0]
+    tripled = replace(joint, prestress=times(joint.prestress, 3))
     a = np.array([1e-3, 2e-2])
     for method in (quasi_static_backbone, prescribed_backbone):
-        one, _ = method(model, start, mode, FRICTION, a)
-        three, _ = method(model, tripled, mode, FRICTION, 3 * a)
+        one, _ = method(joint, mode, a)
+        three, _ = method(tripled, mode, 3 * a)
         assert three.amplitude == pytest.approx(3 * one.amplitude, rel=1e-6)
         assert three.frequency == pytest.approx(one.frequency, rel=1e-7)
         assert three.damping_ratio == pytest.approx(one.damping_ratio, rel=1e-5)
@@ -225,11 +210,10 @@ def test_prescribed_motion_against_harmonic_balance(
     small_reference, modes, number, fraction, frequency, damping
 ):
     """Two routes to the nonlinear mode; higher harmonics and the mean tell them apart."""
-    model, start, mode = small_reference.model, small_reference.start, pick_mode(modes, number)
-    scale = amplitude_scale(model, start, mode)
-    sizes = fraction * scale * np.array([0.25, 1.0])
-    cycles, failures = prescribed_backbone(model, start, mode, FRICTION, sizes)
-    balance, more = harmonic_backbone(model, start, mode, FRICTION, sizes, harmonics=5)
+    joint, mode = small_reference.joint, pick_mode(modes, number)
+    sizes = fraction * amplitude_scale(joint, mode) * np.array([0.25, 1.0])
+    cycles, failures = prescribed_backbone(joint, mode, sizes)
+    balance, more = harmonic_backbone(joint, mode, sizes, harmonics=5)
     assert failures == more == []
     assert max(p.residual for p in (*cycles.points, *balance.points)) < 1e-8
     assert cycles.frequency[-1] == pytest.approx(balance.frequency[-1], rel=frequency)
@@ -238,24 +222,24 @@ def test_prescribed_motion_against_harmonic_balance(
 
 def test_quasi_static_against_the_nonlinear_mode(small_reference, modes):
     """The first mode: its stuck and sliding shapes agree to 1e-4, so inertia hardly matters."""
-    model, start, mode = small_reference.model, small_reference.start, modes[0]
-    sizes = amplitude_scale(model, start, mode) * geometric(1e-3, 0.3, 12)
-    static, _ = quasi_static_backbone(model, start, mode, FRICTION, sizes)
-    dynamic, _ = prescribed_backbone(model, start, mode, FRICTION, static.amplitude)
+    joint, mode = small_reference.joint, modes[0]
+    sizes = amplitude_scale(joint, mode) * geometric(1e-3, 0.3, 12)
+    static, _ = quasi_static_backbone(joint, mode, sizes)
+    dynamic, _ = prescribed_backbone(joint, mode, static.amplitude)
     assert static.frequency == pytest.approx(dynamic.frequency, rel=2e-3)
     assert static.damping_ratio == pytest.approx(dynamic.damping_ratio, rel=0.1)
 
 
 def test_forced_response_passes_through_the_backbone(small_reference, modes):
     """Under the moment that makes up for the damping, the joint answers a quarter cycle late."""
-    joint, mode = small_reference, modes[0]
-    model, start = joint.model, joint.start
-    size = 0.05 * amplitude_scale(model, start, mode)
-    found, _ = prescribed_backbone(model, start, mode, FRICTION, [size])
+    joint, mode = small_reference.joint, modes[0]
+    model = joint.model
+    size = 0.05 * amplitude_scale(joint, mode)
+    found, _ = prescribed_backbone(joint, mode, [size])
     point = found.points[0]
-    push = abs(mode.shape @ model.port_modes[:, model.port("moment")])
+    push = abs(mode.sliding @ model.port_modes[:, model.port("moment")])
     load = 2 * point.damping_ratio * point.omega**2 * point.amplitude / push
-    problem = harmonic_problem(model, start, FRICTION, harmonics=5)
+    problem = harmonic_problem(joint, harmonics=5)
     frequency = point.omega / (2 * np.pi)
     w, _ = raise_load(problem, frequency, load)
     answer = describe(LoadPath(problem, frequency, load).at(w, load), 0, 0.0)
@@ -266,9 +250,10 @@ def test_forced_response_passes_through_the_backbone(small_reference, modes):
 
 def test_partners_are_close_and_ordered(small_reference, modes):
     assert [mode.number for mode in modes] == list(range(1, len(modes) + 1))
-    assert (np.diff([mode.omega for mode in modes]) > 0).all()
-    assert modes[0].omega == pytest.approx(small_reference.omega_sliding, rel=1e-5)
-    assert modes[0].stuck_omega == pytest.approx(small_reference.omega_stuck, rel=1e-5)
+    states = small_reference.states
+    assert (np.diff([mode.sliding_omega for mode in modes]) > 0).all()
+    assert modes[0].sliding_omega == pytest.approx(states.sliding_omega, rel=1e-5)
+    assert modes[0].stuck_omega == pytest.approx(states.stuck_omega, rel=1e-5)
     assert min(mode.assurance for mode in modes[:5]) > 0.9
 
 
@@ -278,99 +263,28 @@ def test_a_mode_that_does_not_exist_is_named(modes):
 
 
 def test_a_mode_that_leaves_the_interface_alone():
-    model = sliders(np.array([0.2 * SPRING]), np.ones(1), idle=True)
-    start = pressed(model)
-    mode = joint_modes(model, start)[1]
-    assert amplitude_scale(model, start, mode) == np.inf
-    found, failures = prescribed_backbone(model, start, mode, FRICTION, [1.0])
+    joint, modes = pressed(sliders(np.array([0.2 * SPRING]), np.ones(1), idle=True))
+    mode = modes[1]
+    assert amplitude_scale(joint, mode) == np.inf
+    found, failures = prescribed_backbone(joint, mode, [1.0])
     assert failures == []
-    assert not matters(found)
-    assert 2 * np.pi * found.frequency[0] == pytest.approx(mode.omega, rel=1e-9)
-    assert found.damping_ratio[0] == pytest.approx(material(mode.omega), rel=1e-9)
+    assert not found.interface_matters
+    assert 2 * np.pi * found.frequency[0] == pytest.approx(mode.sliding_omega, rel=1e-9)
+    assert found.damping_ratio[0] == pytest.approx(material(mode.sliding_omega), rel=1e-9)
 
 
 def test_amplitudes_that_open_the_joint_are_named(small_reference, modes):
-    model, start, mode = small_reference.model, small_reference.start, modes[0]
-    scale = amplitude_scale(model, start, mode)
-    found, failures = quasi_static_backbone(
-        model, start, mode, FRICTION, [0.1 * scale, 1.1 * scale]
-    )
+    joint, mode = small_reference.joint, modes[0]
+    scale = amplitude_scale(joint, mode)
+    found, failures = quasi_static_backbone(joint, mode, [0.1 * scale, 1.1 * scale])
     assert len(found.points) == 1
     assert len(failures) == 1
-    assert "mode 1" in failures[0]
-    assert "opens the joint" in failures[0]
+    assert failures[0].stage == "backbone"
+    assert "mode 1" in failures[0].where
+    assert "opens the joint" in failures[0].reason
 
 
 @pytest.mark.parametrize("limits", [(0.0, 1.0, 5), (1.0, 1.0, 5), (0.1, 1.0, 1), (0.1, np.inf, 5)])
 def test_bad_amplitudes_are_refused(limits):
     with pytest.raises(MicroslipError, match="amplitudes"):
         geometric(*limits)
-
-
-JOINT = {
-    "beams": {"length": "251.5 mm", "thickness": "12.5 mm", "overlap_half_length": "37.5 mm"},
-    "material": {"youngs_modulus": "70 GPa", "poissons_ratio": 0.3, "density": "2 g/cm^3"},
-    "contact": {"friction": 0.25, "pairs": 31},
-    "clamp": {"force": "1 MN/m", "half_length": "25 mm"},
-    "damping": {"beta": "0.73 us"},
-    "mesh": {"modes": 20},
-}
-
-
-def described(**backbone):
-    return parse_joint({**JOINT, "analysis": {"backbone": {"count": 4, **backbone}}})
-
-
-@pytest.fixture(scope="module")
-def run():
-    return run_joint(described(modes=[1, 2], methods=["quasi_static", "prescribed"]))
-
-
-def test_a_run_reports_backbones(run):
-    rows = summary(run)["backbone"]
-    assert {(row["mode"], row["method"]) for row in rows} == {
-        (mode, method) for mode in (1, 2) for method in ("quasi_static", "prescribed")
-    }
-    first = next(row for row in rows if row["method"] == "prescribed")
-    assert first["frequency_hz"] == pytest.approx(first["stuck_frequency_hz"], rel=1e-7)
-    assert first["damping_ratio"] == pytest.approx(first["material_damping_ratio"], rel=1e-5)
-    assert all(row["residual_max"] <= 1e-8 for row in rows)
-    assert len(rows) + len(run.failures) == 16
-    group = dataset(run)["backbone"]
-    assert group["frequency"].attrs["units"] == "Hz"
-    assert group.sizes["curve"] == 4
-    assert float(group["frequency"][1, 0]) == first["frequency_hz"]
-
-
-def test_the_figure_has_a_column_per_mode(run):
-    figure = backbones_figure(run)
-    assert len(figure.axes) == 4
-    assert [ax.get_ylabel() for ax in figure.axes[::2]] == [
-        "natural frequency (Hz)",
-        "damping ratio (%)",
-    ]
-    assert all(ax.get_xlabel() for ax in figure.axes[2:])
-    lines = [line.get_label() for line in figure.axes[0].lines]
-    assert len(lines) == 4
-    assert backbones_figure(with_value(run, "backbone", ())) is None
-
-
-def test_a_mode_beyond_the_model_ends_the_run():
-    with pytest.raises(InputError, match=r"analysis.backbone.modes = \[1, 90\].*has \d+ modes"):
-        run_joint(described(modes=[1, 90]))
-
-
-@pytest.mark.parametrize(
-    ("change", "part"),
-    [
-        ({"modes": [0]}, "backbone.modes"),
-        ({"modes": [1, 1]}, "names one thing twice"),
-        ({"methods": ["exact"]}, "quasi_static"),
-        ({"largest": 1.0}, "less than 1"),
-        ({"smallest": 0.5, "largest": 0.1}, "must be above"),
-        ({"steps": 90}, "multiple of 4"),
-    ],
-)
-def test_a_wrong_section_is_named(change, part):
-    with pytest.raises(InputError, match=part):
-        described(**change)

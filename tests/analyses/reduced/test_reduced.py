@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scipy.sparse.linalg as spla
-from microslip.analyses.statics.linear_states import linear_states
+from conftest import RAYLEIGH
+from scipy.interpolate import PchipInterpolator
 from scipy.optimize import brentq
 
 from microslip.analyses.reduced.response import (
@@ -18,32 +19,16 @@ from microslip.analyses.reduced.response import (
 from microslip.analyses.reduced.table import EquivalentTable, equivalent_table, modal_quantities
 from microslip.analyses.reduced.two_mode import two_mode_model
 from microslip.analyses.statics.cycle import quasi_static_cycle
+from microslip.contact.pairs import normal_components
 from microslip.errors import MicroslipError
 from microslip.model.modes import bonding
-
-RAYLEIGH = (0.0, 7.3e-7)
-
-
-@pytest.fixture(scope="module")
-def states(reference):
-    pairs = np.flatnonzero(reference.start.touching)
-    return linear_states(reference.structure, pairs, "moment")
 
 
 @pytest.fixture(scope="module")
 def cycles(reference):
     """Mode-driven cycles from nearly stuck to mostly slipping."""
     return [
-        quasi_static_cycle(
-            reference.model,
-            reference.flexibility,
-            reference.start,
-            "sliding",
-            load,
-            0.25,
-            steps=100,
-            max_cycles=4,
-        )
+        quasi_static_cycle(reference.joint, "sliding", load, steps=100, max_cycles=4)
         for load in np.geomspace(300, 60000, 6)
     ]
 
@@ -72,31 +57,32 @@ def jenkins(a, ratio=0.12, slip=1e-3):
     )
 
 
-def test_frictionless_response_is_that_of_the_full_mesh(reference, states):
+def test_frictionless_response_is_that_of_the_full_mesh(reference):
     """Direct solution of (-w² M + (1 + i w beta) K) x = F on every degree of freedom."""
-    s = reference.structure
-    basis = bonding(s.interface.relative, 2 * states.pairs)
+    s, states = reference.structure, reference.states
+    basis = bonding(s.interface.relative, normal_components(states.pairs))
     stiffness, mass = basis.T @ s.stiffness @ basis, basis.T @ s.mass @ basis
     load = basis.T @ s.loads["moment"]
     measure = basis.T @ (s.mass @ states.sliding)
-    frequency = states.sliding_frequency + np.array([-5.0, -0.3, -0.05, 0.0, 0.05, 0.3, 5.0])
+    resonance = states.sliding_omega / (2 * np.pi)
+    frequency = resonance + np.array([-5.0, -0.3, -0.05, 0.0, 0.05, 0.3, 5.0])
     direct = []
     for f in frequency:
         w = 2 * np.pi * f
         dynamic = (-(w**2) * mass + (1 + 1j * w * RAYLEIGH[1]) * stiffness).tocsc()
         direct.append(measure @ spla.spsolve(dynamic, load.astype(complex)))
     for variant in ("printed", "consistent"):
-        model = two_mode_model(states, "moment", RAYLEIGH, variant)
+        model = two_mode_model(reference.joint, variant)
         response = forced_response(model, None, frequency, 1.0)
         assert response.amplitude == pytest.approx(np.array(direct), rel=5e-3)
 
 
-def test_jenkins_oscillator(states):
+def test_jenkins_oscillator(reference):
     """One-mode fixed point against bisection on the closed-form describing function."""
-    omega = states.sliding_omega
-    model = two_mode_model(states, "moment", RAYLEIGH, "consistent")
+    omega = reference.states.sliding_omega
+    model = two_mode_model(reference.joint, "consistent")
     table = jenkins_table(omega)
-    frequency = np.linspace(0.97, 1.07, 81) * states.sliding_frequency
+    frequency = np.linspace(0.97, 1.07, 81) * omega / (2 * np.pi)
     load = 0.05 * 0.12 * 8e-3 * omega**2 / abs(model.force[0])
     response = forced_response(model, table, frequency, load)
     assert (response.flag == 0).all()
@@ -120,68 +106,66 @@ def test_jenkins_oscillator(states):
     assert checked > 20
 
 
-def test_answers_satisfy_their_equation(reference, states, cycles):
+def test_answers_satisfy_their_equation(reference, cycles):
     """Every converged point solves the two-coordinate equation with the table at its amplitude."""
-    table = equivalent_table(cycles, reference.model, states, reference.start.clamp, "mode")
-    model = two_mode_model(states, "moment", RAYLEIGH, "consistent")
+    table = equivalent_table(cycles, reference.joint, "mode")
+    model = two_mode_model(reference.joint, "consistent")
     response = forced_response(model, table, np.linspace(165, 190, 101), 40.0)
     good = response.flag == 0
     assert good.sum() > 90
     a = np.abs(response.amplitude[good])
     inside = (a > table.amplitude[0]) & (a < table.amplitude[-1])
     assert inside.sum() > 50
-    from scipy.interpolate import PchipInterpolator
-
     x = np.log(table.amplitude)
     k = PchipInterpolator(x, table.k_eq)(np.log(a[inside]))
     g = PchipInterpolator(x, table.gamma_eq)(np.log(a[inside]))
     w = 2 * np.pi * response.frequency[good][inside]
-    w2 = states.sliding_omega**2
+    w2 = reference.states.sliding_omega**2
     z = w2 * (1 + k + 1j * g) - w**2 + 1j * w * RAYLEIGH[1] * w2
     q = response.amplitude[good][inside]
     assert z * q == pytest.approx(np.full(len(q), 40.0 * model.force[0]), rel=1e-7)
 
 
-def test_response_scales_with_clamp_and_load(reference, states, cycles):
-    table = equivalent_table(cycles, reference.model, states, reference.start.clamp, "mode")
-    model = two_mode_model(states, "moment", RAYLEIGH, "consistent")
+def test_response_scales_with_clamp_and_load(reference, cycles):
+    table = equivalent_table(cycles, reference.joint, "mode")
+    model = two_mode_model(reference.joint, "consistent")
     frequency = np.linspace(165, 190, 51)
     one = forced_response(model, table, frequency, 40.0)
-    ten = forced_response(model, table, frequency, 400.0, clamp=10 * table.clamp)
+    ten = forced_response(model, table, frequency, 400.0, preload=10 * table.preload)
     assert ten.amplitude == pytest.approx(10 * one.amplitude, rel=1e-8)
 
 
-def test_constant_table_is_a_linear_oscillator(states):
-    omega = states.sliding_omega
+def test_constant_table_is_a_linear_oscillator(reference):
+    omega = reference.states.sliding_omega
     a = np.array([1e-9, 1e3])
     table = EquivalentTable(
         "mode", 1.0, omega, a, a, np.full(2, 0.05), np.full(2, 0.01), np.zeros(2, complex), a, a
     )
     frequency = np.linspace(165, 190, 11)
     w = 2 * np.pi * frequency
-    expected = states.load_on_sliding["moment"] / (
-        omega**2 * (1.05 + 0.01j + 1j * w * RAYLEIGH[1]) - w**2
-    )
-    model = two_mode_model(states, "moment", RAYLEIGH, "consistent")
+    work = reference.structure.loads["moment"] @ reference.states.sliding
+    expected = work / (omega**2 * (1.05 + 0.01j + 1j * w * RAYLEIGH[1]) - w**2)
+    model = two_mode_model(reference.joint, "consistent")
     response = forced_response(model, table, frequency, 1.0)
     assert response.amplitude == pytest.approx(expected, rel=1e-9)
     assert response.contraction == pytest.approx(np.zeros(11), abs=1e-9)
 
 
-def test_lowest_gain_is_where_a_search_finds_it(states):
+def test_lowest_gain_is_where_a_search_finds_it(reference):
     """Greatest damping of the Jenkins oscillator by brute force over the load."""
-    table = jenkins_table(states.sliding_omega)
-    model = two_mode_model(states, "moment", RAYLEIGH, "consistent")
-    frequency = np.linspace(0.97, 1.07, 801) * states.sliding_frequency
-    scale = 0.12 * 1e-3 * states.sliding_omega**2 / abs(model.force[0])
+    omega = reference.states.sliding_omega
+    table = jenkins_table(omega)
+    model = two_mode_model(reference.joint, "consistent")
+    frequency = np.linspace(0.97, 1.07, 801) * omega / (2 * np.pi)
+    scale = 0.12 * 1e-3 * omega**2 / abs(model.force[0])
     best = greatest_damping_load(model, table, frequency, (0.05 * scale, 50 * scale))
     loads = np.geomspace(0.5, 2, 41) * best
     gains = [forced_response(model, table, frequency, f).peak_amplitude / f for f in loads]
     assert loads[int(np.argmin(gains))] == pytest.approx(best, rel=0.05)
 
 
-def test_points_above_the_table_are_marked(states):
-    table = jenkins_table(states.sliding_omega)
+def test_points_above_the_table_are_marked(reference):
+    table = jenkins_table(reference.states.sliding_omega)
     short = replace(
         table,
         **{
@@ -189,7 +173,7 @@ def test_points_above_the_table_are_marked(states):
             for name in ("load", "amplitude", "k_eq", "gamma_eq", "cross", "dissipated", "stored")
         },
     )
-    model = two_mode_model(states, "moment", RAYLEIGH, "consistent")
+    model = two_mode_model(reference.joint, "consistent")
     frequency = np.linspace(170, 180, 101)
     response = forced_response(model, short, frequency, 1e4)
     above = np.abs(response.amplitude) > short.amplitude[-1]
@@ -198,24 +182,25 @@ def test_points_above_the_table_are_marked(states):
     assert set(response.frequency[above]) <= set(response.unconverged)
 
 
-def test_modal_contact_force_is_the_work_of_the_reactions(reference, states, cycles):
+def test_modal_contact_force_is_the_work_of_the_reactions(reference, cycles):
     """f = Phi_sl^T F - omega² q equals the reactions' projection plus the opened bonds' share."""
-    s, start = reference.structure, reference.start
+    s, start, states = reference.structure, reference.start, reference.states
     shape = states.sliding
+    held = normal_components(states.pairs)
     bond_force = s.stiffness @ shape - states.sliding_omega**2 * (s.mass @ shape)
     relative = s.interface.relative
-    bonds = np.linalg.lstsq(relative[2 * states.pairs].T.toarray(), bond_force, rcond=None)[0]
-    assert relative[2 * states.pairs].T @ bonds == pytest.approx(
+    bonds = np.linalg.lstsq(relative[held].T.toarray(), bond_force, rcond=None)[0]
+    assert relative[held].T @ bonds == pytest.approx(
         bond_force, abs=1e-6 * np.abs(bond_force).max()
     )
     projected = relative @ shape
     for cycle in cycles:
-        _, f = modal_quantities(cycle, reference.model, states)
+        _, f = modal_quantities(cycle, reference.joint)
         contact = (cycle.r - start.solution.r) @ projected
-        opened = (cycle.v - start.solution.v)[:, 2 * states.pairs] @ bonds
+        opened = (cycle.v - start.solution.v)[:, held] @ bonds
         assert f == pytest.approx(contact + opened, abs=1e-5 * np.abs(f).max())
 
 
-def test_unknown_variant_is_refused(states):
+def test_unknown_variant_is_refused(reference):
     with pytest.raises(MicroslipError, match="printed, consistent"):
-        two_mode_model(states, "moment", RAYLEIGH, "other")
+        two_mode_model(reference.joint, "other")

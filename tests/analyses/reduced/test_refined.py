@@ -6,51 +6,38 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from microslip.analyses.statics.linear_states import linear_states
+from conftest import FRICTION, times
 from scipy.stats import spearmanr
 
-from microslip.analyses.reduced.refined import missed, moment_offset, refined_table
+from microslip.analyses.reduced.refined import load_offset, missed, refined_table
 from microslip.analyses.reduced.response import forced_response
 from microslip.analyses.reduced.sweep import CONVERGED
 from microslip.analyses.reduced.trust import error_indicator
 from microslip.analyses.reduced.two_mode import two_mode_model
-from microslip.analyses.statics.prescribed import hold_mode, prescribed_cycle, sliding_modes
+from microslip.analyses.statics.prescribed import hold_mode, prescribed_cycle
 from microslip.analyses.time.scheme import period_error, time_scheme
 from microslip.analyses.time.steady import steady_state
 from microslip.errors import MicroslipError
+from microslip.model.joint import bonded_modes
 from microslip.numerics.fourier import harmonic
 
-FRICTION = 0.25
 BAND = np.linspace(165, 190, 501)
 
 
-@pytest.fixture(scope="module")
-def states(small_reference):
-    pairs = np.flatnonzero(small_reference.start.touching)
-    return linear_states(small_reference.structure, pairs, "moment")
-
-
-def held_joint(reference, states, omega=None, upper=0, start=None):
-    middle = 0.5 * (states.sliding_omega + states.stuck_omega)
-    return hold_mode(
-        reference.model,
-        start or reference.start,
-        states,
-        FRICTION,
-        middle if omega is None else omega,
-        upper=upper,
-    )
+def held_joint(joint, omega=None, upper=0):
+    mode = joint.principal()
+    middle = 0.5 * (mode.sliding_omega + mode.stuck_omega)
+    return hold_mode(joint, middle if omega is None else omega, upper=upper)
 
 
 @pytest.fixture(scope="module")
-def refined(small_reference, states):
+def refined(small_reference):
     """Model and table of the small joint."""
-    held = held_joint(small_reference, states, upper=2)
+    joint = small_reference.joint
+    held = held_joint(joint, upper=2)
     table, failures = refined_table(held, 2e-6, 0.05, 28, steps=200, knots=5)
     assert failures == []
-    rayleigh = small_reference.model.rayleigh
-    offset = moment_offset(held, 1e-6)
-    return two_mode_model(states, "moment", rayleigh, "refined", offset), table
+    return two_mode_model(joint, "refined", load_offset(held, 1e-6)), table
 
 
 def stuck_receptance(reference, omega, damped=True):
@@ -77,19 +64,19 @@ def stuck_receptance(reference, omega, damped=True):
     return m.port_modes[:, sliding] @ eta + direct / loss
 
 
-def test_small_amplitude_is_the_stuck_mode(small_reference, states):
+def test_small_amplitude_is_the_stuck_mode(small_reference):
     """With inertia at the stuck frequency the held mode resonates exactly there.
 
     ``omega_sl² (1 + k_eq) = omega_st²`` holds only if all other modes have their inertia.
     """
-    bonded = small_reference.start.bonded(2)
-    stuck = 2 * np.pi * small_reference.model.bonded_frequencies(bonded, 4)
+    states, joint = small_reference.states, small_reference.joint
+    stuck, _ = bonded_modes(joint.model, joint.prestress.bonded(2))
     stuck = stuck[np.argmin(np.abs(stuck - states.stuck_omega))]
-    held = held_joint(small_reference, states, omega=float(stuck))
+    held = held_joint(joint, omega=float(stuck))
     cycle = prescribed_cycle(held, 1e-8, steps=40, cycles=2)
     k = (cycle.force / cycle.q).real / states.sliding_omega**2
     resonance = np.sqrt(1 + k) * states.sliding_omega
-    static = prescribed_cycle(held_joint(small_reference, states, omega=0.0), 1e-8, steps=40)
+    static = prescribed_cycle(held_joint(joint, omega=0.0), 1e-8, steps=40)
     k_static = (static.force / static.q).real / states.sliding_omega**2
     without = np.sqrt(1 + k_static) * states.sliding_omega
     # Rigid sliding keeps its static stiffness; it is a hundredth of what inertia is worth.
@@ -97,7 +84,7 @@ def test_small_amplitude_is_the_stuck_mode(small_reference, states):
     assert abs(resonance - stuck) < 0.02 * (without - stuck)
 
 
-def test_small_amplitude_response_is_the_stuck_joint(small_reference, states, refined):
+def test_small_amplitude_response_is_the_stuck_joint(small_reference, refined):
     """At every frequency of the band, the moment's own bending of the interface included."""
     model, table = refined
     frequency = np.linspace(165, 182, 18)
@@ -109,46 +96,41 @@ def test_small_amplitude_response_is_the_stuck_joint(small_reference, states, re
     assert np.abs(without.amplitude / load / exact - 1).max() > 2e-2
 
 
-def test_prescribed_motion_is_a_sine(small_reference, states):
-    cycle = prescribed_cycle(held_joint(small_reference, states), 5e-3, steps=100)
+def test_prescribed_motion_is_a_sine(small_reference):
+    cycle = prescribed_cycle(held_joint(small_reference.joint), 5e-3, steps=100)
     assert abs(cycle.q) == pytest.approx(5e-3, rel=1e-3)
     assert abs(np.angle(cycle.q)) < 1e-3
     assert cycle.residual < 1e-8
 
 
-def test_dissipation_is_the_work_of_the_force(small_reference, states):
+def test_dissipation_is_the_work_of_the_force(small_reference):
     """``Delta E = pi |Q|² omega_sl² gamma_eq``: friction work against the force on the mode."""
-    cycle = prescribed_cycle(held_joint(small_reference, states), 5e-3, steps=400, cycles=6)
+    cycle = prescribed_cycle(held_joint(small_reference.joint), 5e-3, steps=400, cycles=6)
     work = np.pi * (np.conj(cycle.q) * cycle.force).imag
     assert cycle.dissipated == pytest.approx(work, rel=2e-3)
 
 
-def test_amplitude_over_clamp_alone_matters(small_reference, states):
-    start = small_reference.start
-    s = start.solution
-    tripled = replace(
-        start,
-        clamp=3 * start.clamp,
-        pressure=3 * start.pressure,
-        solution=replace(s, r=3 * s.r, v=3 * s.v, q=3 * s.q),
-    )
-    one = prescribed_cycle(held_joint(small_reference, states), 4e-3, steps=100)
-    three = prescribed_cycle(held_joint(small_reference, states, start=tripled), 12e-3, steps=100)
+def test_amplitude_over_clamp_alone_matters(small_reference):
+    joint = small_reference.joint
+    tripled = replace(joint, prestress=times(joint.prestress, 3))
+    one = prescribed_cycle(held_joint(joint), 4e-3, steps=100)
+    three = prescribed_cycle(held_joint(tripled), 12e-3, steps=100)
     assert three.force == pytest.approx(3 * one.force, rel=1e-7)
     assert three.dissipated == pytest.approx(9 * one.dissipated, rel=1e-7)
 
 
-def test_upper_modes_are_those_of_the_sliding_joint(small_reference, states):
-    omegas, shapes = sliding_modes(small_reference.model, small_reference.start)
-    g = small_reference.model.port_modes[:, small_reference.model.port("sliding")]
+def test_upper_modes_are_those_of_the_sliding_joint(small_reference):
+    model, states = small_reference.model, small_reference.states
+    omegas, shapes = bonded_modes(model, small_reference.start.bonded(1))
+    g = model.port_modes[:, model.port("sliding")]
     own = int(np.argmax(np.abs(shapes.T @ g)))
     assert omegas[own] == pytest.approx(states.sliding_omega, rel=1e-5)
     assert abs(shapes[:, own] @ g) == pytest.approx(1, abs=1e-5)
 
 
-def test_half_turn_symmetry_selects_harmonics(small_reference, states):
+def test_half_turn_symmetry_selects_harmonics(small_reference):
     """The antisymmetric mode answers even harmonics only, the symmetric one odd ones."""
-    held = held_joint(small_reference, states, upper=2)
+    held = held_joint(small_reference.joint, upper=2)
     cycle = prescribed_cycle(held, 6e-3, steps=200, cycles=6, harmonics=8)
     first, second = np.abs(cycle.upper)
     assert first[0::2].max() < 1e-3 * first[1::2].max()
@@ -182,9 +164,9 @@ def test_interpolation_error_is_estimated():
 
 
 @pytest.mark.parametrize("limits", [(0.0, 1e-2, 8), (1e-2, 1e-3, 8), (1e-4, 1e-2, 3)])
-def test_bad_tables_are_refused(small_reference, states, limits):
+def test_bad_tables_are_refused(small_reference, limits):
     with pytest.raises(MicroslipError, match="amplitudes"):
-        refined_table(held_joint(small_reference, states), *limits)
+        refined_table(held_joint(small_reference.joint), *limits)
 
 
 def test_other_tables_have_no_indicator(refined):
@@ -197,7 +179,7 @@ def test_other_tables_have_no_indicator(refined):
 def time_domain(reference, frequency, load, guess, steps):
     """First harmonic of the sliding coordinate, and the frequency without period error."""
     stretch = 1 + period_error(2 * np.pi / steps)
-    scheme = time_scheme(reference.model, reference.start, FRICTION, stretch / (frequency * steps))
+    scheme = time_scheme(reference.joint, stretch / (frequency * steps))
     steady = steady_state(scheme, frequency / stretch, load, guess=guess)
     assert steady.converged
     theta = steady.phase + 2 * np.pi * np.arange(steps + 1) / steps
@@ -221,13 +203,9 @@ def test_time_domain_agrees(small_reference, refined):
 @pytest.mark.parametrize("rho", [1.6, 2.4, 3.2, 5.0])
 def test_refined_within_one_per_cent(reference, rho):
     """Reference joint, the paper's loads: 1 % everywhere, 0.3 % at a peak that is no edge of a fold."""
-    pairs = np.flatnonzero(reference.start.touching)
-    states = linear_states(reference.structure, pairs, "moment")
-    held = held_joint(reference, states, upper=2)
+    held = held_joint(reference.joint, upper=2)
     table, _ = refined_table(held, 3e-6, 0.12)
-    model = two_mode_model(
-        states, "moment", reference.model.rayleigh, "refined", moment_offset(held, 1e-6)
-    )
+    model = two_mode_model(reference.joint, "refined", load_offset(held, 1e-6))
     load = 2.33e-3 * FRICTION * reference.moment / rho
     response = forced_response(model, table, BAND, load)
     peak = response.peak

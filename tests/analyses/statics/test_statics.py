@@ -21,10 +21,20 @@ from conftest import (
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from microslip.analyses.statics.cycle import Cycle, opening_load, prestress, quasi_static_cycle
-from microslip.contact.pairs import BACKWARD, FORWARD, SEPARATED, STICK
+from microslip.analyses.prepared.joint import prepare_joint
+from microslip.analyses.prepared.prestress import opening_load, prestress
+from microslip.analyses.statics.cycle import Cycle, quasi_static_cycle
+from microslip.contact.law import contact_law
+from microslip.contact.pairs import (
+    BACKWARD,
+    FORWARD,
+    SEPARATED,
+    STICK,
+    by_pair,
+    normal,
+    tangential,
+)
 from microslip.errors import ContactError, JointOpensError
-from microslip.model.flexibility import static_flexibility
 from microslip.model.joint import Reducer
 from microslip.model.lap_mesh import LapGeometry
 
@@ -35,10 +45,8 @@ LOADS = (2e-4, 7e-4, 4e-3, 3e-2)
 @cache
 def solved(model, port, amplitude, friction, options) -> Cycle:
     """One cycle of a joint, computed once for all tests that look at it."""
-    joint = JOINTS[model]
-    return quasi_static_cycle(
-        joint.model, joint.flexibility, joint.start, port, amplitude, friction, **dict(options)
-    )
+    joint = JOINTS[model].joint.with_friction(friction)
+    return quasi_static_cycle(joint, port, amplitude, **dict(options))
 
 
 JOINTS: dict[int, Reference] = {}
@@ -54,16 +62,11 @@ def drive(joint: Reference, load: float, port: str = "moment", **options) -> Cyc
 
 def mirrored(vectors):
     """Pairs in reverse order, components kept: the half turn changes no sign of v or r."""
-    steps, rows = vectors.shape
-    return vectors.reshape(steps, rows // 2, 2)[:, ::-1].reshape(steps, rows)
+    return by_pair(vectors)[:, ::-1].reshape(vectors.shape)
 
 
 def reaction_scale(joint):
     return np.abs(joint.start.solution.r).max()
-
-
-def displacement_scale(joint):
-    return reaction_scale(joint) * np.diag(joint.flexibility.W).max()
 
 
 # --- symmetry and scaling
@@ -94,9 +97,8 @@ def test_second_half_of_the_cycle_mirrors_the_first(reference, load):
 
 
 def scaled_cycle(joint, load, factor):
-    start = prestress(joint.model, joint.flexibility, factor * CLAMP)
-    amplitude = factor * load * joint.moment
-    return quasi_static_cycle(joint.model, joint.flexibility, start, "moment", amplitude, FRICTION)
+    pressed = joint.joint.with_preload({"clamp": factor * CLAMP})
+    return quasi_static_cycle(pressed, "moment", factor * load * joint.moment)
 
 
 def test_clamp_and_moment_scale_together_by_a_power_of_two(reference):
@@ -144,7 +146,7 @@ def test_starting_phase_does_not_change_the_steady_cycle(reference, load, quarte
 @pytest.mark.parametrize("port", ["moment", "sliding"])
 def test_friction_takes_the_work_of_the_load(reference, load, port):
     if port == "sliding":  # the modal load whose static response is the moment's
-        load = load * (reference.structure.loads["moment"] @ reference.shape_sliding)
+        load = load * (reference.structure.loads["moment"] @ reference.states.sliding)
     cycle = drive(reference, load, port)
     assert cycle.dissipated > 0
     assert cycle.external_work == pytest.approx(cycle.dissipated, rel=1e-3)
@@ -163,9 +165,9 @@ def test_cycle_obeys_the_contact_laws_at_every_step(reference, load):
     cycle = drive(reference, load)
     force = reaction_scale(reference)
     size = force * np.diag(reference.flexibility.W)
-    rn, rt = cycle.r[:, 0::2] / force, cycle.r[:, 1::2] / force
-    vn = cycle.v[:, 0::2] / size[0::2]
-    slip = np.diff(cycle.v[:, 1::2], axis=0) / size[1::2]
+    rn, rt = normal(cycle.r) / force, tangential(cycle.r) / force
+    vn = normal(cycle.v) / normal(size)
+    slip = np.diff(tangential(cycle.v), axis=0) / tangential(size)
     assert rn.min() >= -1e-8
     assert vn.max() <= 1e-8
     assert np.minimum(np.abs(vn), np.abs(rn)).max() <= 1e-8
@@ -185,7 +187,7 @@ def test_cycle_obeys_the_contact_laws_at_every_step(reference, load):
 def test_reactions_balance_the_clamp_and_the_moment(reference, load):
     """Resultant P; resultant moment about x = 0 equal to the end moment (up to the end springs)."""
     cycle = drive(reference, load)
-    rn = cycle.r[:, 0::2]
+    rn = normal(cycle.r)
     weak = 1e-4  # springs over the stiffness of a beam, E A/L: 3e-5
     assert SPRING / (MATERIAL.plane_modulus() * GEOMETRY.thickness / GEOMETRY.length) < weak
     assert rn.sum(axis=1) == pytest.approx(CLAMP, rel=weak)
@@ -225,7 +227,7 @@ def test_beyond_the_opening_load_the_joint_opens(small_reference):
 @pytest.mark.parametrize("clamp", [0.0, -1.0, np.nan])
 def test_clamp_must_press(small_reference, clamp):
     with pytest.raises(ContactError, match="positive"):
-        prestress(small_reference.model, small_reference.flexibility, clamp)
+        prestress(small_reference.model, small_reference.flexibility, {"clamp": clamp})
 
 
 # --- the paper's figures
@@ -252,11 +254,11 @@ def stiffness_and_damping(joint, cycle, modal_load):
     """(k_eq + i gamma_eq)/omega_sl² from the first harmonics of q and f = load - omega_sl² q."""
     q = first_harmonic(cycle.theta, cycle.output[:, joint.model.port("sliding")])
     load = first_harmonic(cycle.theta, modal_load * np.sin(cycle.theta))
-    return load / q / joint.omega_sliding**2 - 1
+    return load / q / joint.states.sliding_omega**2 - 1
 
 
 def test_equivalent_stiffness_under_a_small_moment(reference, published):
-    work = reference.structure.loads["moment"] @ reference.shape_sliding
+    work = reference.structure.loads["moment"] @ reference.states.sliding
     for load in (1e-5, 5e-5):
         cycle = drive(reference, load)
         found = stiffness_and_damping(reference, cycle, cycle.amplitude * work)
@@ -267,20 +269,20 @@ def test_equivalent_stiffness_under_a_small_moment(reference, published):
 
 def test_equivalent_stiffness_under_a_small_modal_load_is_the_stuck_joint(reference):
     """(omega_st/omega_sl)² - 1, within 2 %."""
-    work = reference.structure.loads["moment"] @ reference.shape_sliding
+    work = reference.structure.loads["moment"] @ reference.states.sliding
     cycle = drive(reference, 1e-5 * work, "sliding")
     found = stiffness_and_damping(reference, cycle, cycle.amplitude)
-    expected = (reference.omega_stuck / reference.omega_sliding) ** 2 - 1
+    expected = (reference.states.stuck_omega / reference.states.sliding_omega) ** 2 - 1
     assert found.real == pytest.approx(expected, rel=2e-2)
 
 
 def test_dissipation_is_that_of_the_damping(reference):
     """D = pi gamma_eq omega_sl² q² for the modal drive (the loop in q is all of the work)."""
-    work = reference.structure.loads["moment"] @ reference.shape_sliding
+    work = reference.structure.loads["moment"] @ reference.states.sliding
     cycle = drive(reference, 7e-4 * work, "sliding")
     found = stiffness_and_damping(reference, cycle, cycle.amplitude)
     q = first_harmonic(cycle.theta, cycle.output[:, reference.model.port("sliding")])
-    damping = found.imag * reference.omega_sliding**2 * np.pi * np.abs(q) ** 2
+    damping = found.imag * reference.states.sliding_omega**2 * np.pi * np.abs(q) ** 2
     assert damping == pytest.approx(cycle.dissipated, rel=1e-3)
 
 
@@ -371,10 +373,10 @@ def test_other_joints(slenderness, overlap, clamped, friction, fraction):
     geometry = LapGeometry(length, thickness, half, clamped * half)
     structure = joint_structure(51, geometry)
     model = Reducer(structure, 30, RAYLEIGH).model(structure.loads)
-    flexibility = static_flexibility(model)
-    start = prestress(model, flexibility, CLAMP)
+    law = contact_law(model.pairs, friction)
+    joint = prepare_joint(model, law, {"clamp": CLAMP}, "moment")
     load = fraction * half * CLAMP
-    cycle = quasi_static_cycle(model, flexibility, start, "moment", load, friction, steps=200)
+    cycle = quasi_static_cycle(joint, "moment", load, steps=200)
     assert cycle.residual.max() <= 1e-8
     scale = load * np.ptp(cycle.output[:, model.port("moment")])
     assert cycle.dissipated > -1e-12 * scale
