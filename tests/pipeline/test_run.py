@@ -11,7 +11,9 @@ from microslip.describe.reading import parse_joint
 from microslip.errors import Failure
 from microslip.pipeline.notebook import MOST_ROWS, html_page, html_table
 from microslip.pipeline.outcome import Outcome, until_interrupted, value_of
+from microslip.pipeline.progress import NullProgress
 from microslip.pipeline.run import Run, run
+from microslip.results.summary import summary
 
 JOINT = {
     "title": "Joint <b>",
@@ -114,3 +116,30 @@ def test_only_ctrl_c_is_swallowed() -> None:
     assert not stop.is_set()
     with pytest.raises(ZeroDivisionError), until_interrupted():
         1 / 0  # noqa: B018
+
+
+class Pressing(NullProgress):
+    """Ctrl-C once a number of steps are done."""
+
+    def __init__(self, after: int) -> None:
+        self.left = after
+
+    def advance(self, n: int = 1) -> None:
+        self.left -= n
+        if self.left < 0:
+            raise KeyboardInterrupt
+
+
+@pytest.mark.parametrize(
+    ("after", "cycles", "responses"),
+    [(2, {"moment": 2}, 0), (5, {"moment": 3, "mode": 2}, 0), (8, {"moment": 3, "mode": 3}, 2)],
+)
+def test_what_was_finished_before_ctrl_c_is_kept(
+    after: int, cycles: dict[str, int], responses: int
+) -> None:
+    """One step for the matrices, three for the cycles of each drive, one for each response."""
+    halted = run(parse_joint(JOINT), Pressing(after))
+    assert halted.interrupted
+    assert {drive: len(found) for drive, found in halted.cycles.items()} == cycles
+    assert len(halted.responses) == responses
+    assert summary(halted)["interrupted"]

@@ -49,16 +49,16 @@ def run_cycles(
     found: dict[str, DrivenCycles] = {}
     failures: tuple[Failure, ...] = ()
     timings: dict[str, float] = {}
-    interrupted = False
-    for drive in settings.drives:
-        start = time.perf_counter()
-        outcome = drive_cycles(assembly, drive, progress)
-        found[drive], timings[drive] = outcome.value, time.perf_counter() - start
-        failures += outcome.failures
-        interrupted = outcome.interrupted
-        if interrupted:
-            break
-    return Outcome(found, failures, interrupted, timings)
+    with until_interrupted() as stop:
+        for drive in settings.drives:
+            start = time.perf_counter()
+            outcome = drive_cycles(assembly, drive, progress)
+            found[drive], timings[drive] = outcome.value, time.perf_counter() - start
+            failures += outcome.failures
+            if outcome.interrupted:
+                stop.set()
+                break
+    return Outcome(found, failures, stop.is_set(), timings)
 
 
 def drive_cycles(assembly: Assembly, drive: str, progress: Progress) -> Outcome[DrivenCycles]:
