@@ -148,6 +148,6 @@ def steady_states(
             return solve_request(joint, request)
         except MicroslipError as error:
             where = f"rho = {request.rho:g}, {request.frequency:g} Hz"
-            return Failure("time domain", where, str(error))
+            return Failure("time", where, str(error))
 
     return in_threads(work, requests, threads)
