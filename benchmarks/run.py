@@ -20,8 +20,8 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from microslip import assemble_joint, load_joint
-from microslip.analyses.reduced.refined import moment_offset, refined_table
+from microslip import load_joint
+from microslip.analyses.reduced.refined import load_offset, refined_table
 from microslip.analyses.reduced.response import forced_response
 from microslip.analyses.reduced.table import equivalent_table
 from microslip.analyses.reduced.two_mode import two_mode_model
@@ -30,7 +30,8 @@ from microslip.analyses.statics.prescribed import hold_mode
 from microslip.contact.problem import relative_displacement
 from microslip.model.modes import factorise, spectral_shift
 from microslip.numerics.execute import workers
-from microslip.pipeline.run import cycle_loads
+from microslip.pipeline.cycle import cycle_loads
+from microslip.pipeline.prepare import assemble
 
 ROOT = Path(__file__).resolve().parent.parent
 EXAMPLE = ROOT / "examples" / "lap_joint.toml"
@@ -57,17 +58,8 @@ def triangular_solve(assembly):
 
 
 def cycle(assembly, drive, load, steps=300, max_cycles=6):
-    a = assembly
     return quasi_static_cycle(
-        a.model,
-        a.flexibility,
-        a.prestress,
-        PORTS[drive],
-        load,
-        a.joint.contact.friction,
-        steps=steps,
-        max_cycles=max_cycles,
-        closure=1e-5,
+        assembly.prepared, PORTS[drive], load, steps=steps, max_cycles=max_cycles, closure=1e-5
     )
 
 
@@ -91,12 +83,11 @@ def step_times(assembly, drive):
 
 def step_floor(assembly):
     """Seconds of what a step cannot do without: one solve with the inverse and one product W r."""
-    m = assembly.model.pairs
-    touching = int(assembly.prestress.touching.sum())
-    n = 2 * touching + assembly.flexibility.R.shape[1]
+    f, m = assembly.prepared.flexibility, assembly.prepared.model.pairs
+    touching = int(assembly.prepared.prestress.touching.sum())
+    n = 2 * touching + f.R.shape[1]
     rng = np.random.default_rng(1)
     G, b = rng.standard_normal((n, n)), rng.standard_normal(n)
-    f = assembly.flexibility
     r = np.zeros(2 * m)
     r[: 2 * touching] = 1.0
     v, v_free, q = np.zeros(2 * m), np.zeros(2 * m), np.zeros(f.R.shape[1])
@@ -142,13 +133,13 @@ def growth_point(pairs):
     with threadpool_limits(1):
         joint = with_pairs(load_joint(EXAMPLE), pairs)
         start = time.perf_counter()
-        assembly = assemble_joint(joint)
+        assembly = assemble(joint)
         assembled = time.perf_counter() - start
         load = cycle_loads(assembly, "mode")[0][len(joint.cycle_amplitudes()) // 2]
         result = cycle(assembly, "mode", load)
         seconds = median_seconds(lambda: cycle(assembly, "mode", load), 3)
         return {
-            "pairs": assembly.model.pairs,
+            "pairs": assembly.prepared.model.pairs,
             "dofs": assembly.structure.dofs,
             "assemble_s": assembled,
             "ms_per_step": 1e3 * seconds / (300 * result.cycles),
@@ -199,9 +190,10 @@ def main():
         "python": platform.python_version(),
     }
     with threadpool_limits(1):
-        assembly = assemble_joint(joint)
+        assembly = assemble(joint)
+        prepared, mode = assembly.prepared, assembly.mode
         reference = triangular_solve(assembly)
-        found["dofs"], found["contact_pairs"] = assembly.structure.dofs, assembly.model.pairs
+        found["dofs"], found["contact_pairs"] = assembly.structure.dofs, prepared.model.pairs
         found["triangular_solve_ms"] = 1e3 * reference
         floor = step_floor(assembly)
         found["step_floor_ms"] = 1e3 * floor
@@ -220,35 +212,25 @@ def main():
 
             def table(picked=picked, drive=drive):
                 cycles = [cycle(assembly, drive, load) for load in picked]
-                return equivalent_table(
-                    cycles, assembly.model, assembly.states, joint.clamp.force, drive
-                )
+                return equivalent_table(cycles, prepared, drive)
 
             tables[drive] = table()
             found[f"table_20x300_{drive}_s"] = median_seconds(table, 3)
         found["refined_table_s"] = {}
-        held = hold_mode(
-            assembly.model,
-            assembly.prestress,
-            assembly.states,
-            joint.contact.friction,
-            0.5 * (assembly.states.sliding_omega + assembly.states.stuck_omega),
-            upper=2,
-        )
+        held = hold_mode(prepared, 0.5 * (mode.sliding_omega + mode.stuck_omega), upper=2)
         top = float(tables["mode"].amplitude[-1])
         for threads in (1, workers()):
             start = time.perf_counter()
             tables["prescribed"], _ = refined_table(held, 1e-5, top, threads=threads)
             found["refined_table_s"][str(threads)] = time.perf_counter() - start
-        offset = moment_offset(held, 1e-6)
+        offset = load_offset(held, 1e-6)
         frequency = np.linspace(165, 190, 20001)
         for variant, drive in (
             ("printed", "moment"),
             ("consistent", "mode"),
             ("refined", "prescribed"),
         ):
-            rayleigh = (0.0, joint.damping.beta)
-            model = two_mode_model(assembly.states, "moment", rayleigh, variant, offset)
+            model = two_mode_model(prepared, variant, offset)
             amplitude = tables[drive].amplitude
             middle = amplitude[len(amplitude) // 2]
             load = 0.02 * middle * model.omega**2 / abs(model.force[0])

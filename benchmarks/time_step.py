@@ -24,12 +24,14 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from microslip import assemble_joint, load_joint
+from microslip import Failure, load_joint
 from microslip.analyses.time.floquet import floquet_multipliers
 from microslip.analyses.time.points import Request, steady_states
 from microslip.analyses.time.scheme import march, time_scheme
 from microslip.analyses.time.steady import steady_state
+from microslip.contact.pairs import STICK, touches
 from microslip.model.modes import factorise, spectral_shift
+from microslip.pipeline.prepare import assemble
 
 ROOT = Path(__file__).resolve().parent.parent
 EXAMPLE = ROOT / "examples" / "lap_joint.toml"
@@ -45,7 +47,7 @@ def assembled(pairs=201, modes=60):
     joint = load_joint(EXAMPLE)
     mesh = joint.mesh.model_copy(update={"modes": modes})
     contact = joint.contact.model_copy(update={"pairs": pairs})
-    return assemble_joint(joint.model_copy(update={"mesh": mesh, "contact": contact}))
+    return assemble(joint.model_copy(update={"mesh": mesh, "contact": contact}))
 
 
 def moment(a, rho):
@@ -72,7 +74,7 @@ def triangular_solve(a):
 
 def step(a, rho=RHO, frequency=FREQUENCY):
     """Milliseconds of a step in the steady state, and what it takes on the way."""
-    scheme = time_scheme(a.model, a.prestress, a.joint.contact.friction, 1 / (frequency * STEPS))
+    scheme = time_scheme(a.prepared, 1 / (frequency * STEPS))
     found = steady_state(scheme, frequency, moment(a, rho))
     state, load = found.cycle.state, found.cycle.load
     seconds = processor_median(lambda: march(scheme, state, load), CYCLES_TIMED)
@@ -80,14 +82,19 @@ def step(a, rho=RHO, frequency=FREQUENCY):
         "ms": 1e3 * seconds / STEPS,
         "iterations": float(found.cycle.iterations[1:].mean()),
         "changes": float((np.diff(found.cycle.status, axis=0) != 0).sum() / STEPS),
-        "touching": float((found.cycle.status != 4).sum(axis=1).mean()),
+        "touching": float(touches(found.cycle.status).sum(axis=1).mean()),
     }
 
 
 def growth_point(pairs, modes):
     with threadpool_limits(1):
         a = assembled(pairs, modes)
-        found = {"pairs": a.model.pairs, "modes": modes, "dofs": a.structure.dofs, **step(a)}
+        found = {
+            "pairs": a.prepared.model.pairs,
+            "modes": modes,
+            "dofs": a.structure.dofs,
+            **step(a),
+        }
         return {**found, "triangular_solve_ms": 1e3 * triangular_solve(a)}
 
 
@@ -112,15 +119,15 @@ def band(a, rho, threads=2):
     friction = a.joint.contact.friction
     asked = [Request(rho, f, moment(a, rho), friction, 0.0, max_cycles=120) for f in BAND]
     start = time.perf_counter()
-    found = list(steady_states(a.model, a.prestress, asked, threads=threads))
+    found = list(steady_states(a.prepared, asked, threads=threads))
     seconds = time.perf_counter() - start
-    points = [p for p in found if not isinstance(p, str)]
+    points = [p for p in found if not isinstance(p, Failure)]
     return {
         "rho": rho,
         "seconds": seconds,
         "threads": threads,
         "converged": sum(p.steady.converged for p in points),
-        "failed": [p for p in found if isinstance(p, str)],
+        "failed": [str(p) for p in found if isinstance(p, Failure)],
         "cycles": sum(p.steady.cycles for p in points),
     }
 
@@ -131,8 +138,8 @@ ACCELERATION = {"sticking": (1e-5, 2800), "mixed": (1e-4, 500), "slipping": (4e-
 
 def acceleration(a):
     """Cycles to a change of 1e-5, accelerated and marched, and how far the answers differ."""
-    frequency = a.states.sliding_frequency + 3
-    scheme = time_scheme(a.model, a.prestress, a.joint.contact.friction, 1 / (frequency * STEPS))
+    frequency = a.mode.sliding_frequency + 3
+    scheme = time_scheme(a.prepared, 1 / (frequency * STEPS))
     rows = []
     for name, (ratio, cycles) in ACCELERATION.items():
         load = ratio * a.moment_unit
@@ -151,7 +158,7 @@ def acceleration(a):
             {
                 "case": name,
                 "moment_over_clamp_force_length": ratio,
-                "stick_share": float(np.mean(fast.cycle.status == 1)),
+                "stick_share": float(np.mean(fast.cycle.status == STICK)),
                 "cycles": fast.cycles,
                 "cycles_strict": strict.cycles,
                 "cycles_marched": int(np.argmax(reached)) + 1 if reached.any() else None,

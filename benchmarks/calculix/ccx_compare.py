@@ -26,14 +26,14 @@ import numpy as np
 from ccx_deck import Loading, write_deck
 from ccx_results import contact_points, iterations, read_path
 from linear_joint import linear_joint
-from same_elements import ccx_points, gauss_points, matched_model, penalty_flexibility
+from same_elements import ccx_points, gauss_points, matched_model, penalty_law
 from threadpoolctl import threadpool_limits
 
-from microslip import load_joint
-from microslip.analyses.statics.cycle import prestress, quasi_static_cycle
+from microslip import load_joint, prepare_joint
+from microslip.analyses.statics.cycle import quasi_static_cycle
+from microslip.contact.law import contact_law
 from microslip.errors import ContactError, MicroslipError
 from microslip.model import lap
-from microslip.model.flexibility import static_flexibility
 from microslip.model.joint import Reducer
 
 ROOT = Path(__file__).resolve().parent.parent.parent
@@ -169,40 +169,36 @@ def _row(name, points, loading, rotation, slip, seconds_per_step, once):
 
 
 def run_ours(name, reduced, loading):
-    """Our last cycle as a `Row`; `reduced` makes model and flexibility.
+    """Our last cycle as a `Row`; `reduced` makes model and contact law.
 
-    The relative displacements are returned as well: (steps + 1, m).
+    The slip is returned as well: (steps + 1, m).
     """
     start = time.process_time()
-    model, flexibility = reduced()
-    pressed = prestress(model, flexibility, loading.clamp)
+    model, law = reduced()
+    joint = prepare_joint(model, law, {"clamp": loading.clamp}, "moment")
     once = time.process_time() - start
     seconds = []
     for _ in range(4):
         start = time.process_time()
         cycle = quasi_static_cycle(
-            model,
-            flexibility,
-            pressed,
-            "moment",
+            joint,
+            joint.drive,
             loading.moment,
-            loading.friction,
             steps=loading.steps,
             max_cycles=loading.cycles,
             closure=0.0,
         )
         seconds.append(time.process_time() - start)
-    slip = cycle.v[:, 1::2]
     row = _row(
         name,
         model.pairs,
         loading,
-        cycle.output[:, model.port("moment")],
-        np.ptp(slip, axis=0).max(),
+        cycle.output[:, model.port(joint.drive)],
+        np.ptp(cycle.slip, axis=0).max(),
         float(np.median(seconds[1:])) / (loading.steps * loading.cycles),
         once,
     )
-    return row, slip
+    return row, cycle.slip
 
 
 def compare(joint, loading, ccx, folder):
@@ -212,14 +208,16 @@ def compare(joint, loading, ccx, folder):
 
     def same(points):
         model = matched_model(linear, material, loading.spring, points)
-        return model, penalty_flexibility(model, loading)
+        return model, penalty_law(model, loading)
 
     def shipped(exact):
         structure = lap.lap_joint_structure(
             lap.geometry(joint), material, control, horizontal_spring=loading.spring
         )
         model = Reducer(structure, joint.mesh.modes, (0.0, 0.0)).model(structure.loads)
-        return model, static_flexibility(model) if exact else penalty_flexibility(model, loading)
+        if exact:
+            return model, contact_law(model.pairs, loading.friction)
+        return model, penalty_law(model, loading)
 
     own, slip = run_ours("microslip, own elements, same penalty", lambda: shipped(False), loading)
     exact, _ = run_ours("microslip, own elements, exact law", lambda: shipped(True), loading)

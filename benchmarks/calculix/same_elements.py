@@ -12,7 +12,8 @@ from __future__ import annotations
 import numpy as np
 import scipy.sparse as sp
 
-from microslip.model.flexibility import static_flexibility, with_compliance
+from microslip.contact.law import contact_law
+from microslip.contact.pairs import normal_rows, tangential_rows
 from microslip.model.interface import Interface
 from microslip.model.joint import Reducer
 from microslip.model.structure import constrain
@@ -124,12 +125,12 @@ def point_interface(joint, points, dofs):
     )
 
 
-def penalty_flexibility(model, loading):
-    """Static flexibility behind the penalty springs of a `deck.Loading`."""
+def penalty_law(model, loading):
+    """Friction behind the penalty springs of a `ccx_deck.Loading`."""
     compliance = np.empty(2 * model.pairs)
-    compliance[0::2] = 1 / (loading.normal_stiffness * model.area)
-    compliance[1::2] = 1 / (loading.tangential_stiffness * model.area)
-    return with_compliance(static_flexibility(model), compliance)
+    compliance[normal_rows()] = 1 / (loading.normal_stiffness * model.area)
+    compliance[tangential_rows()] = 1 / (loading.tangential_stiffness * model.area)
+    return contact_law(model.pairs, loading.friction, compliance)
 
 
 def matched_model(joint, material, spring, points, modes=60):

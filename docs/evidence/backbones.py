@@ -11,19 +11,13 @@ from pathlib import Path
 
 import numpy as np
 
-from microslip import load_joint
-from microslip.analyses.backbone.cycles import (
-    Backbone,
-    amplitude_scale,
-    geometric,
-    prescribed_backbone,
-    quasi_static_backbone,
-)
+from microslip import PreparedJoint, joint_modes, load_joint, prepare
+from microslip.analyses.backbone.cycles import prescribed_backbone, quasi_static_backbone
 from microslip.analyses.backbone.extended_motion import harmonic_backbone
-from microslip.analyses.harmonic.equations import harmonic_problem
-from microslip.analyses.harmonic.response import LoadPath, describe, raise_load
-from microslip.analyses.prepared.joint_modes import joint_modes
-from microslip.pipeline.run import JointAssembly, assemble_joint
+from microslip.analyses.backbone.points import Backbone, amplitude_scale, geometric
+from microslip.analyses.harmonic.paths import LoadPath, raise_load
+from microslip.analyses.harmonic.points import describe
+from microslip.analyses.harmonic.problem import harmonic_problem
 
 REFERENCE = Path(__file__).parents[2] / "examples" / "lap_joint.toml"
 
@@ -37,24 +31,23 @@ def at(backbone: Backbone, amplitude: float) -> tuple[float, float]:
     )
 
 
-def compare(a: JointAssembly, number: int, count: int = 7) -> Backbone:
+def compare(joint: PreparedJoint, number: int, count: int = 7) -> Backbone:
     """Print a table of one mode; returns its backbone by prescribed cycles."""
-    mode = joint_modes(a.model, a.prestress)[number - 1]
-    scale, mu = amplitude_scale(a.model, a.prestress, mode), a.joint.contact.friction
-    what = (a.model, a.prestress, mode, mu)
+    mode = joint_modes(joint.model, joint.prestress, joint.law)[number - 1]
+    scale = amplitude_scale(joint, mode)
     fine = scale * geometric(1e-5, 0.85, 60)
     began = time.process_time()
-    static, lost = quasi_static_backbone(*what, scale * geometric(1e-5, 0.85, 30), threads=1)
+    static, lost = quasi_static_backbone(joint, mode, scale * geometric(1e-5, 0.85, 30), threads=1)
     print(
-        f"mode {number}: {mode.frequency:.4f} Hz sliding, {mode.stuck_frequency:.4f} stuck, MAC "
+        f"mode {number}: {mode.sliding_frequency:.4f} Hz sliding, {mode.stuck_frequency:.4f} stuck, MAC "
         f"{mode.assurance:.5f}; 30 amplitudes, quasi-static {time.process_time() - began:.1f} s"
     )
-    static, lost = quasi_static_backbone(*what, fine)
+    static, lost = quasi_static_backbone(joint, mode, fine)
     sizes = scale * geometric(1e-5, 0.6, count)
-    cycles, lost_too = prescribed_backbone(*what, sizes)
-    balance, lost_last = harmonic_backbone(*what, sizes)
-    for message in lost + lost_too + lost_last:
-        print("   ", message)
+    cycles, lost_too = prescribed_backbone(joint, mode, sizes)
+    balance, lost_last = harmonic_backbone(joint, mode, sizes)
+    for failure in lost + lost_too + lost_last:
+        print("   ", failure)
     print("    |q|/opening   f balance  zeta      | prescribed       | quasi-static")
     for point in balance.points:
         f, z = point.omega / (2 * np.pi), point.damping_ratio
@@ -67,11 +60,10 @@ def compare(a: JointAssembly, number: int, count: int = 7) -> Backbone:
     return cycles
 
 
-def resonance(a: JointAssembly, backbone: Backbone) -> None:
+def resonance(joint: PreparedJoint, backbone: Backbone) -> None:
     """The moment that makes up for the damping: amplitude and lag that it really causes."""
-    mode, mu = backbone.mode, a.joint.contact.friction
-    push = abs(mode.shape @ a.model.port_modes[:, a.model.port("moment")])
-    problem = harmonic_problem(a.model, a.prestress, mu, harmonics=5)
+    push = abs(backbone.mode.load_on_sliding[joint.drive])
+    problem = harmonic_problem(joint, harmonics=5)
     for point in backbone.points[2:]:
         frequency = point.omega / (2 * np.pi)
         load = 2 * point.damping_ratio * point.omega**2 * point.amplitude / push
@@ -85,15 +77,15 @@ def resonance(a: JointAssembly, backbone: Backbone) -> None:
 
 
 def main() -> None:
-    joint = load_joint(REFERENCE)
+    description = load_joint(REFERENCE)
     pairs = int(sys.argv[1]) if len(sys.argv) > 1 else 101
-    contact = joint.contact.model_copy(update={"pairs": pairs})
-    assembly = assemble_joint(joint.model_copy(update={"contact": contact}))
-    first = compare(assembly, 1)
+    contact = description.contact.model_copy(update={"pairs": pairs})
+    joint = prepare(description.model_copy(update={"contact": contact}))
+    first = compare(joint, 1)
     for number in (2, 3):
-        compare(assembly, number)
+        compare(joint, number)
     print("forced response of the first mode, end moments:")
-    resonance(assembly, first)
+    resonance(joint, first)
 
 
 if __name__ == "__main__":

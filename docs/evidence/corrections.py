@@ -1,55 +1,43 @@
 """Numbers behind the corrections: the reference joint with 201 contact pairs. Half a minute."""
 
 import numpy as np
-from microslip.analyses.statics.linear_states import linear_states
 
+from microslip import reference_joint
 from microslip.analyses.reduced.table import equivalent_table
-from microslip.analyses.statics.cycle import opening_load, prestress, quasi_static_cycle
-from microslip.model.elasticity import Material
-from microslip.model.flexibility import static_flexibility
-from microslip.model.joint import Reducer
-from microslip.model.lap import lap_joint_structure
-from microslip.model.lap_mesh import LapGeometry, MeshControl
+from microslip.analyses.statics.cycle import quasi_static_cycle
+from microslip.contact.pairs import touches
+from microslip.pipeline.prepare import assemble
 
-CLAMP, FRICTION, LENGTH, STEPS = 1e6, 0.25, 0.2515, 300
+STEPS = 300
 LOADS = (1e-6, 1e-4, 7e-4, 2e-3, 4e-3)
 
 
 def main() -> None:
-    structure = lap_joint_structure(
-        LapGeometry(LENGTH, 0.0125, 0.0375, 0.025),
-        Material(70e9, 0.3, 2000.0),
-        MeshControl(contact_pairs=201),
-        horizontal_spring=1e5,
-    )
-    reducer = Reducer(structure, 60, (0.0, 7.3e-7))
-    model = reducer.model(structure.loads)
-    start = prestress(model, static_flexibility(model), CLAMP)
-    states = linear_states(structure, np.flatnonzero(start.touching), "moment")
-    model = reducer.with_ports(model, states.ports(structure))
-    flexibility = static_flexibility(model)
-    start = prestress(model, flexibility, CLAMP)
+    description = reference_joint()
+    half_length, beams = description.clamp.half_length, description.beams
+    a = assemble(description)
+    joint, mode = a.prepared, a.mode
+    x = joint.model.position / half_length
 
-    c = states.overlap
-    print(f"last touching pair          {model.position[start.touching].max() / 0.025:.4f} L_p")
-    frequencies = f"{states.sliding_frequency:.2f}, {states.stuck_frequency:.2f} Hz"
+    c = mode.overlap
+    print(f"last touching pair          {x[joint.prestress.touching].max():.4f} L_p")
+    frequencies = f"{mode.sliding_frequency:.2f}, {mode.stuck_frequency:.2f} Hz"
     print(f"sliding, stuck frequency    {frequencies}")
-    print(f"(stuck/sliding)^2 - 1       {(states.stuck_omega / states.sliding_omega) ** 2 - 1:.4f}")
+    print(f"(stuck/sliding)^2 - 1       {mode.stiffening:.4f}")
     print(f"Phi_sl^T M Phi_st           {c:.5f}, condition of m {(1 + c) / (1 - c):.0f}")
-    limit = opening_load(model, flexibility, start, "moment") / (CLAMP * LENGTH)
-    print(f"opening load M/(P L)        {limit:.5f}, L_o/L {0.0375 / LENGTH:.5f}")
+    limit = a.opening_moment / a.moment_unit
+    overlap = beams.overlap_half_length / beams.length
+    print(f"opening load M/(P L)        {limit:.5f}, L_o/L {overlap:.5f}")
 
     print(
         "\nM/(P L)  drive   k_eq    gamma_eq  dissipated/(q W_c)  dissipated/work of load  residual"
     )
     for ratio in LOADS:
-        for drive, port in (("moment", "moment"), ("mode", "sliding")):
-            unit = 1.0 if drive == "moment" else states.load_on_sliding["moment"]
-            amplitude = ratio * CLAMP * LENGTH * unit
-            cycle = quasi_static_cycle(
-                model, flexibility, start, port, amplitude, FRICTION, steps=STEPS
-            )
-            table = equivalent_table([cycle], model, states, CLAMP, drive)
+        for drive, port in (("moment", joint.drive), ("mode", mode.port)):
+            unit = 1.0 if drive == "moment" else mode.load_on_sliding[joint.drive]
+            amplitude = ratio * a.moment_unit * unit
+            cycle = quasi_static_cycle(joint, port, amplitude, steps=STEPS)
+            table = equivalent_table([cycle], joint, drive)
             k, g, q = table.k_eq[0], table.gamma_eq[0], table.amplitude[0]
             work = np.pi * g * table.omega**2 * q**2
             slips = cycle.dissipated > 1e-12
@@ -60,7 +48,7 @@ def main() -> None:
                 + f"  {cycle.residual.max():.0e}"
             )
             if ratio == 7e-4 and drive == "moment":
-                touching = model.position[cycle.status[STEPS // 4] != 4] / 0.025
+                touching = x[touches(cycle.status[STEPS // 4])]
                 zone = f"{touching.min():.3f} to {touching.max():.3f} L_p"
     print(f"\ncontact at the greatest positive moment, M/(P L) = 7e-4: {zone}")
 

@@ -6,7 +6,7 @@ End moments are ``M = 2.03e-3 mu P L / rho``; rho = 0 is the joint without frict
 rho = 2000, whose peak stays small. The number of harmonics grows until the last two hold less than
 1.5 % of the vibrating reactions, 21 at most. Time integration takes 300 steps per cycle at the
 frequency at which steps of that length answer like continuous time at the stated one
-(`transient.period_error`), and starts from the answer of harmonic balance. An hour on two cores.
+(`period_error` of the time scheme), and starts from the answer of harmonic balance. An hour on two cores.
 """
 
 from __future__ import annotations
@@ -17,11 +17,13 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from microslip import assemble_joint, load_joint
-from microslip.analyses.harmonic.equations import harmonic_problem
-from microslip.analyses.harmonic.response import Adaptive, HarmonicPoint, frequency_response
+from microslip import Failure, load_joint
+from microslip.analyses.harmonic.points import HarmonicPoint
+from microslip.analyses.harmonic.problem import harmonic_problem
+from microslip.analyses.harmonic.response import Adaptive, frequency_response
 from microslip.analyses.time.points import Request, TimePoint, steady_states
-from microslip.analyses.time.scheme import period_error, time_scheme
+from microslip.analyses.time.scheme import period_error
+from microslip.pipeline.prepare import Assembly, assemble
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "lap_joint.toml"
 C = 2.03e-3
@@ -40,36 +42,37 @@ BANDS: dict[float, tuple[float, ...]] = {
 """Frequencies of each load, Hz: the band, and closer around its resonance."""
 
 
-def balance(a, rho: float, frequencies: tuple[float, ...]) -> tuple[HarmonicPoint, ...]:
+def friction(a: Assembly, rho: float) -> float:
+    """Coefficient of friction of a load: none for rho = 0."""
+    return a.joint.contact.friction if rho else 0.0
+
+
+def balance(a: Assembly, rho: float, frequencies: tuple[float, ...]) -> tuple[HarmonicPoint, ...]:
     """Responses of one load, and what was not found on stderr."""
-    friction = a.joint.contact.friction if rho else 0.0
-    problem = harmonic_problem(a.model, a.prestress, friction)
+    problem = harmonic_problem(a.prepared.with_friction(friction(a, rho)))
     found = frequency_response(problem, moment(a, rho), frequencies, adaptive=CHOICE)
     for failure in found.failures:
         print(f"rho {rho}: {failure}", file=sys.stderr)
     return found.points
 
 
-def moment(a, rho: float) -> float:
+def moment(a: Assembly, rho: float) -> float:
     """End moment of a load, N m per metre of width."""
     return C * a.joint.contact.friction * a.moment_unit / (rho or GENTLE)
 
 
-def truth(a, rho: float, points: tuple[HarmonicPoint, ...]) -> list[TimePoint | str]:
+def truth(a: Assembly, rho: float, points: tuple[HarmonicPoint, ...]) -> list[TimePoint | Failure]:
     """Steady states in the time domain, each from the answer it is to judge."""
-    friction = a.joint.contact.friction if rho else 0.0
-    alpha = time_scheme(a.model, a.prestress, friction, 1e-5).alpha
-    stretch = 1 + period_error(2 * np.pi / STEPS, alpha)
-    requests = [
-        Request(rho, p.frequency / stretch, p.load, friction, p.amplitude, STEPS) for p in points
-    ]
-    return list(steady_states(a.model, a.prestress, requests))
+    stretch = 1 + period_error(2 * np.pi / STEPS)
+    mu = friction(a, rho)
+    requests = [Request(rho, p.frequency / stretch, p.load, mu, p.amplitude, STEPS) for p in points]
+    return list(steady_states(a.prepared, requests))
 
 
-def row(point: HarmonicPoint, steady: TimePoint | str) -> str:
+def row(point: HarmonicPoint, steady: TimePoint | Failure) -> str:
     """Line of the table: errors of amplitude and phase, harmonics, seconds."""
     start = f"{point.frequency:7.2f}  {abs(point.amplitude):9.3e}"
-    if isinstance(steady, str):
+    if isinstance(steady, Failure):
         return f"{start}  {steady}"
     ratio = point.amplitude / steady.steady.amplitude
     state = "" if steady.steady.converged else f"  not steady ({steady.steady.change:.0e})"
@@ -84,7 +87,7 @@ def row(point: HarmonicPoint, steady: TimePoint | str) -> str:
 
 def main() -> None:
     wanted = [float(word) for word in sys.argv[1:]] or list(BANDS)
-    a = assemble_joint(load_joint(EXAMPLE))
+    a = assemble(load_joint(EXAMPLE))
     for rho in wanted:
         points = balance(a, rho, BANDS[rho])
         print(f"rho = {rho}, M = {moment(a, rho):.4g} N m/m: amplitude, phase, dissipation")

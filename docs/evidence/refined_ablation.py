@@ -15,18 +15,18 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import spearmanr
 
-from microslip.analyses.reduced.refined import moment_offset, refined_table
+from microslip import Failure, load_joint, opening_load
+from microslip.analyses.reduced.refined import load_offset, refined_table
 from microslip.analyses.reduced.response import Response, answers, forced_response
 from microslip.analyses.reduced.sweep import CONVERGED
 from microslip.analyses.reduced.table import EquivalentTable, equivalent_table
 from microslip.analyses.reduced.trust import error_indicator
 from microslip.analyses.reduced.two_mode import TwoModeModel, two_mode_model
-from microslip.analyses.statics.cycle import opening_load, quasi_static_cycle
+from microslip.analyses.statics.cycle import quasi_static_cycle
 from microslip.analyses.statics.prescribed import hold_mode
 from microslip.analyses.time.points import Request, steady_states
-from microslip.describe.reading import load_joint
 from microslip.numerics.execute import in_threads, workers
-from microslip.pipeline.run import JointAssembly, assemble_joint
+from microslip.pipeline.prepare import Assembly, assemble
 
 JOINT = Path(__file__).parents[2] / "examples" / "lap_joint.toml"
 FREQUENCY = np.arange(165.0, 190.5, 1.0)
@@ -45,48 +45,42 @@ class Model:
     table: EquivalentTable
 
 
-def tables(a: JointAssembly) -> dict[str, EquivalentTable]:
+def tables(a: Assembly) -> dict[str, EquivalentTable]:
     """Moment- and mode-driven quasi-static tables, and prescribed ones without and with inertia."""
-    mu = a.joint.contact.friction
+    joint = a.prepared
     found = {}
-    for drive, port in (("moment", "moment"), ("mode", "sliding")):
-        opening = opening_load(a.model, a.flexibility, a.prestress, port)
+    for drive, port in (("moment", joint.drive), ("mode", a.mode.port)):
+        opening = opening_load(joint, port)
 
         def cycle(share: float, port: str = port, opening: float = opening):
-            return quasi_static_cycle(
-                a.model, a.flexibility, a.prestress, port, share * opening, mu, max_cycles=5
-            )
+            return quasi_static_cycle(joint, port, share * opening, max_cycles=5)
 
         cycles = list(in_threads(cycle, np.geomspace(1e-5, 0.95, 48), workers()))
-        found[drive] = equivalent_table(cycles, a.model, a.states, a.joint.clamp.force, drive)
+        found[drive] = equivalent_table(cycles, joint, drive)
     top = float(found["mode"].amplitude[-1])
     for name, omega in (("static", 0.0), ("inertia", middle(a))):
-        held = hold_mode(a.model, a.prestress, a.states, mu, omega, upper=2)
-        found[name], failures = refined_table(held, 3e-6, top)
+        found[name], failures = refined_table(hold_mode(joint, omega, upper=2), 3e-6, top)
         assert not failures, failures
     return found
 
 
-def middle(a: JointAssembly) -> float:
+def middle(a: Assembly) -> float:
     """Reference circular frequency."""
-    return 0.5 * (a.states.sliding_omega + a.states.stuck_omega)
+    return 0.5 * (a.mode.sliding_omega + a.mode.stuck_omega)
 
 
-def models(a: JointAssembly, tables: dict[str, EquivalentTable]) -> list[Model]:
+def models(a: Assembly, tables: dict[str, EquivalentTable]) -> list[Model]:
     """From the paper's model to the refined one, an ingredient at a time."""
-    rayleigh = a.model.rayleigh
-    mu = a.joint.contact.friction
-    static = moment_offset(hold_mode(a.model, a.prestress, a.states, mu, 0.0), 1e-6)
-    dynamic = moment_offset(hold_mode(a.model, a.prestress, a.states, mu, middle(a)), 1e-6)
+    static = load_offset(hold_mode(a.prepared, 0.0), 1e-6)
+    dynamic = load_offset(hold_mode(a.prepared, middle(a)), 1e-6)
 
     def one(offset: float, lossy: float) -> TwoModeModel:
-        model = two_mode_model(a.states, "moment", rayleigh, "refined", offset)
-        return replace(model, lossy=lossy)
+        return replace(two_mode_model(a.prepared, "refined", offset), lossy=lossy)
 
     smooth = replace(tables["static"], upper=None)
     inertia = replace(tables["inertia"], upper=None)
-    printed = two_mode_model(a.states, "moment", rayleigh, "printed")
-    consistent = two_mode_model(a.states, "moment", rayleigh, "consistent")
+    printed = two_mode_model(a.prepared, "printed")
+    consistent = two_mode_model(a.prepared, "consistent")
     return [
         Model("printed, moment-driven table", printed, tables["moment"]),
         Model("printed, mode-driven table", printed, tables["mode"]),
@@ -108,7 +102,7 @@ def models(a: JointAssembly, tables: dict[str, EquivalentTable]) -> list[Model]:
 
 
 def truth(
-    a: JointAssembly, model: Model, rho: float
+    a: Assembly, model: Model, rho: float
 ) -> tuple[NDArray[np.float64], NDArray[np.complex128], float]:
     """Frequencies (corrected), amplitudes and load of the time domain."""
     mu = a.joint.contact.friction
@@ -119,9 +113,9 @@ def truth(
         for f, g in zip(FREQUENCY, guess, strict=True)
     ]
     frequency, amplitude = [], []
-    for point in steady_states(a.model, a.prestress, requests, None, workers()):
-        if isinstance(point, str) or not point.steady.converged:
-            print("left out:", point if isinstance(point, str) else point.steady.frequency)
+    for point in steady_states(a.prepared, requests, workers()):
+        if isinstance(point, Failure) or not point.steady.converged:
+            print("left out:", point if isinstance(point, Failure) else point.steady.frequency)
             continue
         frequency.append(point.corrected_frequency)
         amplitude.append(point.steady.amplitude)
@@ -140,7 +134,7 @@ def nearest(m: Model, f: float, load: float, Q: complex) -> complex:
 
 def main() -> None:
     """Print the tables."""
-    a = assemble_joint(load_joint(JOINT))
+    a = assemble(load_joint(JOINT))
     made = tables(a)
     chain = models(a, made)
     refined = next(m for m in chain if m.name.endswith("refined"))

@@ -6,37 +6,29 @@ up to the pair before and up to the pair after. About a minute.
 
 import numpy as np
 
-from microslip.model.elasticity import Material
-from microslip.model.lap import lap_joint_structure
-from microslip.model.lap_mesh import LapGeometry, MeshControl
+from microslip import reference_joint
+from microslip.contact.pairs import normal_components
+from microslip.model.lap import structure_of
 from microslip.model.modes import linear_modes
 from microslip.model.structure import Structure
 
-CLAMP_HALF_LENGTH = 0.025
 LENGTHS = (1.18, 1.1955)
+"""Of the bonded zone, over half the length that is clamped."""
 MESHES = (101, 201, 401, 801)
-
-
-def reference_joint(pairs: int) -> Structure:
-    return lap_joint_structure(
-        LapGeometry(0.2515, 0.0125, 0.0375, CLAMP_HALF_LENGTH),
-        Material(70e9, 0.3, 2000.0),
-        MeshControl(contact_pairs=pairs),
-        horizontal_spring=1e5,
-    )
 
 
 def frequency(structure: Structure, x: np.ndarray, length: float) -> float:
     """Third mode: the first two are rigid motion on the weak springs."""
-    normal = 2 * np.flatnonzero(np.abs(x) <= length + 1e-9)
-    return float(linear_modes(structure, normal, 3).frequency[2])
+    bonded = normal_components(np.flatnonzero(np.abs(x) <= length + 1e-9))
+    return float(linear_modes(structure, bonded, 3).frequency[2])
 
 
 def main() -> None:
     print("pairs | bonded to | before at, Hz | after at, Hz | interpolated Hz")
     for pairs in MESHES:
-        structure = reference_joint(pairs)
-        x = structure.interface.position / CLAMP_HALF_LENGTH
+        joint = reference_joint(pairs)
+        structure = structure_of(joint)
+        x = structure.interface.position / joint.clamp.half_length
         for length in LENGTHS:
             before, after = x[x <= length + 1e-9].max(), x[x > length + 1e-9].min()
             f0, f1 = frequency(structure, x, before), frequency(structure, x, after)

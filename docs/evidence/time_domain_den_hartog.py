@@ -14,18 +14,24 @@ import numpy as np
 
 from microslip.analyses.time.scheme import march
 from microslip.analyses.time.steady import steady_state
-from microslip.contact.pairs import STICK
+from microslip.contact.pairs import STICK, tangential
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "tests" / "benchmarks_physics"))
-from test_den_hartog import EXACT, OMEGA, P0, RATIO, STIFFNESS, amplitude, oscillator
+from den_hartog import OMEGA, P0, STIFFNESS
+from test_den_hartog import EXACT, RATIO, amplitude, marching
 
 CHUNK = 64
 """Steps marched before looking back for a turn."""
 
 
+def place(part):
+    """Where the mass is at every step: the slide of the only pair."""
+    return tangential(part.v)[:, 0]
+
+
 def first_turn(part, before: float) -> int | None:
     """First step in which the mass stops, starts or turns; `before` is its place a step earlier."""
-    state, x = part.status[:, 0], part.v[:, 1]
+    state, x = part.status[:, 0], place(part)
     earlier = np.append(before, x[:-2])
     rate = 3 * x[1:] - 4 * x[:-1] + earlier
     turned = (rate * np.diff(x) < 0) & (state[1:] != STICK)
@@ -44,12 +50,12 @@ def refined_cycle(coarse, fine, state, before, steps, parts):
         if turn is not None and turn > 0:
             part = march(coarse, state, load[: turn + 1], keep=True)
         if turn != 0:
-            state, before = part.state, part.v[-2, 1]
+            state, before = part.state, place(part)[-2]
             largest = max(largest, np.abs(part.output[:, 1]).max())
             k, marched = k + len(part.load) - 1, marched + len(part.load) - 1
         if turn is not None:
             load = P0 * np.sin(2 * np.pi * (k + np.arange(parts + 1) / parts) / steps)
-            before = state.v[1]
+            before = tangential(state.v)[0]
             part = march(fine, state, load)
             state = part.state
             largest = max(largest, np.abs(part.output[:, 1]).max())
@@ -60,11 +66,11 @@ def refined_cycle(coarse, fine, state, before, steps, parts):
 def refined_amplitude(ratio, r, steps, parts):
     """Largest |x| k / P0 of the steady state, and steps per cycle."""
     frequency = r * OMEGA / (2 * np.pi)
-    coarse = oscillator(ratio * P0, 1 / (frequency * steps))
-    fine = oscillator(ratio * P0, 1 / (frequency * steps * parts))
-    rough = oscillator(ratio * P0, 1 / (frequency * 500))
+    coarse = marching(ratio * P0, 1 / (frequency * steps))
+    fine = marching(ratio * P0, 1 / (frequency * steps * parts))
+    rough = marching(ratio * P0, 1 / (frequency * 500))
     cycle = steady_state(rough, frequency, P0, tolerance=1e-4).cycle
-    state, before, last = cycle.state, cycle.v[-2, 1], np.inf
+    state, before, last = cycle.state, place(cycle)[-2], np.inf
     for _ in range(400):
         state, before, largest, marched = refined_cycle(coarse, fine, state, before, steps, parts)
         if abs(largest / last - 1) < 1e-7:

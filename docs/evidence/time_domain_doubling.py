@@ -2,7 +2,7 @@
 
 Reference joint near resonance, end moment ``M = C mu P L / rho`` with C = 2.33e-3. The frequency of
 the load is the one at which steps of that length answer like continuous time at the stated one
-(`transient.period_error`). All searches start at rest.
+(`period_error` of the time scheme). All searches start at rest.
 """
 
 from __future__ import annotations
@@ -11,9 +11,10 @@ from pathlib import Path
 
 import numpy as np
 
-from microslip import assemble_joint, load_joint
+from microslip import load_joint
 from microslip.analyses.time.scheme import period_error, time_scheme
-from microslip.analyses.time.steady import steady_state
+from microslip.analyses.time.steady import SteadyState, steady_state
+from microslip.pipeline.prepare import Assembly, assemble
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "lap_joint.toml"
 C = 2.33e-3
@@ -23,20 +24,18 @@ TOLERANCE = 5e-6
 STUDIES = {"modes": (15, 30, 60, 120), "pairs": (101, 201, 401), "steps": (75, 150, 300, 600, 1200)}
 
 
-def assembled(modes: int, pairs: int):
+def assembled(modes: int, pairs: int) -> Assembly:
     joint = load_joint(EXAMPLE)
     mesh = joint.mesh.model_copy(update={"modes": modes})
     contact = joint.contact.model_copy(update={"pairs": pairs})
-    return assemble_joint(joint.model_copy(update={"mesh": mesh, "contact": contact}))
+    return assemble(joint.model_copy(update={"mesh": mesh, "contact": contact}))
 
 
-def solved(a, steps: int, rho: float, frequency: float):
+def solved(a: Assembly, steps: int, rho: float, frequency: float) -> SteadyState:
     applied = frequency / (1 + period_error(2 * np.pi / steps))
-    friction = a.joint.contact.friction
-    scheme = time_scheme(a.model, a.prestress, friction, 1 / (applied * steps))
-    return steady_state(
-        scheme, applied, C * friction * a.moment_unit / rho, tolerance=TOLERANCE, max_cycles=120
-    )
+    load = C * a.joint.contact.friction * a.moment_unit / rho
+    scheme = time_scheme(a.prepared, 1 / (applied * steps))
+    return steady_state(scheme, applied, load, tolerance=TOLERANCE, max_cycles=120)
 
 
 def main() -> None:
@@ -61,7 +60,7 @@ def main() -> None:
                     f"  {value:4d}  q {now[0]:.6e} {change[0]:>9s}  dissipated {now[1]:.6e} "
                     f"{change[1]:>9s}  cycles {found.cycles}, change {found.change:.0e}, highest mode "
                     f"{a.model.omega[-1] / (2 * np.pi) / 1e3:.1f} kHz, sliding "
-                    f"{a.states.sliding_frequency:.3f} Hz",
+                    f"{a.mode.sliding_frequency:.3f} Hz",
                     flush=True,
                 )
                 last = now

@@ -192,7 +192,7 @@ def test_failed_and_unsteady_points_are_told_apart(small_reference):
         Request(3.0, f, 1e-4 * small_reference.moment, 0.25, 0.0, STEPS, 1e-4),
     ]
     opened, early, steady = steady_states(small_reference.joint, requests)
-    assert str(opened).startswith(f"time domain, rho = 1, {f - 23:g} Hz: the joint opens at t = ")
+    assert str(opened).startswith(f"time, rho = 1, {f - 23:g} Hz: the joint opens at t = ")
     assert not early.steady.converged
     assert early.steady.change > 1e-4
     assert steady.steady.converged
