@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 import scipy.sparse.linalg as spla
 from conftest import RAYLEIGH, joint_structure
+from scipy.linalg import eig
 
 from microslip.contact.pairs import components, normal_components
 from microslip.errors import ModelError
 from microslip.model.flexibility import static_flexibility
-from microslip.model.joint import Reducer, bonded_modes
+from microslip.model.joint import JointModel, Reducer, bonded_modes
 from microslip.model.modes import bonding, linear_modes
 
 PAIRS = np.arange(8, 43)
@@ -41,6 +42,78 @@ def test_bonded_frequencies_tend_to_the_full_ones(structure, models, bonded):
     print("relative errors at 20, 40, 80 modes", errors[:, elastic].max(axis=1))
     assert np.all(np.diff(np.abs(errors[:, elastic]).max(axis=1)) < 0)
     assert np.abs(errors[-1, elastic]).max() < 1e-4
+
+
+def small_model(omega, mode_v, residual):
+    """Joint model of a few modes and pairs, without ports."""
+    m, k = len(residual) // 2, len(omega)
+    return JointModel(
+        position=np.arange(float(m)),
+        area=np.ones(m),
+        dimension=2,
+        omega=np.asarray(omega, dtype=float),
+        equilibrium_modes=0,
+        mode_v=mode_v,
+        residual=residual,
+        ports=(),
+        port_modes=np.zeros((k, 0)),
+        port_v=np.zeros((2 * m, 0)),
+        port_port=np.zeros((0, 0)),
+        rayleigh=(0.0, 0.0),
+    )
+
+
+@pytest.fixture(scope="module")
+def random_model():
+    rng = np.random.default_rng(8)
+    root = rng.standard_normal((6, 6))
+    return small_model(np.sort(rng.uniform(1, 9, 4)), rng.standard_normal((6, 4)), root @ root.T)
+
+
+def test_bond_of_one_mode_is_a_spring():
+    """``omega² + psi²/W`` where one component is bonded; its contact compliance is in series."""
+    model = small_model([3.0], np.array([[2.0], [5.0]]), np.diag([0.5, 4.0]))
+    for bonded, psi, W in ((0, 2.0, 0.5), (1, 5.0, 4.0)):
+        omega, shapes = bonded_modes(model, np.array([bonded]))
+        assert omega == pytest.approx([np.sqrt(9 + psi**2 / W)], rel=1e-14)
+        assert np.abs(shapes) == pytest.approx(1.0)
+        give = np.array([0.75, 0.3])
+        omega, _ = bonded_modes(model, np.array([bonded]), give)
+        assert omega == pytest.approx([np.sqrt(9 + psi**2 / (W + give[bonded]))], rel=1e-14)
+
+
+def test_bonded_modes_solve_the_eigenproblem_with_reactions(random_model):
+    """``omega_n² eta + Psi^T r = omega² eta`` and ``Psi eta - W r = 0``, the reactions kept."""
+    bonded = np.array([0, 2, 3])
+    give = np.linspace(0.1, 0.6, 6)
+    k, b = 4, len(bonded)
+    psi = random_model.mode_v[bonded]
+    W = random_model.residual[np.ix_(bonded, bonded)] + np.diag(give[bonded])
+    system = np.block([[np.diag(random_model.omega**2), psi.T], [psi, -W]])
+    values = eig(system, np.diag([1.0] * k + [0.0] * b), right=False)
+    finite = np.sort(values[np.abs(values) < 1e9].real)
+    omega, shapes = bonded_modes(random_model, bonded, give)
+    assert omega**2 == pytest.approx(finite, rel=1e-10)
+    assert shapes.T @ shapes == pytest.approx(np.eye(k), abs=1e-12)
+    r = np.linalg.solve(W, psi @ shapes)
+    error = random_model.omega[:, None] ** 2 * shapes + psi.T @ r - shapes * omega**2
+    assert np.abs(error).max() < 1e-10 * omega[-1] ** 2
+
+
+def test_nothing_bonded_leaves_the_modes_free(random_model):
+    none = np.array([], dtype=int)
+    omega, shapes = bonded_modes(random_model, none)
+    assert omega == pytest.approx(random_model.omega, rel=1e-12)
+    assert np.abs(shapes) == pytest.approx(np.eye(4), abs=1e-12)
+    soft, _ = bonded_modes(random_model, np.arange(6), np.full(6, 1e9))
+    assert soft == pytest.approx(random_model.omega, rel=1e-7)
+
+
+def test_no_compliance_is_exact_contact(random_model):
+    bonded = np.arange(5)
+    one, other = bonded_modes(random_model, bonded), bonded_modes(random_model, bonded, np.zeros(6))
+    assert np.array_equal(one[0], other[0])
+    assert np.array_equal(one[1], other[1])
 
 
 @pytest.mark.parametrize("kept", [4, 10, 40])

