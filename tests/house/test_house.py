@@ -67,7 +67,6 @@ def small(tmp_path):
 
 
 # Remove the mark when every room keeps the rules.
-@pytest.mark.xfail(strict=False, reason="rooms are being rebuilt")
 @pytest.mark.parametrize("linter", ["lint_imports", "house"])
 def test_the_house_keeps_its_rules(copy, linter):
     code, output = getattr(copy, linter)()

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from microslip.brief import Brief
 from microslip.contact import planar, tableau
+from microslip.contact.pairs import at_rest
 from microslip.contact.problem import Contact, Given, contact_problem
 from microslip.errors import ContactError
 from microslip.model.flexibility import Flexibility
@@ -59,6 +61,21 @@ def singularity_named() -> Iterator[None]:
         ) from error
 
 
+@lru_cache(maxsize=1)
+def load_kernels() -> None:
+    """Load the compiled solver, once in a process, before anything compiled that contains it.
+
+    Code that several compiled functions contain is taken from the one that is loaded first, and two
+    of its versions may round differently. With a fixed order every process gives the same bits.
+    """
+    nothing = np.zeros((2, 0))
+    problem = contact_problem(np.eye(2), nothing, np.zeros(0), np.zeros(1), np.ones(1), TOLERANCE)
+    memory = tableau.memory(1, 0)
+    contact = Contact(at_rest(np.array([True])), np.zeros(2), np.zeros(0), np.zeros(2))
+    tableau.restart(problem, memory, contact.status)
+    planar.solve(problem, memory, Given(np.zeros(2), np.zeros(0), np.zeros(1)), contact)
+
+
 class ContactSolver:
     """Planar Signorini–Coulomb contact on one flexibility, warm from call to call.
 
@@ -85,6 +102,7 @@ class ContactSolver:
         force: Array,
         status: Status,
     ) -> None:
+        load_kernels()
         pairs = len(status)
         if flexibility.W.shape != (2 * pairs, 2 * pairs):
             raise ContactError(

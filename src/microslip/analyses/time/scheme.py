@@ -18,7 +18,7 @@ from microslip.brief import Brief
 from microslip.contact import tableau
 from microslip.contact.pairs import normal, tangential
 from microslip.contact.problem import contact_problem
-from microslip.contact.solver import CERTIFICATE, TOLERANCE, singularity_named
+from microslip.contact.solver import CERTIFICATE, TOLERANCE, load_kernels, singularity_named
 from microslip.contact.timestep import (
     EXTERNAL,
     MODAL,
@@ -297,6 +297,7 @@ def march(
     ContactError
         Where a step does not solve: names the time and the load.
     """
+    load_kernels()
     load = np.ascontiguousarray(load, dtype=float)
     if not np.isfinite(load).all():
         raise MicroslipError(f"the load is not finite at step {int(np.argmin(np.isfinite(load)))}")
