@@ -29,6 +29,7 @@ from microslip.analyses.statics.cycle import quasi_static_cycle
 from microslip.analyses.statics.prescribed import hold_mode
 from microslip.contact.problem import relative_displacement
 from microslip.model.modes import factorise, spectral_shift
+from microslip.numerics import execute
 from microslip.numerics.execute import workers
 from microslip.pipeline.cycle import cycle_loads
 from microslip.pipeline.prepare import assemble
@@ -221,7 +222,9 @@ def main():
         top = float(tables["mode"].amplitude[-1])
         for threads in (1, workers()):
             start = time.perf_counter()
-            tables["prescribed"], _ = refined_table(held, 1e-5, top, threads=threads)
+            tables["prescribed"], _ = refined_table(
+                held, 1e-5, top, executor=execute.threads(threads)
+            )
             found["refined_table_s"][str(threads)] = time.perf_counter() - start
         offset = load_offset(held, 1e-6)
         frequency = np.linspace(165, 190, 20001)

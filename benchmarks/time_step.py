@@ -31,6 +31,7 @@ from microslip.analyses.time.scheme import march, time_scheme
 from microslip.analyses.time.steady import steady_state
 from microslip.contact.pairs import STICK, touches
 from microslip.model.modes import factorise, spectral_shift
+from microslip.numerics import execute
 from microslip.pipeline.prepare import assemble
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -119,7 +120,7 @@ def band(a, rho, threads=2):
     friction = a.joint.contact.friction
     asked = [Request(rho, f, moment(a, rho), friction, 0.0, max_cycles=120) for f in BAND]
     start = time.perf_counter()
-    found = list(steady_states(a.prepared, asked, threads=threads))
+    found = list(steady_states(a.prepared, asked, executor=execute.threads(threads)))
     seconds = time.perf_counter() - start
     points = [p for p in found if not isinstance(p, Failure)]
     return {

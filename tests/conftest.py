@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -55,7 +54,7 @@ def bending_mode(modes: LinearModes, structure: Structure) -> int:
     return int(np.argmax(np.abs(work) / modes.omega**2))
 
 
-def description(pairs: int, modes: int, **sections: Mapping[str, Any]) -> dict[str, Any]:
+def description(pairs: int, modes: int, **sections: Any) -> dict[str, Any]:
     """The reference joint as an input file has it, with more sections or others."""
     return {
         "beams": {"length": "251.5 mm", "thickness": "12.5 mm", "overlap_half_length": "37.5 mm"},

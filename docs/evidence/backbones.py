@@ -18,6 +18,7 @@ from microslip.analyses.backbone.points import Backbone, amplitude_scale, geomet
 from microslip.analyses.harmonic.paths import LoadPath, raise_load
 from microslip.analyses.harmonic.points import describe
 from microslip.analyses.harmonic.problem import harmonic_problem
+from microslip.numerics.execute import serial
 
 REFERENCE = Path(__file__).parents[2] / "examples" / "lap_joint.toml"
 
@@ -37,7 +38,9 @@ def compare(joint: PreparedJoint, number: int, count: int = 7) -> Backbone:
     scale = amplitude_scale(joint, mode)
     fine = scale * geometric(1e-5, 0.85, 60)
     began = time.process_time()
-    static, lost = quasi_static_backbone(joint, mode, scale * geometric(1e-5, 0.85, 30), threads=1)
+    static, lost = quasi_static_backbone(
+        joint, mode, scale * geometric(1e-5, 0.85, 30), executor=serial()
+    )
     print(
         f"mode {number}: {mode.sliding_frequency:.4f} Hz sliding, {mode.stuck_frequency:.4f} stuck, MAC "
         f"{mode.assurance:.5f}; 30 amplitudes, quasi-static {time.process_time() - began:.1f} s"

@@ -25,7 +25,7 @@ from microslip.analyses.reduced.two_mode import TwoModeModel, two_mode_model
 from microslip.analyses.statics.cycle import quasi_static_cycle
 from microslip.analyses.statics.prescribed import hold_mode
 from microslip.analyses.time.points import Request, steady_states
-from microslip.numerics.execute import in_threads, workers
+from microslip.numerics.execute import each, threads
 from microslip.pipeline.prepare import Assembly, assemble
 
 JOINT = Path(__file__).parents[2] / "examples" / "lap_joint.toml"
@@ -55,7 +55,7 @@ def tables(a: Assembly) -> dict[str, EquivalentTable]:
         def cycle(share: float, port: str = port, opening: float = opening):
             return quasi_static_cycle(joint, port, share * opening, max_cycles=5)
 
-        cycles = list(in_threads(cycle, np.geomspace(1e-5, 0.95, 48), workers()))
+        cycles = list(each(cycle, np.geomspace(1e-5, 0.95, 48), threads()))
         found[drive] = equivalent_table(cycles, joint, drive)
     top = float(found["mode"].amplitude[-1])
     for name, omega in (("static", 0.0), ("inertia", middle(a))):

@@ -8,12 +8,12 @@ import sys
 
 import numpy as np
 import pytest
-from conftest import ROOT
+from conftest import GEOMETRY, ROOT
 
 from microslip.errors import ContactError, ModelError
 from microslip.model.elasticity import Material, elastic_body
 from microslip.model.lap import lap_joint_structure
-from microslip.model.lap_mesh import LapGeometry, MeshControl, lap_joint_meshes
+from microslip.model.lap_mesh import MeshControl, lap_joint_meshes
 
 FOLDER = ROOT / "benchmarks" / "calculix"
 sys.path.insert(0, str(FOLDER))
@@ -31,7 +31,6 @@ from same_elements import (  # noqa: E402
     rectangle_stiffness,
 )
 
-GEOMETRY = LapGeometry(0.2515, 0.0125, 0.0375, 0.025)
 MATERIAL = Material(70e9, 0.3, 2000.0, "strain")
 CONTROL = MeshControl(contact_pairs=21)
 LOADING = Loading(

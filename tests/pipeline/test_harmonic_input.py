@@ -9,6 +9,7 @@ from threading import Event
 import numpy as np
 import pytest
 import xarray as xr
+from conftest import description
 from rich.console import Console
 
 from microslip.analyses.prepared.prestress import opening_load
@@ -32,16 +33,12 @@ from microslip.show.plots.harmonic import harmonic_figure
 from microslip.show.terminal import print_summary
 
 SCALE = 2.03e-3
-JOINT = {
-    "beams": {"length": "251.5 mm", "thickness": "12.5 mm", "overlap_half_length": "37.5 mm"},
-    "material": {"youngs_modulus": "70 GPa", "poissons_ratio": 0.3, "density": "2 g/cm^3"},
-    "contact": {"friction": 0.25, "pairs": 21},
-    "clamp": {"force": "1 MN/m", "half_length": "25 mm"},
-    "damping": {"beta": "0.73 us"},
-    "mesh": {"modes": 30},
-    "load": {"rho": [0, 2.4], "rho_scale": SCALE},
-    "analysis": {"harmonic": {"frequencies": [170, 176, 179, 182], "harmonics": 3}},
-}
+JOINT = description(
+    21,
+    30,
+    load={"rho": [0, 2.4], "rho_scale": SCALE},
+    analysis={"harmonic": {"frequencies": [170, 176, 179, 182], "harmonics": 3}},
+)
 
 
 def harmonic(change: dict, **sections: dict) -> dict:

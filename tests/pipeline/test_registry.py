@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 import xarray as xr
+from conftest import description
 from matplotlib.figure import Figure
 from pydantic import Field
 from rich.console import Console
@@ -69,15 +70,12 @@ GRIP = Analysis(
 
 # ... to here it is all that a new analysis takes.
 
-JOINT = {
-    "title": "Joint of a <toy>",
-    "beams": {"length": "251.5 mm", "thickness": "12.5 mm", "overlap_half_length": "37.5 mm"},
-    "material": {"youngs_modulus": "70 GPa", "poissons_ratio": 0.3, "density": "2 g/cm^3"},
-    "contact": {"friction": 0.25, "pairs": 21},
-    "clamp": {"force": "1 MN/m", "half_length": "25 mm"},
-    "mesh": {"modes": 20},
-    "analysis": {"grip": {"share": 0.5}},
-}
+JOINT = description(
+    21,
+    20,
+    title="Joint of a <toy>",
+    analysis={"grip": {"share": 0.5}},
+)
 HELD = 0.5 * 0.25 * 1e6
 """N/m: half of the coefficient of friction times the clamp force."""
 

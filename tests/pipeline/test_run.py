@@ -6,6 +6,7 @@ from dataclasses import FrozenInstanceError, replace
 
 import numpy as np
 import pytest
+from conftest import description
 
 from microslip.describe.reading import parse_joint
 from microslip.errors import Failure
@@ -15,20 +16,16 @@ from microslip.pipeline.progress import NullProgress
 from microslip.pipeline.run import Run, run
 from microslip.results.summary import summary
 
-JOINT = {
-    "title": "Joint <b>",
-    "beams": {"length": "251.5 mm", "thickness": "12.5 mm", "overlap_half_length": "37.5 mm"},
-    "material": {"youngs_modulus": "70 GPa", "poissons_ratio": 0.3, "density": "2 g/cm^3"},
-    "contact": {"friction": 0.25, "pairs": 21},
-    "clamp": {"force": "1 MN/m", "half_length": "25 mm"},
-    "damping": {"beta": "0.73 us"},
-    "mesh": {"modes": 20},
-    "load": {"rho": [0, 0.1, 2.4], "rho_scale": 0.0023},
-    "analysis": {
+JOINT = description(
+    21,
+    20,
+    title="Joint <b>",
+    load={"rho": [0, 0.1, 2.4], "rho_scale": 0.0023},
+    analysis={
         "cycle": {"moment_over_clamp_force_length": [1e-3, 4e-3, 1.2e-2], "steps": 60},
         "response": {"from": "170 Hz", "to": "185 Hz", "count": 61, "variants": "consistent"},
     },
-}
+)
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from conftest import with_value
+from conftest import description, with_value
 from rich.console import Console
 
 from microslip.analyses.prepared.prestress import opening_load
@@ -36,20 +36,16 @@ from microslip.show.write import write_results
 
 STEPS = 60
 AMPLITUDES = [1e-3, 4e-3, 1.2e-2]
-SMALL_JOINT = {
-    "title": "Small joint",
-    "beams": {"length": "251.5 mm", "thickness": "12.5 mm", "overlap_half_length": "37.5 mm"},
-    "material": {"youngs_modulus": "70 GPa", "poissons_ratio": 0.3, "density": "2 g/cm^3"},
-    "contact": {"friction": 0.25, "pairs": 51},
-    "clamp": {"force": "1 MN/m", "half_length": "25 mm"},
-    "damping": {"beta": "0.73 us"},
-    "mesh": {"modes": 30},
-    "load": {"rho": [0, 2.4], "rho_scale": 0.0023},
-    "analysis": {
+SMALL_JOINT = description(
+    51,
+    30,
+    title="Small joint",
+    load={"rho": [0, 2.4], "rho_scale": 0.0023},
+    analysis={
         "cycle": {"moment_over_clamp_force_length": AMPLITUDES, "steps": STEPS, "max_cycles": 8},
         "response": {"from": "170 Hz", "to": "185 Hz", "count": 61},
     },
-}
+)
 """Few pairs, steps and amplitudes: seconds."""
 
 FIELDS = ("pressure", "traction", "slip", "gap")

@@ -8,7 +8,7 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 import pytest
-from conftest import with_value
+from conftest import description, with_value
 from matplotlib import colors
 from matplotlib.figure import Figure
 
@@ -31,19 +31,15 @@ from microslip.show.plots.states import COLOURS, draw_states
 from microslip.show.plots.steady import steady_figure
 from microslip.show.plots.style import DOUBLE, house_style, new_figure
 
-JOINT = {
-    "beams": {"length": "251.5 mm", "thickness": "12.5 mm", "overlap_half_length": "37.5 mm"},
-    "material": {"youngs_modulus": "70 GPa", "poissons_ratio": 0.3, "density": "2 g/cm^3"},
-    "contact": {"friction": 0.25, "pairs": 51},
-    "clamp": {"force": "1 MN/m", "half_length": "25 mm"},
-    "damping": {"beta": "0.73 us"},
-    "mesh": {"modes": 30},
-    "load": {"rho": [0, 2.4], "rho_scale": 0.0023},
-    "analysis": {
+JOINT = description(
+    51,
+    30,
+    load={"rho": [0, 2.4], "rho_scale": 0.0023},
+    analysis={
         "cycle": {"moment_over_clamp_force_length": [1e-3, 4e-3, 1.2e-2], "steps": 60},
         "response": {"from": "170 Hz", "to": "185 Hz", "count": 61},
     },
-}
+)
 
 
 @pytest.fixture(scope="module")

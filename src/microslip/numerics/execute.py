@@ -192,8 +192,3 @@ def _one_by_one(function: Callable[[A], B], work: list[A], stop: Stop) -> list[B
     except KeyboardInterrupt:
         stop.set()
     return found + [NotBegun(item) for item in work[len(found) :]]
-
-
-def in_threads(function: Callable[[A], B], items: Iterable[A], count: int) -> Iterator[B]:
-    """`each` in a number of threads."""
-    return each(function, items, threads(count))

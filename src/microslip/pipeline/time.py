@@ -10,7 +10,6 @@ import numpy as np
 from microslip.analyses.reduced.response import Response
 from microslip.analyses.time.points import Request, TimePoint, steady_states
 from microslip.errors import Failure
-from microslip.numerics.execute import workers
 from microslip.pipeline.outcome import Outcome, until_interrupted, value_of
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.progress import Progress
@@ -75,7 +74,7 @@ def integrate(
 
     A point that is not steady is an answer and a failure.
     """
-    found = steady_states(assembly.prepared, requests, workers())
+    found = steady_states(assembly.prepared, requests)
     for request, outcome in zip(requests, found, strict=True):
         if isinstance(outcome, Failure):
             yield None, outcome

@@ -13,7 +13,6 @@ from microslip.analyses.time.floquet import DeviationNorm, floquet_multipliers
 from microslip.analyses.time.scheme import amplification, march, prestressed_state, time_scheme
 from microslip.analyses.time.steady import steady_state
 from microslip.errors import MicroslipError
-from microslip.numerics.ritz import ritz_values
 
 STEPS = 150
 TINY = 1e-8
@@ -153,18 +152,6 @@ def test_by_product_is_near(rubbing):
     _, steady, m = rubbing
     print(f"{np.abs(steady.multipliers[0]):.4f}, refined {m.largest:.4f}")
     assert abs(steady.multipliers[0]) == pytest.approx(m.largest, abs=0.04)
-
-
-def test_ritz_values_of_a_linear_map():
-    """Deviations that span an invariant subspace give its eigenvalues."""
-    rng = np.random.default_rng(3)
-    vectors = rng.standard_normal((6, 6))
-    values = np.array([0.95, 0.7, -0.4, 0.1, 0.05, 0.0])
-    map = vectors @ np.diag(values) @ np.linalg.inv(vectors)
-    z = list((vectors[:, :3] @ rng.standard_normal((3, 5))).T)
-    found = ritz_values(z, [map @ x for x in z])
-    assert found[:3] == pytest.approx(values[:3], abs=1e-6)
-    assert len(ritz_values([], [])) == 0
 
 
 def test_walking_modes_touch_no_normal_gap(small_reference):

@@ -44,7 +44,7 @@ from microslip.analyses.prepared.joint_modes import JointMode, walking_modes, wi
 from microslip.analyses.statics.cycle import quasi_static_cycle
 from microslip.analyses.statics.prescribed import hold_port, prescribed_cycle
 from microslip.errors import ContactError, Failure
-from microslip.numerics.execute import in_threads, workers
+from microslip.numerics.execute import Executor, each, threads
 from microslip.typing import Array
 
 OWN_FREQUENCY = 1e-6
@@ -80,7 +80,7 @@ def quasi_static_backbone(
     amplitudes: Sequence[float] | Array,
     *,
     control: CycleControl = CycleControl(),
-    threads: int | None = None,
+    executor: Executor | None = None,
     advance: Callable[[], None] = lambda: None,
 ) -> tuple[Backbone, list[Failure]]:
     """Backbone by quasi-static modal analysis.
@@ -93,7 +93,8 @@ def quasi_static_backbone(
     amplitudes : (n,) array
         Of the inertia load over omega_sl²: the amplitudes of q that come out are close to these.
     control : CycleControl
-    threads : int, optional
+    executor : Executor, optional
+        Where amplitudes are computed; threads by default.
     advance : callable
         Called after every amplitude.
 
@@ -128,7 +129,7 @@ def quasi_static_backbone(
             closure=cycle.closure,
         )
 
-    return _collect(joint, mode, "quasi_static", amplitudes, one, threads, advance)
+    return _collect(joint, mode, "quasi_static", amplitudes, one, executor, advance)
 
 
 def prescribed_backbone(
@@ -137,7 +138,7 @@ def prescribed_backbone(
     amplitudes: Sequence[float] | Array,
     *,
     control: CycleControl = CycleControl(),
-    threads: int | None = None,
+    executor: Executor | None = None,
     advance: Callable[[], None] = lambda: None,
 ) -> tuple[Backbone, list[Failure]]:
     """Backbone of the nonlinear mode from cycles with its motion prescribed.
@@ -195,7 +196,7 @@ def prescribed_backbone(
             closure=cycle.closure,
         )
 
-    return _collect(joint, mode, "prescribed", amplitudes, one, threads, advance)
+    return _collect(joint, mode, "prescribed", amplitudes, one, executor, advance)
 
 
 def _secant(tried: Sequence[tuple[float, float]]) -> float:
@@ -214,7 +215,7 @@ def _collect(
     method: str,
     amplitudes: Sequence[float] | Array,
     one: Callable[[float], BackbonePoint],
-    threads: int | None,
+    executor: Executor | None,
     advance: Callable[[], None],
 ) -> tuple[Backbone, list[Failure]]:
     """Points at independent amplitudes; those that fail are named."""
@@ -227,7 +228,7 @@ def _collect(
 
     points, failures = [], []
     wanted = sorted(float(a) for a in amplitudes)
-    for outcome in in_threads(attempt, wanted, threads or workers()):
+    for outcome in each(attempt, wanted, executor or threads()):
         if isinstance(outcome, Failure):
             failures.append(outcome)
         else:

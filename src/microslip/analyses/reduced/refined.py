@@ -40,7 +40,7 @@ from microslip.analyses.statics.prescribed import (
 )
 from microslip.brief import Brief
 from microslip.errors import ContactError, Failure, MicroslipError
-from microslip.numerics.execute import in_threads, workers
+from microslip.numerics.execute import Executor, each, threads
 from microslip.typing import Array, Complex
 
 HIGHEST = 13
@@ -68,7 +68,7 @@ def refined_table(
     closure: float = 1e-4,
     band: tuple[float, float] | None = None,
     knots: int = 6,
-    threads: int | None = None,
+    executor: Executor | None = None,
     advance: Callable[[], None] = lambda: None,
 ) -> tuple[EquivalentTable, list[Failure]]:
     """Tabulate the modal contact force against the amplitude of the sliding mode.
@@ -91,7 +91,8 @@ def refined_table(
         reference frequency.
     knots : int
         Amplitudes at which upper modes are tested, with half the steps; interpolated in between.
-    threads : int, optional
+    executor : Executor, optional
+        Where cycles are computed; threads by default.
     advance : callable
         Called after every cycle.
 
@@ -107,7 +108,7 @@ def refined_table(
             f"a table from {smallest:g} to {largest:g} with {count} amplitudes: the first must be "
             "positive and below the second, and at least 4 are needed"
         )
-    workers_used = threads or workers()
+    where = executor or threads()
     failures: list[Failure] = []
 
     def one(a: float) -> PrescribedCycle | Failure:
@@ -129,7 +130,7 @@ def refined_table(
     wanted = list(np.geomspace(smallest, largest, count - count // 2))
     while wanted:
         found = []
-        for outcome in in_threads(one, wanted, workers_used):
+        for outcome in each(one, wanted, where):
             if isinstance(outcome, Failure):
                 failures.append(outcome)
             else:
@@ -159,9 +160,7 @@ def refined_table(
         dissipated=np.array([c.dissipated for c in solved]),
         stored=0.5 * size**2 * kappa.real * w2,
         uncertainty=missed(np.log(size), kappa),
-        upper=_upper_harmonics(
-            held, solved, band, knots, max(steps // 2, 4 * HIGHEST), workers_used
-        ),
+        upper=_upper_harmonics(held, solved, band, knots, max(steps // 2, 4 * HIGHEST), where),
     )
     return table, failures
 
@@ -219,7 +218,7 @@ def _upper_harmonics(
     band: tuple[float, float] | None,
     knots: int,
     steps: int,
-    threads: int,
+    executor: Executor,
 ) -> UpperHarmonics | None:
     gamma = np.array([(c.force / c.q).imag for c in solved])
     w0 = held.reference_omega
@@ -229,7 +228,7 @@ def _upper_harmonics(
         return None
     damped = np.flatnonzero(gamma > DAMPED * gamma.max())
     chosen = damped[np.unique(np.linspace(0, len(damped) - 1, min(knots, len(damped))).astype(int))]
-    rows = list(in_threads(lambda i: _reactions(held, solved[i], kept, steps), chosen, threads))
+    rows = list(each(lambda i: _reactions(held, solved[i], kept, steps), chosen, executor))
     x = np.log([abs(c.q) for c in solved])
     at = x[chosen]
 

@@ -63,12 +63,12 @@ class Response(Brief):
 
     @property
     def peak_frequency(self) -> float:
-        """Hz, parabola through the largest point and its neighbours."""
+        """Frequency of the peak, Hz: parabola through the largest point and its neighbours."""
         return self._vertex()[0]
 
     @property
     def peak_amplitude(self) -> float:
-        """Same parabola."""
+        """Modal amplitude at the peak, of the same parabola."""
         return self._vertex()[1]
 
     @property

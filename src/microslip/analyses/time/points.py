@@ -19,7 +19,7 @@ from microslip.analyses.time.scheme import (
 )
 from microslip.analyses.time.steady import SteadyState, steady_state
 from microslip.errors import Failure, JointOpensError, MicroslipError
-from microslip.numerics.execute import in_threads
+from microslip.numerics.execute import Executor, each, threads
 
 
 @dataclass(frozen=True)
@@ -132,7 +132,7 @@ def solve_request(joint: PreparedJoint, request: Request) -> TimePoint:
 
 
 def steady_states(
-    joint: PreparedJoint, requests: Sequence[Request], threads: int = 2
+    joint: PreparedJoint, requests: Sequence[Request], executor: Executor | None = None
 ) -> Iterator[TimePoint | Failure]:
     """Answers in the order of the requests; a failure says why a point has none.
 
@@ -140,7 +140,8 @@ def steady_states(
     ----------
     joint : PreparedJoint
     requests : sequence of Request
-    threads : int
+    executor : Executor, optional
+        Where they are computed; threads by default.
     """
 
     def work(request: Request) -> TimePoint | Failure:
@@ -150,4 +151,4 @@ def steady_states(
             where = f"rho = {request.rho:g}, {request.frequency:g} Hz"
             return Failure("time", where, str(error))
 
-    return in_threads(work, requests, threads)
+    return each(work, requests, executor or threads())
