@@ -113,7 +113,7 @@ def truth(
         for f, g in zip(FREQUENCY, guess, strict=True)
     ]
     frequency, amplitude = [], []
-    for point in steady_states(a.prepared, requests, workers()):
+    for point in steady_states(a.prepared, requests):
         if isinstance(point, Failure) or not point.steady.converged:
             print("left out:", point if isinstance(point, Failure) else point.steady.frequency)
             continue

@@ -81,8 +81,12 @@ def bonding(relative: sp.csr_matrix, bonded: Indices) -> sp.csc_matrix:
     master = np.setdiff1d(np.arange(count), slave)
     if len(bonded) == 0:
         return sp.identity(count, format="csc")
-    dependent = spla.spsolve(rows[:, slave].tocsc(), -rows[:, master].tocsc())
-    dependent = sp.csr_matrix(dependent).reshape((len(slave), len(master)))
+    # most columns of the masters are empty, and the solver would take them one by one
+    rest = rows[:, master].tocsc()
+    felt = np.flatnonzero(np.diff(rest.indptr))
+    values = spla.splu(rows[:, slave].tocsc()).solve(-rest[:, felt].toarray())
+    i, j = np.nonzero(values)
+    dependent = sp.csr_matrix((values[i, j], (i, felt[j])), shape=(len(slave), len(master)))
     order = np.concatenate([master, slave])
     stacked = sp.vstack([sp.identity(len(master)), dependent]).tocsr()
     return stacked[np.argsort(order)].tocsc()
