@@ -42,9 +42,10 @@ class PreparedJoint:
     Examples
     --------
     >>> import microslip
-    >>> joint = microslip.load_joint("examples/lap_joint.toml")  # doctest: +SKIP
-    >>> prepared = microslip.prepare(joint)  # doctest: +SKIP
-    >>> prepared.with_friction(0.4)  # nothing is assembled again  # doctest: +SKIP
+    >>> joint = microslip.prepare(microslip.reference_joint(pairs=21))
+    >>> stickier = joint.with_friction(0.4)  # nothing is assembled again
+    >>> stickier.flexibility is joint.flexibility, float(stickier.law.friction[0])
+    (True, 0.4)
     """
 
     model: JointModel

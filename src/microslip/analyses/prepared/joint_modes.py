@@ -20,7 +20,7 @@ from microslip.errors import ModelError
 from microslip.model.joint import JointModel, bonded_modes
 from microslip.model.states import LinearStates
 from microslip.model.structure import Structure
-from microslip.typing import Array, Indices, Mask
+from microslip.typing import Array, Mask
 
 ON_SUPPORTS = 0.5
 """Share of the strain energy in the supports beyond which a mode does not deform the joint."""
@@ -178,15 +178,3 @@ def walking_modes(model: JointModel) -> Mask:
     sideways = np.abs(np.delete(model.mode_v, rows, axis=0)).max(axis=0, initial=0.0)
     rigid = np.arange(len(model.omega)) < model.equilibrium_modes
     return np.asarray(rigid & (normal < 1e-3 * sideways))
-
-
-def bonded_components(pairs: Indices, dimension: int, directions: int) -> Indices:
-    """Components of v that bonding pairs holds: the normal one, or the first `directions`.
-
-    Examples
-    --------
-    >>> bonded_components(np.array([1, 2]), 2, 1), bonded_components(np.array([1, 2]), 2, 2)
-    (array([2, 4]), array([2, 3, 4, 5]))
-    """
-    every = dimension * np.asarray(pairs)[:, None] + np.arange(directions)
-    return np.sort(every.ravel())
