@@ -165,10 +165,11 @@ class HarmonicProblem(Brief):
     @cached_property
     def rigid_held(self) -> Array:
         """The preload on the unknowns of the nearly rigid modes, (f,)."""
-        force, rigid = self.prestress.force, slice(0, self.model.equilibrium_modes)
-        return (
-            self.rigid_modes.T @ (self.model.port_modes[rigid] @ (self.held_load / force)) * force
-        )
+        model, rigid = self.model, slice(0, self.model.equilibrium_modes)
+        held = np.zeros(self.rigid_modes.shape[1])
+        for name, amplitude in self.prestress.preload.items():
+            held += self.rigid_modes.T @ model.port_modes[rigid, model.port(name)] * amplitude
+        return held
 
     @property
     def size(self) -> int:
