@@ -40,7 +40,11 @@ def run(
     ] = ",".join(USUAL_FORMATS),
     threads: Annotated[
         int | None,
-        typer.Option("--threads", metavar="N", help="At most so many threads; one per core where left out, up to 8."),
+        typer.Option(
+            "--threads",
+            metavar="N",
+            help="At most so many threads; one per core where left out, up to 8.",
+        ),
     ] = None,
     as_json: Annotated[
         bool, typer.Option("--json", help="The summary as JSON on stdout, and nothing else there.")
