@@ -15,6 +15,7 @@ from microslip.numerics.execute import (
     NotBegun,
     each,
     gather,
+    limited,
     processes,
     serial,
     threads,
@@ -135,3 +136,20 @@ def test_nothing_to_do() -> None:
 
 def test_workers_are_the_cores_of_this_process() -> None:
     assert 1 <= workers() <= min(8, os.cpu_count() or 1)
+
+
+def test_workers_are_limited_and_so_are_those_of_a_thread():
+    before = workers()
+    with limited(1):
+        assert workers() == 1
+        assert list(each(lambda _: workers(), [0, 0], threads())) == [1, 1]
+        with limited(None):
+            assert workers() == 1
+    assert workers() == before
+    with limited(10_000):
+        assert before <= workers() <= (os.cpu_count() or 1)
+
+
+def test_no_workers_at_all():
+    with pytest.raises(ValueError, match="one is the least"), limited(0):
+        pass

@@ -385,8 +385,12 @@ def test_what_is_there_is_not_overwritten(command, tmp_path, stand_ins):
 def test_failure_and_interruption_show_in_the_exit_code(command, stand_ins):
     stand_ins(fig5=ContactError("it would not solve"))
     done = command("fig3", "fig5", "--quick")
-    assert done.exit_code == 1
-    assert "it would not solve" in done.output
+    assert done.exit_code == 3
+    assert "it would not solve" in done.stdout
+    assert done.stderr.splitlines()[-1] == (
+        "1 thing asked for has no answer; see failures in reproduction/reproduction.json: first: "
+        "fig5: it would not solve"
+    )
     stand_ins(fig5=KeyboardInterrupt())
     done = command("fig3", "fig5", "--quick", "--force")
     assert done.exit_code == 130

@@ -54,10 +54,10 @@ def withdraw(created: list[Path]) -> None:
             place.rmdir()
 
 
-def report(folder: Path, written: list[Path], quiet: bool) -> None:
-    """Say what was written, and what of an earlier run stands beside it."""
+def report(folder: Path, written: list[Path], quiet: bool, *, aside: bool = False) -> None:
+    """Say what was written, on stderr where `aside`, and what of an earlier run stands beside it."""
     if not quiet:
-        typer.echo(f"results are in {folder}")
+        typer.echo(f"results are in {folder}", err=aside)
     mine = {path.resolve() for path in written}
     others = [
         str(path.relative_to(folder))

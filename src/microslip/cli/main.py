@@ -29,6 +29,7 @@ COMMANDS = {
         "microslip.cli.run",
         "Run all analyses that a joint file asks for, and write the results.",
     ),
+    "show": ("microslip.cli.show", "Show the tables of an earlier run again, from its folder."),
     "new": ("microslip.cli.new", "Write a commented input file."),
 }
 """Every command: the module it lives in, and the line ``microslip --help`` says of it."""
@@ -54,8 +55,9 @@ app = typer.Typer(
     cls=LazyCommands,
     help="Where a frictional joint slips, what it dissipates, and how it responds.",
     no_args_is_help=True,
-    add_completion=False,
+    add_completion=True,
     pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
 )
 
 

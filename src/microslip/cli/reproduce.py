@@ -11,7 +11,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from microslip.cli.folders import claimed
-from microslip.cli.messages import FAILED, messages, stop_interrupted
+from microslip.cli.messages import EXIT_CODES, messages, stop_interrupted, stop_unanswered
 from microslip.cli.options import Force, Quiet
 from microslip.reproduce import run, settings
 from microslip.reproduce.gallery import value
@@ -21,7 +21,7 @@ from microslip.show.progress import progress_on
 app = typer.Typer(add_completion=False)
 
 
-@app.command()
+@app.command(epilog=EXIT_CODES.format(file=run.REPORT))
 def reproduce(
     figures: Annotated[
         list[str] | None,
@@ -50,8 +50,7 @@ def reproduce(
         typer.echo(f"figures, reproduction.json, gallery.md and numbers.md are in {out}")
     if result.interrupted:
         stop_interrupted(out)
-    if len(result.report["figures"]) < len(names):
-        raise typer.Exit(FAILED)
+    stop_unanswered(result.report["failures"], out / run.REPORT)
 
 
 def _summarise(result: run.Reproduction, console: Console) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Annotated
 
@@ -9,51 +10,69 @@ import typer
 from rich.console import Console
 
 from microslip.cli.folders import claimed, report
-from microslip.cli.messages import messages, stop_interrupted
-from microslip.cli.options import Force, JointFile, Quiet
-from microslip.describe.lap import LapJoint
+from microslip.cli.messages import EXIT_CODES, messages, stop_interrupted, stop_unanswered
+from microslip.cli.options import Force, JointFile, Quiet, at_least_one, listed
 from microslip.describe.reading import load_joint
-from microslip.pipeline.progress import Progress
+from microslip.numerics.execute import limited
 from microslip.pipeline.run import run as run_joint
+from microslip.results.files import SUMMARY
+from microslip.results.summary import summary
+from microslip.show.plots.style import FORMATS, USUAL_FORMATS
 from microslip.show.progress import progress_on
-from microslip.show.terminal import print_summary
+from microslip.show.terminal import print_found
 from microslip.show.write import write_results
 
 app = typer.Typer(add_completion=False)
 
 
-@app.command()
+@app.command(epilog=EXIT_CODES.format(file=SUMMARY))
 def run(
     file: JointFile,
     out: Annotated[
         Path | None,
         typer.Option("--out", metavar="DIR", help="Output folder; FILE's name with -output."),
     ] = None,
+    formats: Annotated[
+        str,
+        typer.Option(
+            "--format", metavar="LIST", help=f"Formats of figures, of {', '.join(FORMATS)}."
+        ),
+    ] = ",".join(USUAL_FORMATS),
+    threads: Annotated[
+        int | None,
+        typer.Option(
+            "--threads",
+            metavar="N",
+            help="At most so many threads; one per core where left out, up to 8.",
+        ),
+    ] = None,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="The summary as JSON on stdout, and nothing else there.")
+    ] = False,
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
     """Run all analyses that a joint file asks for, and write the results."""
     folder = out if out is not None else Path(f"{file.stem}-output")
     with messages():
+        kinds = listed("--format", formats, FORMATS)
+        most = at_least_one("--threads", threads)
         joint = load_joint(file)
         with (
             claimed(folder, force),
             progress_on(Console(stderr=True), quiet=quiet) as progress,
+            limited(most),
         ):
-            interrupted, written = _compute(joint, folder, progress, quiet)
-    report(folder, written, quiet)
-    if interrupted:
+            result = run_joint(joint, progress)
+            progress.finish()
+            written = write_results(result, folder, progress, kinds)
+            progress.finish()
+            found = summary(result)
+    if as_json:
+        typer.echo(json.dumps(found, indent=2, ensure_ascii=False, allow_nan=False))
+    elif not quiet:
+        print_found(found, Console())
+    report(folder, written, quiet, aside=as_json)
+    if found["interrupted"]:
         stop_interrupted(folder)
-
-
-def _compute(
-    joint: LapJoint, folder: Path, progress: Progress, quiet: bool
-) -> tuple[bool, list[Path]]:
-    """Run, write and summarise; whether it was interrupted, and the files written."""
-    result = run_joint(joint, progress)
-    progress.finish()
-    written = write_results(result, folder, progress)
-    progress.finish()
-    if not quiet:
-        print_summary(result, Console())
-    return bool(result.interrupted), written
+    stop_unanswered(found["failures"], folder / SUMMARY)

@@ -33,6 +33,9 @@ STEPS = 150
 FEWEST_STEPS = 20
 """Fewer time steps per cycle say nothing about contact."""
 
+NAME = "^[A-Za-z][A-Za-z0-9_-]*$"
+"""How a history may be called: it names a group of the results."""
+
 UNIVERSAL = (".uff", ".unv", ".uf", ".ufb")
 """How the names of universal files end."""
 
@@ -74,7 +77,7 @@ class Excitation(Section):
         Begin and end of the part of the history that these samples are spread over, s.
     """
 
-    name: str | None = Field(default=None, pattern="^[A-Za-z][A-Za-z0-9_-]*$", max_length=40)
+    name: str | None = Field(default=None, pattern=NAME, max_length=40)
     drive: Drive = "moment"
     steps: StepsPerCycle | None = None
     time_step: Time | None = Field(default=None, gt=0)
@@ -262,7 +265,11 @@ class MeasuredSignal(Excitation):
     def _beside_the_joint_file(cls, file: str, info: ValidationInfo) -> str:
         folder = (info.context or {}).get("folder", "")
         path = Path(folder) / file
-        if not path.is_file():
+        try:
+            found = path.is_file()
+        except OSError:  # a name that no file can have
+            found = False
+        if not found:
             raise ValueError(f"{path}: no such file")
         return str(path)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import json
+import re
 import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -14,7 +15,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from microslip.describe import units
-from microslip.describe.excitation import SIGNALS
+from microslip.describe.excitation import NAME, SIGNALS
 from microslip.describe.lap import LapJoint
 from microslip.describe.quantities import Rule
 from microslip.errors import InputError
@@ -61,6 +62,8 @@ def parse_joint(
         return LapJoint.model_validate(document, context={"folder": folder})
     except ValidationError as failure:
         problems = [_printable(_problem(error, document)) for error in failure.errors()]
+    except ArithmeticError:
+        problems = ["some values are too large or too small to compute with: check their units"]
     raise InputError(_joined(source, problems)) from None
 
 
@@ -111,10 +114,79 @@ def _problem(error: ErrorDetails, document: Mapping[str, Any]) -> str:
         return _unknown(loc)
     if kind == "model_type":
         return f"{_written(loc, document)}: must be a section, [{_dotted(loc)}]"
-    message = str(cause) if cause is not None else error["msg"]
-    for start in ("Input should be ", "Value should have "):
-        message = message.replace(start, "must be " if start.startswith("I") else "must have ")
+    message = str(cause) if cause is not None else allowed(kind, context)
     return f"{_written(loc, document)}: {message}"
+
+
+_LIMITS = {
+    "greater_than": ("greater than", "gt"),
+    "greater_than_equal": ("greater than or equal to", "ge"),
+    "less_than": ("less than", "lt"),
+    "less_than_equal": ("less than or equal to", "le"),
+    "multiple_of": ("a multiple of", "multiple_of"),
+}
+"""Errors of a number beyond a limit: how it reads, and where the limit stands."""
+
+_WORDS = (
+    (r"int_\w+", "a whole number"),
+    (r"(float|decimal|complex|finite)_\w+", "a finite number"),
+    (r"bool_\w+", "true or false"),
+    (r"(string|bytes|url)_\w+", 'text in quotation marks, "..."'),
+    (r"(tuple|list|set|frozen_set|iterable|iteration)_\w+", "a list of values, [..., ...]"),
+    (r"(dict|mapping|model|dataclass|arguments)_\w+", "a section with keys and values"),
+    (r"(date|time|timezone)\w*", "a date or a time"),
+)
+"""Errors of a value of the wrong kind, and the kind that it must be."""
+
+
+def allowed(kind: str, context: Mapping[str, Any]) -> str:
+    """What is allowed where `pydantic` reports an error of a kind, in our words.
+
+    Parameters
+    ----------
+    kind : str
+        Type of the error.
+    context : mapping
+        Its limits.
+
+    Examples
+    --------
+    >>> allowed("less_than", {"lt": 0.5}), allowed("int_type", {})
+    ('must be less than 0.5', 'must be a whole number')
+    """
+    if kind in _LIMITS:
+        words, key = _LIMITS[kind]
+        return f"must be {words} {_plain(context.get(key))}"
+    if kind in ("literal_error", "enum"):
+        return f"must be {context['expected']}"
+    if kind == "string_pattern_mismatch":
+        if context["pattern"] == NAME:
+            return "must be a letter followed by letters, digits, - and _"
+        return f"must match the pattern {context['pattern']}"
+    if kind in ("string_too_short", "string_too_long", "too_short", "too_long"):
+        return _length(kind, context)
+    if kind == "invalid_key":
+        return "keys must be text"
+    for pattern, noun in _WORDS:
+        if re.fullmatch(pattern, kind):
+            return f"must be {noun}"
+    return "is of a kind that cannot be used here"
+
+
+def _length(kind: str, context: Mapping[str, Any]) -> str:
+    """What is allowed where a text or a list is too short or too long."""
+    few = kind.endswith("short")
+    count = context["min_length" if few else "max_length"]
+    noun = "character" if kind.startswith("string") else "value"
+    bound = "at least" if few else "at most"
+    return f"must have {bound} {count} {noun}{'' if count == 1 else 's'}"
+
+
+def _plain(limit: Any) -> str:
+    """A limit as one writes it: whole numbers without a point."""
+    if isinstance(limit, float) and limit.is_integer() and abs(limit) < 1e7:
+        return str(int(limit))
+    return str(limit)
 
 
 def _dotted(loc: Sequence[int | str]) -> str:

@@ -17,6 +17,8 @@ import signal
 from collections.abc import Callable, Iterable, Iterator
 from concurrent import futures
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor, wait
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import partial
 from typing import Generic, Protocol, TypeVar
@@ -64,12 +66,42 @@ class NotBegun(Generic[A]):
     item: A
 
 
+MOST_WORKERS = 8
+"""So many at most where nothing else is said: more share the memory's bandwidth."""
+
+_MOST: ContextVar[int] = ContextVar("most workers", default=MOST_WORKERS)
+
+
+@contextmanager
+def limited(most: int | None) -> Iterator[None]:
+    """Let `workers` be at most so many while the block runs; None leaves it as it is.
+
+    Raises
+    ------
+    ValueError
+        Where it is less than one.
+
+    Examples
+    --------
+    >>> with limited(1):
+    ...     workers()
+    1
+    """
+    if most is not None and most < 1:
+        raise ValueError(f"{most} workers: one is the least")
+    before = _MOST.set(_MOST.get() if most is None else most)
+    try:
+        yield
+    finally:
+        _MOST.reset(before)
+
+
 def workers() -> int:
-    """Threads or processes to use: the cores this process may run on, at most eight."""
+    """Threads or processes to use: the cores this process may run on, at most eight or `limited`."""
     cores = (
         len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     )
-    return max(1, min(8, cores))
+    return max(1, min(_MOST.get(), cores))
 
 
 def serial() -> Executor:
@@ -79,7 +111,14 @@ def serial() -> Executor:
 
 def threads(count: int | None = None) -> Executor:
     """So many threads; `workers` where left out."""
-    return Executor(partial(ThreadPoolExecutor, count or workers()))
+    return Executor(
+        partial(
+            ThreadPoolExecutor,
+            count or workers(),
+            initializer=_MOST.set,  # a thread begins with a context of its own
+            initargs=(_MOST.get(),),
+        )
+    )
 
 
 def processes(count: int | None = None) -> Executor:

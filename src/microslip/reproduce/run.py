@@ -22,6 +22,9 @@ from microslip.results.files import plain, replacing
 from microslip.show.plots.style import save
 from microslip.version import __version__
 
+REPORT = "reproduction.json"
+"""Name of the file with all numbers, trends and failures."""
+
 
 @dataclass
 class Reproduction:
@@ -133,7 +136,7 @@ def _write(result: Reproduction, study: Study, folder: Path, seconds: float) -> 
     found = plain(report)
     text = json.dumps(found, indent=1, ensure_ascii=False, allow_nan=False)
     for name, content in (
-        ("reproduction.json", text + "\n"),
+        (REPORT, text + "\n"),
         ("gallery.md", gallery(found)),
         ("numbers.md", tables(found)),
     ):

@@ -140,7 +140,7 @@ def load_results(folder: str | Path) -> StoredResults:
             raise InputError(f"{place}: holds no results of a run: {name} is missing")
     try:
         found = json.loads((place / SUMMARY).read_text(encoding="utf-8"))
-    except ValueError as error:
+    except (OSError, ValueError) as error:
         raise InputError(f"{place / SUMMARY}: cannot be read: {error}") from None
     try:
         data = xr.open_datatree(place / DATA, engine="h5netcdf")

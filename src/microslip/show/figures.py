@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from matplotlib.figure import Figure
@@ -13,7 +13,7 @@ from microslip.registry import ANALYSES, resolved
 from microslip.show.plots.model import model_figure
 from microslip.show.plots.overview import overview
 from microslip.show.plots.prestress import prestress_figure
-from microslip.show.plots.style import save
+from microslip.show.plots.style import USUAL_FORMATS, save
 
 Drawing = Callable[[Run], Figure | Mapping[str, Figure] | None]
 """A figure, several by what is appended to the file name, or None where there is nothing to show."""
@@ -38,8 +38,13 @@ def draw_figures(name: str, draw: Drawing, run: Run) -> dict[str, Figure]:
     return {name: found}
 
 
-def save_figures(run: Run, folder: str | Path, progress: Progress | None = None) -> list[Path]:
-    """Write every figure that the run has data for, as PNG and SVG.
+def save_figures(
+    run: Run,
+    folder: str | Path,
+    progress: Progress | None = None,
+    formats: Sequence[str] = USUAL_FORMATS,
+) -> list[Path]:
+    """Write every figure that the run has data for.
 
     Parameters
     ----------
@@ -48,6 +53,8 @@ def save_figures(run: Run, folder: str | Path, progress: Progress | None = None)
         Made where it does not exist.
     progress : Progress, optional
         Advanced once per entry of `figures_of`.
+    formats : sequence of str
+        Any of ``png``, ``svg``, ``pdf``.
 
     Returns
     -------
@@ -57,6 +64,6 @@ def save_figures(run: Run, folder: str | Path, progress: Progress | None = None)
     written: list[Path] = []
     for name, draw in figures_of(run).items():
         for file, figure in draw_figures(name, draw, run).items():
-            written += save(figure, Path(folder), file)
+            written += save(figure, Path(folder), file, formats)
         progress.advance()
     return written

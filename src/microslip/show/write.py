@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from microslip.pipeline.progress import NullProgress, Progress
@@ -10,10 +11,16 @@ from microslip.results.dataset import dataset
 from microslip.results.files import DATA, SUMMARY, write_dataset, write_summary
 from microslip.results.summary import summary
 from microslip.show.figures import figures_of, save_figures
+from microslip.show.plots.style import USUAL_FORMATS
 
 
-def write_results(run: Run, folder: str | Path, progress: Progress | None = None) -> list[Path]:
-    """Write ``results.nc``, ``summary.json`` and ``figures/`` (PNG and SVG).
+def write_results(
+    run: Run,
+    folder: str | Path,
+    progress: Progress | None = None,
+    formats: Sequence[str] = USUAL_FORMATS,
+) -> list[Path]:
+    """Write ``results.nc``, ``summary.json`` and ``figures/``.
 
     A file of the same name is replaced in one go: whoever reads sees the old or the new one.
 
@@ -23,6 +30,8 @@ def write_results(run: Run, folder: str | Path, progress: Progress | None = None
     folder : path
         Made where it does not exist.
     progress : Progress, optional
+    formats : sequence of str
+        Of the figures: any of ``png``, ``svg``, ``pdf``.
 
     Returns
     -------
@@ -37,6 +46,6 @@ def write_results(run: Run, folder: str | Path, progress: Progress | None = None
     progress.advance()
     written.append(write_dataset(dataset(run), place / DATA))
     progress.advance()
-    written += save_figures(run, place / "figures", progress)
+    written += save_figures(run, place / "figures", progress, formats)
     progress.finish()
     return written

@@ -118,14 +118,28 @@ def letters(axes: Iterable[Axes]) -> None:
         ax.set_title(f"({letter})  {title}" if title else f"({letter})", loc="left")
 
 
+FORMATS: dict[str, dict[str, Any]] = {
+    "png": {"Software": "microslip"},
+    "svg": {"Date": None},
+    "pdf": {"CreationDate": None},
+}
+"""Formats that a figure can be written in, and what it says of itself: no time, so that the same
+figure is the same file."""
+
+USUAL_FORMATS = ("png", "svg")
+"""Those it is written in where nothing is said."""
+
+
 @house_style
-def save(figure: Figure, folder: Path, name: str) -> list[Path]:
-    """Write a figure as PNG (200 dpi) and SVG; files of the same name are replaced in one go."""
+def save(
+    figure: Figure, folder: Path, name: str, formats: Iterable[str] = USUAL_FORMATS
+) -> list[Path]:
+    """Write a figure, PNG with 200 dpi; files of the same name are replaced in one go."""
     folder.mkdir(parents=True, exist_ok=True)
     written = []
-    for kind, metadata in (("png", {"Software": "microslip"}), ("svg", {"Date": None})):
+    for kind in formats:
         path = folder / f"{name}.{kind}"
         with replacing(path) as temporary:
-            figure.savefig(temporary, format=kind, metadata=metadata)
+            figure.savefig(temporary, format=kind, metadata=FORMATS[kind])
         written.append(path)
     return written

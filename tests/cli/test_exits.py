@@ -1,0 +1,224 @@
+"""What the command line ends with: exit codes, the summary for programs, tables again."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+from conftest import ROOT, description
+from rich.console import Console
+from test_cli import Stages, assert_refused
+from typer.testing import CliRunner
+
+from microslip.cli.main import COMMANDS, app
+from microslip.describe.reading import parse_joint
+from microslip.errors import Failure
+from microslip.numerics.execute import workers
+from microslip.pipeline.run import Run
+from microslip.pipeline.run import run as run_joint
+from microslip.results.files import SUMMARY
+from microslip.show.terminal import print_summary
+from microslip.show.write import write_results
+
+EXAMPLE = ROOT / "examples" / "lap_joint.toml"
+SMALL = description(
+    21, 20, analysis={"cycle": {"moment_over_clamp_force_length": [1e-3, 1e-2], "steps": 40}}
+)
+
+
+@pytest.fixture
+def command(tmp_path, monkeypatch):
+    """Run a command in an empty folder that holds nothing but the example as joint.toml."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "joint.toml").write_text(EXAMPLE.read_text())
+    return lambda *words: CliRunner().invoke(app, [str(word) for word in words])
+
+
+@pytest.fixture
+def stages(monkeypatch):
+    stages = Stages()
+    for name in ("run_joint", "write_results", "summary", "print_found"):
+        monkeypatch.setattr(f"microslip.cli.run.{name}", getattr(stages, name))
+    return stages
+
+
+@pytest.fixture(scope="module")
+def small() -> Run:
+    return run_joint(parse_joint(SMALL))
+
+
+@pytest.fixture
+def stored(command, small, tmp_path):
+    """A folder with the results of a small joint."""
+    write_results(small, tmp_path / "small-output", formats=())
+    return tmp_path / "small-output"
+
+
+# -- exit codes --------------------------------------------------------------------------------
+
+FAILURES = [str(Failure("cycle", "M = 3", "it slides\naway")), "b: no", "c: no"]
+
+
+@pytest.mark.parametrize("quiet", [[], ["--quiet"]])
+@pytest.mark.parametrize(("count", "start"), [(1, "1 thing asked for has"), (3, "3 things asked")])
+def test_what_has_no_answer_is_said_and_ends_with_3(command, stages, quiet, count, start):
+    stages.failures = FAILURES[:count]
+    result = command("run", "joint.toml", *quiet)
+    assert result.exit_code == 3
+    last = result.stderr.splitlines()[-1]
+    assert last.startswith(start)
+    assert last.endswith(
+        "see failures in joint-output/summary.json: first: cycle, M = 3: it slides away"
+    )
+    if quiet:
+        assert result.stderr == last + "\n"
+        assert result.stdout == ""
+
+
+def test_an_interruption_says_more_than_what_has_no_answer(command, stages):
+    stages.failures, stages.interrupted = FAILURES, True
+    assert command("run", "joint.toml").exit_code == 130
+
+
+@pytest.mark.parametrize("name", ["run", "reproduce"])
+def test_help_lists_the_exit_codes(command, name):
+    said = " ".join(command(name, "--help").stdout.split())
+    assert "Exit codes: 0 " in said
+    for code in ("1 the", "2 something", "3 something", "130 interrupted"):
+        assert f"; {code}" in said
+
+
+@pytest.mark.parametrize("words", [(), *((name,) for name in COMMANDS), ("new", "lap")])
+def test_h_is_help(command, words):
+    short, long = command(*words, "-h"), command(*words, "--help")
+    assert short.exit_code == 0
+    assert short.stdout == long.stdout
+
+
+def test_the_shell_completes_commands_and_options(command):
+    def completed(words: str) -> set[str]:
+        done = subprocess.run(
+            [
+                sys.executable,
+                "-c",
+                "from microslip.cli.main import app; app(prog_name='microslip')",
+            ],
+            env={**os.environ, "_MICROSLIP_COMPLETE": "complete_bash"}
+            | {"COMP_WORDS": words, "COMP_CWORD": str(len(words.split(" ")) - 1)},
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        return set(done.stdout.split())
+
+    assert completed("microslip r") == {"run", "reproduce"}
+    assert completed("microslip run --th") == {"--threads"}
+
+
+# -- for programs ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("quiet", [[], ["--quiet"]])
+def test_json_is_all_there_is_on_stdout(command, stages, quiet):
+    stages.failures = ["µ: no"]
+    result = command("run", "joint.toml", "--json", *quiet)
+    assert result.exit_code == 3
+    assert json.loads(result.stdout) == {"interrupted": False, "failures": ["µ: no"]}
+    assert ("results are in joint-output" in result.stderr) == (not quiet)
+
+
+def test_json_is_the_summary_that_is_stored(command, tmp_path):
+    text = EXAMPLE.read_text().replace("pairs = 201", "pairs = 21")
+    text = text.split("[load]")[0] + "[mesh]\nmodes = 20\n" * (
+        "[mesh]" not in text.split("[load]")[0]
+    )
+    text += "[analysis.cycle]\nmoment_over_clamp_force_length = [0.001, 0.01]\nsteps = 40\n"
+    (tmp_path / "joint.toml").write_text(text)
+    result = command("run", "joint.toml", "--json", "--threads", 1, "--format", "pdf")
+    assert result.exit_code == 0, result.output
+    assert json.loads(result.stdout) == json.loads(
+        (tmp_path / "joint-output" / SUMMARY).read_text()
+    )
+    pictures = list((tmp_path / "joint-output" / "figures").iterdir())
+    assert pictures
+    assert all(p.read_bytes().startswith(b"%PDF-") for p in pictures)
+
+
+# -- options -----------------------------------------------------------------------------------
+
+
+def test_threads_are_limited_while_the_run_lasts(command, stages):
+    before = workers()
+    assert command("run", "joint.toml", "--threads", "1").exit_code == 0
+    assert stages.workers == 1
+    assert workers() == before
+    assert command("run", "joint.toml", "--force").exit_code == 0
+    assert stages.workers == before
+
+
+@pytest.mark.parametrize("number", ["0", "-2"])
+def test_fewer_threads_than_one(command, stages, number):
+    assert_refused(command("run", "joint.toml", "--threads", number), f"--threads {number}", "1 or")
+    assert stages.runs == 0
+
+
+@pytest.mark.parametrize(
+    ("words", "formats"),
+    [
+        ([], ("png", "svg")),
+        (["--format", "svg,png,pdf"], ("svg", "png", "pdf")),
+        (["--format", " PDF "], ("pdf",)),
+    ],
+)
+def test_formats_of_figures(command, stages, words, formats):
+    assert command("run", "joint.toml", *words).exit_code == 0
+    assert stages.formats == formats
+
+
+@pytest.mark.parametrize("words", ["jpg", "", "png;svg", "png,"])
+def test_formats_that_there_are_not(command, stages, words):
+    result = command("run", "joint.toml", "--format", words)
+    assert_refused(result, f"--format {words!r}", "png, svg, pdf")
+    assert stages.runs == 0
+
+
+# -- show --------------------------------------------------------------------------------------
+
+
+def test_show_prints_what_the_run_printed(command, small, stored):
+    console = Console(width=80)
+    with console.capture() as printed:
+        print_summary(small, console)
+    result = command("show", stored)
+    assert result.exit_code == 0, result.output
+    assert result.stdout == printed.get()
+    assert "greatest damping" in result.stdout
+    assert result.stderr == ""
+
+
+def test_show_of_a_folder_that_is_none(command, tmp_path):
+    (tmp_path / "empty").mkdir()
+    for name in ("none", "empty", "joint.toml"):
+        assert_refused(command("show", name), name, "summary.json is missing")
+
+
+@pytest.mark.parametrize(
+    "text", ["", "[]", "3", "{}", '{"title": 3}', "\udcff", '{"title": null, "model": {}}']
+)
+def test_show_of_a_summary_that_is_none(command, stored, text):
+    (stored / SUMMARY).write_bytes(text.encode(errors="surrogateescape"))
+    result = command("show", stored)
+    assert_refused(result, "summary.json")
+    assert result.stdout == ""
+
+
+def test_show_of_damaged_data(command, stored):
+    (stored / "results.nc").write_bytes(b"not netCDF")
+    assert_refused(command("show", stored), "results.nc: cannot be read")
+
+
+def test_show_says_where_figures_are(command):
+    assert "Figures are not drawn again" in " ".join(command("show", "-h").stdout.split())
