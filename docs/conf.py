@@ -2,6 +2,7 @@
 
 import re
 import sys
+import types
 from pathlib import Path
 
 import microslip
@@ -101,12 +102,13 @@ def escape_bars(line):
     return "".join(p if p.startswith("``") else p.replace("|", r"\|") for p in parts)
 
 
-def skip_configuration(app, what, name, obj, skip, options):
-    """Leave out what pydantic adds to every model."""
-    return True if name == "model_config" else None
+def skip_members(app, what, name, obj, skip, options):
+    """Leave out what pydantic adds to every model, and aliases of types, which have no signature."""
+    alias = isinstance(obj, types.GenericAlias | types.UnionType | type(list[int]))
+    return True if name == "model_config" or alias else None
 
 
 def setup(app):
     """Run before numpydoc, which reads the same docstrings at priority 500."""
     app.connect("autodoc-process-docstring", keep_equations, priority=400)
-    app.connect("autodoc-skip-member", skip_configuration)
+    app.connect("autodoc-skip-member", skip_members)

@@ -1,4 +1,8 @@
-"""Types of arrays, said once."""
+"""Types of arrays, said once.
+
+`Array` holds real numbers, `Complex` complex ones, `Indices` numbers of pairs, components, nodes or steps,
+`Status` contact states (`microslip.contact.pairs`), `Mask` yes or no.
+"""
 
 from __future__ import annotations
 

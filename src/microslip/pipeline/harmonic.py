@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from threading import Event, Lock
 from typing import Any
 
 import numpy as np
@@ -68,7 +68,7 @@ def run_harmonic(
     """
     settings = assembly.joint.analysis.harmonic
     assert settings is not None
-    loads, stop = loads_to_follow(assembly, done, settings), Event()
+    loads, stop = loads_to_follow(assembly, done, settings), threading.Event()
     progress.start("harmonic balance", 2 * len(loads) * len(settings.band()))
 
     def one(load: Load) -> HarmonicRun | MicroslipError:
@@ -120,7 +120,7 @@ def loads_to_follow(
 
 
 def follow(
-    assembly: Assembly, settings: HarmonicAnalysis, load: Load, meter: _Meter, stop: Event
+    assembly: Assembly, settings: HarmonicAnalysis, load: Load, meter: _Meter, stop: threading.Event
 ) -> HarmonicRun:
     """Branches, points and stability under one load, as far as they come until `stop` is set."""
     friction = 0.0 if load.rho == 0 else assembly.joint.contact.friction
@@ -203,7 +203,7 @@ class _Meter:
             _tell(self.progress, more)
 
 
-_TELLING = Lock()
+_TELLING = threading.Lock()
 
 
 def _tell(progress: Progress, count: int) -> None:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Callable
-from threading import Lock
 from types import TracebackType
 from typing import IO, Any, Self
 
@@ -90,7 +90,7 @@ class LineProgress(NullProgress):
     def __init__(self, stream: IO[str], clock: Callable[[], float] = time.monotonic) -> None:
         self._stream = stream
         self._clock = clock
-        self._lock = Lock()
+        self._lock = threading.Lock()
         self._label: str | None = None
         self._total = self._done = 0
         self._began = self._said = 0.0
