@@ -61,6 +61,13 @@ def _mechanics(joint: LapJoint) -> Iterator[Row]:
     yield "mean clamp pressure P/(2 L_p)", readable(pressure, "Pa")
     yield "P L", readable(joint.clamp_force_length, "N m/m")
     yield "M/(P L) that opens the joint", f"{limit:.4g}  (M = {opening})"
+    given, used = joint.support.horizontal_spring, joint.spring_used
+    if used > given:
+        yield (
+            "horizontal springs",
+            f"{readable(used, 'N/m/m')} in place of {readable(given, 'N/m/m')}: they hold the mean "
+            "position, and nothing else depends on them",
+        )
 
 
 def _work(joint: LapJoint) -> Iterator[Row]:

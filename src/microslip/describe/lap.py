@@ -39,6 +39,12 @@ from microslip.describe.requests import (
     holds_requests,
 )
 
+WEAKEST_SPRING = 1e-7
+"""Of the axial stiffness of a beam: weaker springs hold the joint at this one's mean position."""
+
+STIFFEST_SPRING = 1e3
+"""Over Young's modulus: an end so held is clamped to a part in a thousand, and more is a slip of the pen."""
+
 MOST_COLUMNS = 20_000
 """Elements along one beam outside the overlap: more is a slip of the pen."""
 
@@ -105,7 +111,11 @@ class Clamp(Section):
 
 
 class Support(Section):
-    """Weak horizontal springs at each far end, N/m per metre of width."""
+    """Horizontal springs spread over each far end face, N/m per metre of width.
+
+    As they are spread they resist the turning of the face too, by a twelfth of their stiffness times
+    the thickness squared.
+    """
 
     horizontal_spring: LineStiffness = Field(default=1e5, ge=0)
 
@@ -168,6 +178,16 @@ class LapJoint(Section):
         contact pressure at ``x = M/P``; it cannot lie beyond the overlap, so ``M < P L_o``.
         """
         return self.beams.overlap_half_length / self.beams.length
+
+    @property
+    def spring_used(self) -> float:
+        """Stiffness of the horizontal springs in the model, N/m per metre of width.
+
+        Springs weaker than `WEAKEST_SPRING` of a beam's axial stiffness, or none, leave the mean
+        position along x undetermined: they are raised to it. Nothing else depends on it.
+        """
+        beam = self.material.youngs_modulus * self.beams.thickness / self.beams.length
+        return max(self.support.horizontal_spring, WEAKEST_SPRING * beam)
 
     @property
     def variants(self) -> tuple[str, ...]:
@@ -235,6 +255,7 @@ class LapJoint(Section):
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         _clamp_fits(self)
+        _springs_are_no_wall(self)
         _mesh_is_reasonable(self)
         _response_has_its_inputs(self)
         _variants_are_said_once(self)
@@ -252,6 +273,17 @@ def _clamp_fits(joint: LapJoint) -> None:
         raise Rule(
             "clamp.half_length",
             f"the clamp must lie on the overlap: at most beams.overlap_half_length, {overlap:g} m",
+        )
+
+
+def _springs_are_no_wall(joint: LapJoint) -> None:
+    spring, most = joint.support.horizontal_spring, STIFFEST_SPRING * joint.material.youngs_modulus
+    if spring > most:
+        raise Rule(
+            "support.horizontal_spring",
+            f"{spring:.4g} N/m per metre of width is more than {STIFFEST_SPRING:g} times "
+            f"material.youngs_modulus: at most {most:.4g} N/m/m, which clamps the ends already; "
+            "check the unit",
         )
 
 

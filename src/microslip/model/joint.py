@@ -20,9 +20,13 @@ import numpy as np
 
 from microslip.brief import Brief
 from microslip.errors import ModelError
+from microslip.model.bodies import BodyMotions
 from microslip.model.modes import LinearModes, factorise, linear_modes, spectral_shift
 from microslip.model.structure import Structure
 from microslip.typing import Array, Indices
+
+OUTWEIGHS = 10.0
+"""A mode is an unknown of statics where it is softer than all stiffer ones by this factor."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -62,6 +66,10 @@ class JointModel(Brief):
     image : (m,) int array, optional
         Where a half turn of the structure onto itself takes each pair; None where it has no such
         symmetry.
+    bodies : BodyMotions, optional
+        Rigid motions of the bodies; None where they are not known.
+    supports : (k, k) array, optional
+        Stiffness of the springs to the ground in the kept modes, ``Phi^T K_s Phi``, (rad/s)².
     """
 
     position: Array
@@ -77,6 +85,8 @@ class JointModel(Brief):
     port_port: Array
     rayleigh: tuple[float, float]
     image: Indices | None = None
+    bodies: BodyMotions | None = None
+    supports: Array | None = None
 
     @property
     def pairs(self) -> int:
@@ -114,6 +124,7 @@ class JointModel(Brief):
             port_modes=np.hstack([self.port_modes, columns]),
             port_v=np.hstack([self.port_v, np.zeros((len(self.port_v), count))]),
             port_port=np.pad(self.port_port, ((0, count), (0, count))),
+            bodies=None if self.bodies is None else self.bodies.with_modal_ports(columns),
         )
 
     def modal_damping(self) -> Array:
@@ -139,6 +150,10 @@ class JointModel(Brief):
             port_modes=self.port_modes[:modes],
             port_v=self.port_v + (v * flexibility) @ g,
             port_port=self.port_port + (g.T * flexibility) @ g,
+            bodies=None
+            if self.bodies is None
+            else replace(self.bodies, modes=self.bodies.modes[:modes]),
+            supports=None if self.supports is None else self.supports[:modes, :modes],
         )
 
 
@@ -193,8 +208,10 @@ class Reducer:
         self.modes: LinearModes = linear_modes(structure, np.array([], dtype=np.int64), modes)
         self._shift = spectral_shift(structure)
         self._solve = factorise(structure.stiffness + self._shift * structure.mass)
-        self.equilibrium_modes = _nearly_rigid(self.modes.omega)
         self._mass_modes = structure.mass @ self.modes.shapes
+        self.equilibrium_modes = soft_modes(
+            self.modes.omega, structure.interface.relative @ self.modes.shapes
+        )
 
     def residual_response(self, loads: Array) -> Array:
         """Static response of the truncated modes to load vectors (columns)."""
@@ -217,6 +234,7 @@ class Reducer:
         v = relative @ x
         residual = v[:, :count]
         port_port = vectors.T @ x[:, count:]
+        supports = self.structure.supports
         return JointModel(
             position=interface.position,
             area=interface.area,
@@ -231,6 +249,21 @@ class Reducer:
             port_port=0.5 * (port_port + port_port.T),
             rayleigh=self.rayleigh,
             image=interface.image,
+            bodies=self._bodies(vectors),
+            supports=None
+            if supports is None
+            else self.modes.shapes.T @ (supports @ self.modes.shapes),
+        )
+
+    def _bodies(self, vectors: Array) -> BodyMotions | None:
+        """The rigid motions of the structure with ports of the given load vectors."""
+        motions = self.structure.motions
+        if motions is None:
+            return None
+        return BodyMotions(
+            v=self.structure.interface.relative @ motions,
+            ports=vectors.T @ motions,
+            modes=self._mass_modes.T @ motions,
         )
 
     def with_ports(self, model: JointModel, ports: Mapping[str, Array]) -> JointModel:
@@ -248,13 +281,36 @@ class Reducer:
             port_port=np.block(
                 [[model.port_port, mixed], [mixed.T, 0.5 * (port_port + port_port.T)]]
             ),
+            bodies=None
+            if model.bodies is None or self.structure.motions is None
+            else model.bodies.with_ports(vectors.T @ self.structure.motions),
         )
 
 
-def _nearly_rigid(omega: Array) -> int:
-    """How many of the lowest modes are so soft that statics must treat them as unknowns.
+def soft_modes(omega: Array, mode_v: Array) -> int:
+    """How many of the lowest modes are so soft that statics takes them as unknowns.
 
-    Any mode may be treated so (it changes nothing but the conditioning); the rule takes those
-    whose flexibility is more than 1e4 times that of the median kept mode's.
+    Any mode may be taken so, it changes nothing but the conditioning: the flexibility at the pairs
+    is the sum of ``phi phi^T / omega²`` over the modes, and one that outweighs `OUTWEIGHS` times
+    all the stiffer ones together would drown them. Supports of any stiffness are served: the
+    modes of a body on weak springs are taken, those of a body on stiff ones are like any other.
+
+    Parameters
+    ----------
+    omega : (k,) array
+        Ascending, rad/s.
+    mode_v : (d m, k) array
+        Relative displacements of the modes.
+
+    Examples
+    --------
+    >>> soft_modes(np.array([0.1, 100.0, 200.0]), np.ones((2, 3)))
+    1
+    >>> soft_modes(np.array([50.0, 100.0, 200.0]), np.ones((2, 3)))
+    0
     """
-    return int(np.sum(omega**2 < 1e-4 * np.median(omega) ** 2))
+    tiny = 1e-12 * omega[-1]
+    share = (np.abs(mode_v).max(axis=0) / np.maximum(omega, tiny)) ** 2
+    stiffer = share[::-1].cumsum()[::-1] - share
+    soft = np.flatnonzero(share[:-1] > OUTWEIGHS * stiffer[:-1])
+    return int(soft[-1]) + 1 if len(soft) else 0

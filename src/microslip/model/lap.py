@@ -13,6 +13,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from microslip.describe.lap import LapJoint
+from microslip.model.bodies import rigid_motions
 from microslip.model.elasticity import (
     Material,
     elastic_body,
@@ -50,7 +51,7 @@ def structure_of(joint: LapJoint) -> Structure:
         geometry(joint),
         material(joint),
         mesh_control(joint),
-        horizontal_spring=joint.support.horizontal_spring,
+        horizontal_spring=joint.spring_used,
     )
 
 
@@ -85,7 +86,8 @@ def lap_joint_structure(
     lower, upper = elastic_body(lower_mesh, material), elastic_body(upper_mesh, material)
     count = lower.nodes.shape[1]
     tol = 1e-9 * g.length
-    stiffness, mass = [], []
+    total = 4 * count
+    stiffness, mass, supports, motions = [], [], [], []
     clamp, moment = [], []
     fixed = []
     for offset, body, side in ((0, lower, -1.0), (count, upper, 1.0)):
@@ -99,6 +101,8 @@ def lap_joint_structure(
         spring = traction_stiffness(body, end, horizontal_spring / g.thickness, 0)
         stiffness.append(body.stiffness + spring)
         mass.append(body.mass)
+        supports.append(spring)
+        motions.append(rigid_motions(body.nodes, offset, total))
         clamp.append(-side * pressed_length_load(body, outer, g.clamp_half_length))
         gradient = -side * 12 / g.thickness**3
         traction = partial(_linear_traction, centre=middle, gradient=gradient)
@@ -106,7 +110,6 @@ def lap_joint_structure(
         if vertical_support == "middle":
             distance = np.hypot(body.nodes[0] - far, body.nodes[1] - middle)
             fixed.append(2 * (offset + int(np.argmin(distance))) + 1)
-    total = 4 * count
     lower_nodes = _interface_nodes(lower.nodes, g.overlap_half_length, tol)
     upper_nodes = count + _interface_nodes(upper.nodes, g.overlap_half_length, tol)
     interface = matching_interface(
@@ -135,6 +138,8 @@ def lap_joint_structure(
         loads,
         np.array(fixed, dtype=np.int64),
         (lower_mesh, upper_mesh),
+        motions=np.hstack(motions),
+        supports=sp.block_diag(supports, format="csc"),
     )
 
 

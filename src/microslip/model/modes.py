@@ -117,6 +117,11 @@ def linear_modes(
     values, vectors = spla.eigsh(
         stiffness, k=count, M=mass, sigma=-shift, OPinv=operator, which="LM", v0=start
     )
+    if not (np.isfinite(values).all() and np.isfinite(vectors).all()):
+        raise ModelError(
+            "the normal modes are not finite numbers: check the dimensions, the material and the "
+            "supports, and their units"
+        )
     order = np.argsort(values)
     shapes = basis @ vectors[:, order]
     shapes /= np.sqrt(np.einsum("ij,ij->j", shapes, structure.mass @ shapes))

@@ -14,6 +14,7 @@ import scipy.sparse as sp
 import skfem
 
 from microslip.brief import Brief
+from microslip.model.bodies import left_free
 from microslip.model.interface import Interface
 from microslip.typing import Array, Indices
 
@@ -34,6 +35,11 @@ class Structure(Brief):
         Degree of freedom of the mesh behind each one here.
     meshes : tuple of skfem.MeshQuad
         For pictures; empty where the structure did not come from a mesh.
+    motions : (n, e) array, optional
+        Rigid motions of the bodies that the fixed degrees of freedom leave free; springs do not
+        count as fixed.
+    supports : (n, n) sparse, optional
+        The part of `stiffness` that springs to the ground add.
     """
 
     stiffness: sp.csc_matrix
@@ -42,6 +48,8 @@ class Structure(Brief):
     loads: Mapping[str, Array]
     free: Indices
     meshes: tuple[skfem.MeshQuad, ...] = field(default=())
+    motions: Array | None = None
+    supports: sp.csc_matrix | None = None
 
     @property
     def dofs(self) -> int:
@@ -56,8 +64,10 @@ def constrain(
     loads: Mapping[str, Array],
     fixed: Indices,
     meshes: tuple[skfem.MeshQuad, ...] = (),
+    motions: Array | None = None,
+    supports: sp.csc_matrix | None = None,
 ) -> Structure:
-    """Remove the degrees of freedom in `fixed` (held at zero)."""
+    """Remove the degrees of freedom in `fixed` (held at zero), and the motions that they stop."""
     free = np.setdiff1d(np.arange(stiffness.shape[0]), fixed)
     return Structure(
         stiffness=stiffness[free][:, free].tocsc(),
@@ -66,4 +76,6 @@ def constrain(
         loads={name: load[free] for name, load in loads.items()},
         free=free,
         meshes=meshes,
+        motions=None if motions is None else left_free(motions, fixed)[free],
+        supports=None if supports is None else supports[free][:, free].tocsc(),
     )

@@ -185,7 +185,7 @@ def on_port(assembly: Assembly, drive: str, moment: Array | float) -> Array | fl
 def opening_of(assembly: Assembly, port: str) -> float:
     """Amplitude of a port that opens the joint."""
     p = assembly.prepared
-    return opening_load(p.model, p.flexibility, p.prestress, port)
+    return opening_load(p.model, p.prestress, port)
 
 
 # without friction ----------------------------------------------------------------------------------

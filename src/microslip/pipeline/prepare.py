@@ -13,6 +13,7 @@ from microslip.analyses.prepared.prestress import Prestress, opening_load, prest
 from microslip.contact.law import ContactLaw, contact_law
 from microslip.contact.pairs import normal_rows, tangential_rows
 from microslip.describe.lap import LapJoint
+from microslip.errors import ModelError
 from microslip.model.joint import JointModel, Reducer
 from microslip.model.lap import structure_of
 from microslip.model.states import LinearStates, linear_states
@@ -127,15 +128,32 @@ def _assemble(joint: LapJoint) -> Assembly:
     model = reducer.with_ports(model, states.ports(structure))
     flexibility = flexibility_of(model, law)
     mode = mode_of_structure(states, structure, model)
+    opening = opening_load(model, start, DRIVE)
+    _check_finite(opening=opening, sliding=mode.sliding_omega, stuck=mode.stuck_omega)
     return Assembly(
         joint=joint,
         structure=structure,
         reducer=reducer,
         states=states,
         prepared=PreparedJoint(model, flexibility, start, law, DRIVE, mode),
-        opening_moment=opening_load(model, flexibility, start, DRIVE),
+        opening_moment=opening,
         signals=tuple(prepare_histories(joint.analysis.history, mode.sliding_frequency)),
     )
+
+
+def _check_finite(*, opening: float, sliding: float, stuck: float) -> None:
+    """Raise `ModelError` where the numbers that all analyses scale with are none."""
+    found = {
+        "the moment that opens the joint": opening,
+        "the circular frequency of the sliding state": sliding,
+        "the circular frequency of the stuck state": stuck,
+    }
+    for name, value in found.items():
+        if not 0 < value < np.inf:
+            raise ModelError(
+                f"{name} is {value:g}: check the dimensions, the material and the supports, and "
+                "their units"
+            )
 
 
 def law_of(joint: LapJoint, model: JointModel) -> ContactLaw:

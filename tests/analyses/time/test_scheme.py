@@ -216,7 +216,7 @@ def test_energy_is_never_made(small_reference):
     joint = small_reference.joint
     model = joint.model
     column = model.port("moment")
-    limit = opening_load(model, joint.flexibility, joint.prestress, "moment")
+    limit = opening_load(model, joint.prestress, "moment")
     for friction in (0.0, 0.25, 1.0):
         for steps in (60, 400):
             scheme = quiet(joint, friction, steps)
@@ -251,7 +251,7 @@ def bounced(joint, clamp, share, friction, steps, cycles, *, free):
     model = joint.model
     column = model.port("moment")
     joint = joint.with_preload({"clamp": clamp}).with_friction(friction)
-    level = share * opening_load(model, joint.flexibility, joint.prestress, "moment")
+    level = share * opening_load(model, joint.prestress, "moment")
     scheme = time_scheme(joint, 2 * np.pi / (joint.mode.sliding_omega * steps))
     time = np.arange(cycles * steps + 1) / steps
     if free:

@@ -11,7 +11,6 @@ from microslip.analyses.prepared.joint_modes import JointMode, with_mode_port
 from microslip.analyses.prepared.prestress import opening_load
 from microslip.brief import Brief
 from microslip.errors import Failure, MicroslipError
-from microslip.model.flexibility import static_flexibility
 from microslip.model.joint import JointModel
 from microslip.typing import Array
 
@@ -106,7 +105,7 @@ def amplitude_scale(joint: PreparedJoint, mode: JointMode) -> float:
     """
     model, start = joint.model, joint.prestress
     wide = with_mode_port(model, mode)
-    limit = opening_load(wide, static_flexibility(wide), start, mode.port) / mode.sliding_omega**2
+    limit = opening_load(wide, start, mode.port) / mode.sliding_omega**2
     if np.isfinite(limit):
         return float(limit)
     bonded = start.bonded(model.dimension)

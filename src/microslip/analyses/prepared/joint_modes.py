@@ -121,8 +121,7 @@ def joint_modes(model: JointModel, start: Prestress, law: ContactLaw) -> tuple[J
     """
     omega, shapes = bonded_modes(model, start.bonded(1), law.compliance)
     stuck_omega, stuck = bonded_modes(model, start.bonded(model.dimension), law.compliance)
-    rigid = slice(0, model.equilibrium_modes)
-    held = model.omega[rigid] ** 2 @ shapes[rigid] ** 2
+    held = _support_energy(model, shapes)
     deforming = np.flatnonzero(held <= ON_SUPPORTS * omega**2)
     overlap = shapes.T @ stuck
 
@@ -147,6 +146,15 @@ def joint_modes(model: JointModel, start: Prestress, law: ContactLaw) -> tuple[J
             )
         )
     return tuple(found)
+
+
+def _support_energy(model: JointModel, shapes: Array) -> Array:
+    """Strain energy of shapes (columns) in the supports, twice; of nearly rigid modes, where the
+    supports are not known."""
+    if model.supports is not None:
+        return np.einsum("ij,ij->j", shapes, model.supports @ shapes)
+    rigid = slice(0, model.equilibrium_modes)
+    return np.asarray(model.omega[rigid] ** 2 @ shapes[rigid] ** 2)
 
 
 def pick_mode(modes: tuple[JointMode, ...], number: int) -> JointMode:

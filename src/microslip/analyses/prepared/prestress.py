@@ -19,6 +19,9 @@ from microslip.model.flexibility import Flexibility
 from microslip.model.joint import JointModel
 from microslip.typing import Array, Indices, Mask, Status
 
+SOLVED, UNBOUNDED = 0, 3
+"""Outcomes of a linear program."""
+
 
 @dataclass(frozen=True, repr=False)
 class Prestress(Brief):
@@ -96,31 +99,52 @@ def prestress(
     return Prestress(dict(preload), solution, pressure, touching)
 
 
-def opening_load(model: JointModel, flexibility: Flexibility, start: Prestress, port: str) -> float:
+def opening_load(model: JointModel, start: Prestress, port: str) -> float:
     """Largest amplitude of a port that the preloaded contact can balance (limit analysis).
 
-    Maximises ``A`` over compressive reactions that keep the nearly rigid bodies in equilibrium
-    with the preload and ``±A`` on the port, their soft supports left out. Beyond it the joint opens;
-    infinite where the load does not move the bodies.
+    Maximises ``A`` over compressive reactions that keep the rigid bodies in equilibrium with the
+    preload and ``±A`` on the port. Springs that support the bodies are left out, whatever their
+    stiffness: they hold where the bodies are, not the joint together. Beyond ``A`` the contact alone
+    does not hold and the joint opens; infinite where the load does not move the bodies against each
+    other, or where their motions are not known.
+
+    Raises
+    ------
+    ContactError
+        Where the preload alone is not in equilibrium, or the linear program fails.
     """
-    d, m = model.dimension, model.pairs
-    held = flexibility.loads_q @ (model.amplitudes(start.preload) / start.force)
-    load = flexibility.loads_q[:, [model.port(port)]]
-    size = np.abs(load).max(initial=0.0)
-    if not (size * 1e-12 > 0 and flexibility.R.shape[1]):
+    if model.bodies is None or not model.bodies.v.shape[1]:
         return float("inf")
-    normals = np.arange(d * m)[normal_rows(d)]
+    relative = _relative_motions(model.bodies.v)
+    motions, ports = model.bodies.v @ relative, model.bodies.ports @ relative
+    held = (model.amplitudes(start.preload) / start.force) @ ports
+    load = ports[model.port(port)]
+    size = np.abs(load).max(initial=0.0)
+    if not size > 1e-12 * np.abs(ports).max(initial=0.0):
+        return float("inf")
+    d, m = model.dimension, model.pairs
     rest = np.delete(np.arange(d * m), normal_rows(d))
-    columns = [flexibility.R[normals].T, flexibility.R[rest].T]
+    columns = [motions[normal_rows(d)].T, motions[rest].T]
     bounds = [(0, None)] * m + [(None, None)] * (d - 1) * m + [(0, None)]
     limits = []
     for sign in (1.0, -1.0):
         found = linprog(
             np.r_[np.zeros(d * m), -1.0],
-            A_eq=np.hstack([*columns, -sign * load / size]),
+            A_eq=np.hstack([*columns, -sign * load[:, None] / size]),
             b_eq=held,
             bounds=bounds,
             method="highs",
         )
-        limits.append(found.x[-1] * start.force / size if found.status == 0 else np.inf)
+        if found.status not in (SOLVED, UNBOUNDED):
+            raise ContactError(
+                f"how much the joint holds on port {port!r} was not found: {found.message}"
+            )
+        limits.append(found.x[-1] * start.force / size if found.status == SOLVED else np.inf)
     return float(min(limits))
+
+
+def _relative_motions(v: Array) -> Array:
+    """(e, f) combinations of rigid motions that move pairs against each other; the others, of all
+    bodies together, the supports alone hold."""
+    _, size, directions = np.linalg.svd(v, full_matrices=False)
+    return np.asarray(directions[size > 1e-9 * size.max(initial=1e-300)].T)

@@ -54,6 +54,8 @@ def table_curve(table: EquivalentTable) -> TableCurve:
         upper, reference = np.column_stack([u.order, u.omega]), u.reference_omega**2
         for values in zip(u.motion.T, u.compliance.T, u.in_phase.T, u.quadrature.T, strict=True):
             columns += [part for y in values for part in (y.real, y.imag)]
+    if not all(np.isfinite(y).all() for y in columns):
+        raise MicroslipError("the table of equivalent stiffness holds numbers that are not finite")
     interpolate = PchipInterpolator if table.uncertainty is None else Akima1DInterpolator
     c = np.stack([interpolate(x, y).c for y in columns])
     return TableCurve(x, np.ascontiguousarray(np.moveaxis(c, 0, -1)), upper, float(reference))

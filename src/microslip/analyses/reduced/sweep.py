@@ -237,7 +237,10 @@ def sweep(omegas, system, sliding, tolerance, most, answers):
         amplitude[i] = sliding[0] * y[0] + sliding[1] * y[1]
         iterations[i] = count
         flag[i] = CONVERGED if good else NOT_CONVERGED
-        if good and a > top:
+        if not np.isfinite(abs(amplitude[i])):
+            flag[i] = NOT_CONVERGED
+            a = 0.0
+        elif good and a > top:
             flag[i] = OUTSIDE
 
 

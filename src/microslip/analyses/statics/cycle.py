@@ -159,7 +159,7 @@ def quasi_static_cycle(
         Where a step does not solve; names the phase.
     """
     f, start, column = joint.flexibility, joint.prestress, joint.model.port(port)
-    held, limit = joint.held, opening_load(joint.model, f, start, port)
+    held, limit = joint.held, opening_load(joint.model, start, port)
     _check_stays_closed(limit, abs(amplitude), port)
     solver = _prestressed_solver(joint)
     theta = phase + 2 * np.pi * np.arange(steps + 1) / steps
