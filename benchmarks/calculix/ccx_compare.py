@@ -203,7 +203,7 @@ def run_ours(name, reduced, loading):
 
 def compare(joint, loading, ccx, folder):
     """All rows, and what else is worth saying: iterations of ccx, slip profile."""
-    material, control = lap.material(joint), lap.mesh_control(joint)
+    material, control = lap.materials(joint)[0], lap.mesh_control(joint)
     linear = linear_joint(lap.geometry(joint), control)
 
     def same(points):

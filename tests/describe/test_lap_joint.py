@@ -19,11 +19,10 @@ def document() -> dict:
 
 def test_example_is_the_reference_joint():
     joint = load_joint(EXAMPLE)
-    assert joint.beams.model_dump() == {
-        "length": 0.2515,
-        "thickness": 0.0125,
-        "overlap_half_length": 0.0375,
-    }
+    beams = joint.beams
+    assert (beams.lengths, beams.thicknesses) == ((0.2515,) * 2, (0.0125,) * 2)
+    assert beams.overlap_half_length == 0.0375
+    assert joint.symmetric
     material = joint.material
     assert (material.youngs_modulus, material.poissons_ratio) == (70e9, 0.3)
     assert (material.density, material.plane) == (2000.0, "strain")

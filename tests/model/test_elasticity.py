@@ -14,10 +14,10 @@ from microslip.model.elasticity import (
     Body,
     Material,
     elastic_body,
-    pressed_length_load,
     traction_load,
     traction_stiffness,
 )
+from microslip.model.pressing import pressed_load, uniform
 
 PLANES = ("strain", "stress")
 
@@ -259,7 +259,7 @@ def test_pressed_length_cut_by_an_edge_is_integrated_exactly(half_length):
     mesh = skfem.MeshQuad.init_tensor(np.linspace(-1, 1, 9) ** 3, np.array([0.0, 1.0]))
     body = elastic_body(mesh, MATERIAL)
     top = mesh.facets_satisfying(lambda x: np.abs(x[1] - 1) < 1e-12, True)
-    load = pressed_length_load(body, top, half_length)
+    load = pressed_load(body, top, uniform(0.0, half_length))
     x = body.nodes[0]
     assert np.all(load[::2] == 0)
     assert load[1::2].sum() == pytest.approx(1.0, rel=1e-12)

@@ -7,7 +7,7 @@ import pytest
 from conftest import ROOT
 
 from microslip.describe.reading import load_joint, parse_joint
-from microslip.model.lap import geometry, material, mesh_control, structure_of
+from microslip.model.lap import geometry, materials, mesh_control, structure_of
 
 EXAMPLE = ROOT / "examples" / "lap_joint.toml"
 
@@ -21,7 +21,7 @@ def test_models_of_the_reference_joint():
         0.0375,
         0.025,
     )
-    assert material(joint).plane_modulus() == pytest.approx(70e9 / 0.91)
+    assert materials(joint)[0].plane_modulus() == pytest.approx(70e9 / 0.91)
     assert mesh_control(joint).contact_pairs == 201
     assert joint.clamp_force_length == pytest.approx(251.5e3)
     assert joint.opening_ratio == pytest.approx(37.5 / 251.5)
@@ -59,4 +59,4 @@ def test_springs_of_the_description_hold_both_ends():
 
 def test_plane_of_the_description_is_that_of_the_material():
     stress = {**SMALL, "material": {**SMALL["material"], "plane": "stress"}}
-    assert material(parse_joint(stress)).plane_modulus() == 70e9
+    assert materials(parse_joint(stress))[1].plane_modulus() == 70e9

@@ -10,27 +10,23 @@ the model of it.
 from __future__ import annotations
 
 from html import escape
-from typing import Literal, Self
+from typing import Self
 
 from pydantic import Field, model_validator
 
 from microslip.describe import units
 from microslip.describe.amplitude import Load
 from microslip.describe.excitation import Excitation, LoadedExcitation
-from microslip.describe.quantities import (
-    AreaStiffness,
-    Count,
-    Density,
-    Length,
-    LineForce,
-    LineStiffness,
-    Modulus,
-    Number,
-    Rate,
-    Rule,
-    Section,
-    Time,
+from microslip.describe.parts import (
+    Beams,
+    Clamp,
+    Contact,
+    Damping,
+    MaterialInput,
+    MeshInput,
+    Support,
 )
+from microslip.describe.quantities import Rule, Section
 from microslip.describe.requests import (
     MOST_OF_OPENING,
     Requests,
@@ -47,93 +43,6 @@ STIFFEST_SPRING = 1e3
 
 MOST_COLUMNS = 20_000
 """Elements along one beam outside the overlap: more is a slip of the pen."""
-
-
-class Beams(Section):
-    """Two identical beams and how far they overlap, m."""
-
-    length: Length = Field(gt=0)
-    thickness: Length = Field(gt=0)
-    overlap_half_length: Length = Field(gt=0)
-
-    @model_validator(mode="after")
-    def _overlap_fits(self) -> Self:
-        if self.overlap_half_length * 2 > self.length * (1 + 1e-12):
-            raise Rule(
-                "overlap_half_length",
-                f"the beams overlap over twice this; at most half of beams.length, "
-                f"{self.length / 2:g} m, is possible",
-            )
-        return self
-
-
-class MaterialInput(Section):
-    """Linear isotropic material of both beams."""
-
-    youngs_modulus: Modulus = Field(gt=0)
-    poissons_ratio: Number = Field(gt=-1, lt=0.5)
-    density: Density = Field(gt=0)
-    plane: Literal["strain", "stress"] = "strain"
-
-
-class Contact(Section):
-    """The plane of contact: Coulomb friction, and how finely it is resolved."""
-
-    friction: Number = Field(ge=0, le=2)
-    pairs: Count = Field(default=201, ge=5, le=5001)
-    law: Literal["exact", "elastic"] = "exact"
-    tangential_stiffness: AreaStiffness | None = Field(default=None, gt=0)
-    normal_stiffness: AreaStiffness | None = Field(default=None, gt=0)
-
-    @property
-    def pairs_used(self) -> int:
-        """Number of contact pairs in the mesh: `pairs`, raised by one where even."""
-        return self.pairs + 1 - self.pairs % 2
-
-    @model_validator(mode="after")
-    def _stiffness_fits_law(self) -> Self:
-        if self.law == "elastic" and self.tangential_stiffness is None:
-            raise Rule(
-                "tangential_stiffness",
-                f'law = "elastic" needs it: {units.AREA_STIFFNESS.advice()}',
-            )
-        for key in ("tangential_stiffness", "normal_stiffness"):
-            if self.law == "exact" and getattr(self, key) is not None:
-                raise Rule(key, 'is only for law = "elastic": remove it, or change contact.law')
-        return self
-
-
-class Clamp(Section):
-    """Force that presses the beams together (N/m of width), spread over ``|x| <= half_length``."""
-
-    force: LineForce = Field(gt=0)
-    half_length: Length = Field(gt=0)
-
-
-class Support(Section):
-    """Horizontal springs spread over each far end face, N/m per metre of width.
-
-    As they are spread they resist the turning of the face too, by a twelfth of their stiffness times
-    the thickness squared.
-    """
-
-    horizontal_spring: LineStiffness = Field(default=1e5, ge=0)
-
-
-class Damping(Section):
-    """Rayleigh damping ``C = alpha M + beta K`` of the material."""
-
-    alpha: Rate = Field(default=0.0, ge=0)
-    beta: Time = Field(default=0.0, ge=0)
-
-
-class MeshInput(Section):
-    """How fine the mesh is away from the contact, and how many modes stay dynamic."""
-
-    overlap_growth: Number = Field(default=1.3, ge=1, le=3)
-    max_layer: Number = Field(default=0.2, gt=0.005, le=1)
-    rest_size: Number = Field(default=0.5, gt=0.005, le=10)
-    modes: Count = Field(default=60, ge=4, le=2000)
 
 
 @holds_requests
@@ -171,23 +80,43 @@ class LapJoint(Section):
         return self.clamp.force * self.beams.length
 
     @property
+    def friction(self) -> float:
+        """Coefficient of friction, its mean over the overlap where it varies."""
+        mu, half = self.contact.friction, self.beams.overlap_half_length
+        return mu if isinstance(mu, float) else mu.mean(-half, half)
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether a half turn about the middle of the overlap takes the structure onto itself."""
+        ends = self.support.left == self.support.right
+        parts = self.beams.identical, self.material.identical, self.clamp.symmetric
+        return ends and all(parts)
+
+    @property
     def opening_ratio(self) -> float:
         """M/(PL) at which the clamped joint opens: the contact resultant has reached the tip.
 
         Equilibrium of one beam under clamp, contact and end moment puts the resultant of the
-        contact pressure at ``x = M/P``; it cannot lie beyond the overlap, so ``M < P L_o``.
+        contact pressure at ``x = x_P ± M/P``, x_P where the clamp acts; it cannot lie beyond the
+        overlap, so ``M < P (L_o - |x_P|)``.
         """
-        return self.beams.overlap_half_length / self.beams.length
+        reach = self.beams.overlap_half_length - abs(self.clamp.resultant)
+        return reach / self.beams.length
+
+    @property
+    def weak_spring(self) -> float:
+        """Stiffness of springs that only hold the mean position, N/m per metre of width.
+
+        `WEAKEST_SPRING` of a beam's axial stiffness: at free ends along x and y, and at pinned ends
+        whose own springs along x are weaker or none. Nothing else depends on it.
+        """
+        beams = zip(self.material.moduli, self.beams.thicknesses, self.beams.lengths, strict=True)
+        return WEAKEST_SPRING * max(E * thickness / length for E, thickness, length in beams)
 
     @property
     def spring_used(self) -> float:
-        """Stiffness of the horizontal springs in the model, N/m per metre of width.
-
-        Springs weaker than `WEAKEST_SPRING` of a beam's axial stiffness, or none, leave the mean
-        position along x undetermined: they are raised to it. Nothing else depends on it.
-        """
-        beam = self.material.youngs_modulus * self.beams.thickness / self.beams.length
-        return max(self.support.horizontal_spring, WEAKEST_SPRING * beam)
+        """Stiffness of the horizontal springs of the pinned ends in the model."""
+        return max(self.support.horizontal_spring, self.weak_spring)
 
     @property
     def variants(self) -> tuple[str, ...]:
@@ -241,7 +170,7 @@ class LapJoint(Section):
             ("Young's modulus", f"{readable(m.youngs_modulus, 'Pa')}, plane {m.plane}"),
             ("Poisson's ratio", f"{m.poissons_ratio:g}"),
             ("density", f"{m.density:g} kg/m³"),
-            ("friction", f"{c.friction:g}"),
+            ("friction", f"{c.friction}"),
             ("contact", f"{c.law}, {c.pairs_used} pairs"),
             ("clamp force", readable(self.clamp.force, "N/m")),
             ("half length of the clamp", readable(self.clamp.half_length, "m")),
@@ -268,16 +197,22 @@ class LapJoint(Section):
 
 
 def _clamp_fits(joint: LapJoint) -> None:
-    overlap = joint.beams.overlap_half_length
-    if joint.clamp.half_length > overlap * (1 + 1e-12):
+    overlap, clamp = joint.beams.overlap_half_length, joint.clamp
+    if clamp.half_length > overlap * (1 + 1e-12):
         raise Rule(
             "clamp.half_length",
             f"the clamp must lie on the overlap: at most beams.overlap_half_length, {overlap:g} m",
         )
+    if abs(clamp.centre) + clamp.half_length > overlap * (1 + 1e-12):
+        raise Rule(
+            "clamp.centre",
+            "the clamp must lie on the overlap: at most beams.overlap_half_length less "
+            f"clamp.half_length, {overlap - clamp.half_length:.6g} m, to either side",
+        )
 
 
 def _springs_are_no_wall(joint: LapJoint) -> None:
-    spring, most = joint.support.horizontal_spring, STIFFEST_SPRING * joint.material.youngs_modulus
+    spring, most = joint.support.horizontal_spring, STIFFEST_SPRING * max(joint.material.moduli)
     if spring > most:
         raise Rule(
             "support.horizontal_spring",
@@ -288,11 +223,14 @@ def _springs_are_no_wall(joint: LapJoint) -> None:
 
 
 def _mesh_is_reasonable(joint: LapJoint) -> None:
-    rest = joint.beams.length - 2 * joint.beams.overlap_half_length
-    columns = rest / (joint.mesh.rest_size * joint.beams.thickness)
-    if columns > MOST_COLUMNS:
+    beams = zip(("", "upper."), joint.beams.lengths, joint.beams.thicknesses, strict=True)
+    for whose, length, thickness in beams:
+        rest = length - 2 * joint.beams.overlap_half_length
+        columns = rest / (joint.mesh.rest_size * thickness)
+        if columns <= MOST_COLUMNS:
+            continue
         raise Rule(
-            "beams.thickness",
+            f"beams.{whose}thickness",
             f"the beams would be {columns:.0f} elements long and {MOST_COLUMNS} are allowed: "
             "check beams.length and beams.thickness, or raise mesh.rest_size",
         )
@@ -310,7 +248,7 @@ def _response_has_its_inputs(joint: LapJoint) -> None:
             "the section is missing and analysis.response needs it: write for example [load] "
             "with rho = 2.4, or leave analysis.response out",
         )
-    if joint.load is not None and joint.contact.friction == 0 and any(joint.load.rho or ()):
+    if joint.load is not None and joint.friction == 0 and any(joint.load.rho or ()):
         raise Rule(
             "load.rho", "without contact.friction rho is 0: give the moment, or some friction"
         )
@@ -367,7 +305,7 @@ def _histories_have_their_inputs(joint: LapJoint) -> None:
             amplitude = entry.moment or entry.moment_over_clamp_force_length
             assert amplitude is not None
             _holds(joint, f"{key}.{entry.load_key}", amplitude / size)
-        elif joint.contact.friction == 0:
+        elif joint.friction == 0:
             raise Rule(f"{key}.rho", "without contact.friction rho is 0: give the moment")
         elif load is None or load.rho is None:
             raise Rule(f"{key}.rho", "needs the constant of load.rho: give load.rho, or the moment")
@@ -412,7 +350,7 @@ def _joint_stays_closed(joint: LapJoint) -> None:
         _holds(joint, f"load.{load.kind}", max(joint.load_moments()) / size)
     elif load.rho_scale is not None and any(load.values):
         smallest = min(rho for rho in load.values if rho > 0)
-        _holds(joint, "load.rho", load.rho_scale * joint.contact.friction / smallest)
+        _holds(joint, "load.rho", load.rho_scale * joint.friction / smallest)
 
 
 def _holds(joint: LapJoint, key: str, ratio: float) -> None:

@@ -8,6 +8,38 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
 from microslip.describe import units
+from microslip.describe.profile import Profile, profile_parser
+
+
+def _coefficient(value: Any) -> float:
+    found = units.NUMBER.parse(value)
+    if found < 0:
+        raise ValueError("must be greater than or equal to 0")
+    if found > MOST_FRICTION:
+        raise ValueError(f"must be less than or equal to {MOST_FRICTION:g}")
+    return found
+
+
+def _share(value: Any) -> float:
+    found = units.NUMBER.parse(value)
+    if found < 0:
+        raise ValueError("must be greater than or equal to 0")
+    return found
+
+
+def _constant_or_profile(value: Any) -> float | Profile:
+    if isinstance(value, list | tuple | Profile):
+        return profile_parser(_coefficient, "0.25")(value)
+    return _coefficient(value)
+
+
+def _shape_or_profile(value: Any) -> str | Profile:
+    if isinstance(value, list | tuple | Profile):
+        return profile_parser(_share, "1.0")(value)
+    if value not in CLAMP_SHAPES:
+        names = ", ".join(f'"{name}"' for name in CLAMP_SHAPES)
+        raise ValueError(f"must be one of {names}, or a table of positions and relative pressures")
+    return str(value)
 
 
 def _one_or_more(value: Any) -> tuple[Any, ...]:
@@ -16,6 +48,12 @@ def _one_or_more(value: Any) -> tuple[Any, ...]:
         raise ValueError("must be one value or a list of 1 to 1000")
     return values
 
+
+MOST_FRICTION = 2.0
+"""Largest coefficient of friction that is believed."""
+
+CLAMP_SHAPES = ("uniform", "parabolic")
+"""Distributions of the clamp's pressure that have a name."""
 
 Number = Annotated[float, BeforeValidator(units.NUMBER.parse), units.NUMBER]
 Length = Annotated[float, BeforeValidator(units.LENGTH.parse), units.LENGTH]
@@ -28,6 +66,8 @@ AreaStiffness = Annotated[float, BeforeValidator(units.AREA_STIFFNESS.parse), un
 Time = Annotated[float, BeforeValidator(units.TIME.parse), units.TIME]
 Rate = Annotated[float, BeforeValidator(units.RATE.parse), units.RATE]
 Frequency = Annotated[float, BeforeValidator(units.FREQUENCY.parse), units.FREQUENCY]
+Friction = Annotated[float | Profile, BeforeValidator(_constant_or_profile), units.NUMBER]
+ClampPressure = Annotated[str | Profile, BeforeValidator(_shape_or_profile)]
 Count = Annotated[int, Field(strict=True)]
 OneOrMore = BeforeValidator(_one_or_more)
 Ratios = Annotated[tuple[Annotated[Number, Field(gt=0)], ...], OneOrMore]

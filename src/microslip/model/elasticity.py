@@ -141,30 +141,6 @@ def traction_load(
     return np.asarray(skfem.asm(work, edge)[body.order], dtype=float)
 
 
-def pressed_length_load(body: Body, facets: Indices, half_length: float) -> Array:
-    """Vertical nodal forces of a unit force spread evenly over ``|x| <= half_length``.
-
-    Facets are horizontal and may be cut by the ends of the pressed length: two Gauss points on the
-    pressed part of each integrate its quadratic shape functions exactly.
-    """
-    mesh = body.mesh
-    corners = mesh.p.shape[1]
-    load = np.zeros(body.nodes.shape[1])
-    gauss = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3)
-    for facet in facets:
-        first, second = mesh.facets[:, facet]
-        x0, x1 = mesh.p[0, first], mesh.p[0, second]
-        a, b = max(min(x0, x1), -half_length), min(max(x0, x1), half_length)
-        if b <= a:
-            continue
-        s = (a + (b - a) * gauss - x0) / (x1 - x0)
-        force = (b - a) / (2 * half_length)
-        load[first] += force * np.mean((1 - s) * (1 - 2 * s))
-        load[second] += force * np.mean(s * (2 * s - 1))
-        load[corners + facet] += force * np.mean(4 * s * (1 - s))
-    return np.column_stack([np.zeros_like(load), load]).ravel()
-
-
 def traction_stiffness(body: Body, facets: Indices, per_area: float, axis: int) -> sp.csc_matrix:
     """Stiffness of springs spread over boundary facets, `per_area` in N/m³ along `axis`."""
     edge = skfem.FacetBasis(body.mesh, ELEMENT, facets=facets, intorder=4)

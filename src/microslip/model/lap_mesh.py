@@ -1,8 +1,9 @@
-"""Structured, graded mesh of the lap joint of two identical beams.
+"""Structured, graded mesh of a lap joint of two beams.
 
 Lower beam: ``x`` from ``overlap - length`` to ``overlap``, ``y`` from ``-thickness`` to 0.
-Upper beam: its image under a half turn about the origin. The image is made by negating the
-coordinates, so the mesh is symmetric to the last bit and a reversed moment mirrors every result.
+Upper beam: a lower one of its own dimensions under a half turn about the origin. The turn negates the
+coordinates, so that the mesh of identical beams is symmetric to the last bit and a reversed moment
+mirrors every result.
 """
 
 from __future__ import annotations
@@ -22,19 +23,35 @@ class LapGeometry:
     Attributes
     ----------
     length : float
-        Length of each beam.
+        Length of the lower beam, and of the upper one where that has none of its own.
     thickness : float
-        Thickness of each beam.
+        Thickness, likewise.
     overlap_half_length : float
         The beams overlap over ``|x| <= overlap_half_length``.
     clamp_half_length : float
-        The clamp presses the outer faces over ``|x| <= clamp_half_length``.
+        The clamp presses the outer faces over ``|x - clamp_centre| <= clamp_half_length``.
+    clamp_centre : float
+    upper_length, upper_thickness : float, optional
+        Of the upper beam, where they are others.
     """
 
     length: float
     thickness: float
     overlap_half_length: float
     clamp_half_length: float
+    clamp_centre: float = 0.0
+    upper_length: float | None = None
+    upper_thickness: float | None = None
+
+    @property
+    def lengths(self) -> tuple[float, float]:
+        """Of the lower and the upper beam."""
+        return self.length, self.upper_length or self.length
+
+    @property
+    def thicknesses(self) -> tuple[float, float]:
+        """Of the lower and the upper beam."""
+        return self.thickness, self.upper_thickness or self.thickness
 
 
 @dataclass(frozen=True)
@@ -88,26 +105,34 @@ def lap_joint_meshes(
 ) -> tuple[skfem.MeshQuad, skfem.MeshQuad]:
     """Meshes of the lower and the upper beam, with matching nodes on the plane of contact.
 
-    Node ``i`` of the lower mesh at ``(x, y)`` has its image, node ``i`` of the upper mesh, at
-    ``(-x, -y)``.
+    Where the beams are identical, node ``i`` of the lower mesh at ``(x, y)`` has its image, node
+    ``i`` of the upper mesh, at ``(-x, -y)``.
     """
-    g = geometry
+    lower, turned = (
+        _lower_mesh(geometry, length, thickness, control)
+        for length, thickness in zip(geometry.lengths, geometry.thicknesses, strict=True)
+    )
+    return lower, skfem.MeshQuad(-turned.p, turned.t)
+
+
+def _lower_mesh(
+    g: LapGeometry, length: float, thickness: float, control: MeshControl
+) -> skfem.MeshQuad:
+    """Mesh of a beam that lies to the left and below."""
     x_overlap = overlap_grid(g, control.contact_pairs)
     size = 2 * g.overlap_half_length / (control.contact_pairs // 2)
     x = x_overlap
-    far = g.overlap_half_length - g.length
+    far = g.overlap_half_length - length
     if far < -g.overlap_half_length * (1 + 1e-12):
         rest = graded(
-            -g.overlap_half_length, far, size, 1.4, max(control.rest_size * g.thickness, size)
+            -g.overlap_half_length, far, size, 1.4, max(control.rest_size * thickness, size)
         )
         x = np.concatenate([rest[:0:-1], x_overlap])
     y = graded(
         0.0,
-        -g.thickness,
-        min(size, control.max_layer * g.thickness),
+        -thickness,
+        min(size, control.max_layer * thickness),
         control.overlap_growth,
-        control.max_layer * g.thickness,
+        control.max_layer * thickness,
     )[::-1]
-    lower = skfem.MeshQuad.init_tensor(x, y)
-    upper = skfem.MeshQuad(-lower.p, lower.t)
-    return lower, upper
+    return skfem.MeshQuad.init_tensor(x, y)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 
 from microslip.describe.lap import LapJoint
-from microslip.model.lap import geometry, material, mesh_control
+from microslip.model.lap import geometry, materials, mesh_control
 from microslip.model.lap_mesh import lap_joint_meshes
 from microslip.pipeline.excitation import prepare_histories
 from microslip.registry import column
@@ -22,12 +22,16 @@ CONTACT_STEP = 8e-9
 def degrees_of_freedom(joint: LapJoint) -> int:
     """Degrees of freedom of the joint's mesh, two of them held by the supports."""
     meshes = lap_joint_meshes(geometry(joint), mesh_control(joint))
-    return sum(2 * (mesh.p.shape[1] + mesh.facets.shape[1]) for mesh in meshes) - 2
+    held = sum(
+        {"pinned": 1, "clamped": 2 * (2 * len(set(mesh.p[1])) - 1), "free": 0}[end]
+        for mesh, end in zip(meshes, (joint.support.left, joint.support.right), strict=True)
+    )
+    return sum(2 * (mesh.p.shape[1] + mesh.facets.shape[1]) for mesh in meshes) - held
 
 
 def bending_stiffness(joint: LapJoint) -> float:
     """``E'h³/12`` of one beam, N m² per metre of width."""
-    return material(joint).plane_modulus() * joint.beams.thickness**3 / 12
+    return materials(joint)[0].plane_modulus() * joint.beams.thickness**3 / 12
 
 
 def bending_frequency(joint: LapJoint) -> float:
@@ -71,7 +75,7 @@ def response_seconds(joint: LapJoint) -> float:
 
 def refined_seconds(joint: LapJoint) -> float:
     """Table of the refined model: cycles with the motion prescribed."""
-    if "refined" not in joint.variants or joint.contact.friction <= 0:
+    if "refined" not in joint.variants or joint.friction <= 0:
         return 0.0
     asked = joint.analysis.reduced
     cycles = asked.amplitudes * min(5, asked.max_cycles) + 100

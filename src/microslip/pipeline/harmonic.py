@@ -123,9 +123,10 @@ def follow(
     assembly: Assembly, settings: HarmonicAnalysis, load: Load, meter: _Meter, stop: threading.Event
 ) -> HarmonicRun:
     """Branches, points and stability under one load, as far as they come until `stop` is set."""
-    friction = 0.0 if load.rho == 0 else assembly.joint.contact.friction
+    friction = 0.0 if load.rho == 0 else assembly.joint.friction
+    joint = assembly.prepared
     problem = harmonic_problem(
-        assembly.prepared.with_friction(friction),
+        joint if friction else joint.with_friction(0.0),
         harmonics=settings.branch_harmonics,
         samples=settings.samples,
     )

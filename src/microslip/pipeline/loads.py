@@ -59,7 +59,7 @@ class Load:
 
 def strength(assembly: Assembly) -> float:
     """``mu P L``, N m per metre of width: what moments are compared with."""
-    return assembly.joint.contact.friction * assembly.moment_unit
+    return assembly.joint.friction * assembly.moment_unit
 
 
 def given_scale(assembly: Assembly) -> float:

@@ -19,6 +19,7 @@ from microslip.model.lap import structure_of
 from microslip.model.states import LinearStates, linear_states
 from microslip.model.structure import Structure
 from microslip.pipeline.excitation import Prepared, prepare_histories
+from microslip.typing import Array
 
 DRIVE, PRELOAD = "moment", "clamp"
 """Ports of a lap joint that are driven, and held."""
@@ -156,6 +157,12 @@ def _check_finite(*, opening: float, sliding: float, stuck: float) -> None:
             )
 
 
+def friction_of(joint: LapJoint, model: JointModel) -> float | Array:
+    """Coefficient of friction: one, or one per pair where it varies along x."""
+    mu = joint.contact.friction
+    return mu if isinstance(mu, float) else np.array([mu.at(x) for x in model.position])
+
+
 def law_of(joint: LapJoint, model: JointModel) -> ContactLaw:
     """Friction, and the compliance ``1 / (k area)`` of an elastic contact, m/N."""
     contact = joint.contact
@@ -164,4 +171,4 @@ def law_of(joint: LapJoint, model: JointModel) -> ContactLaw:
         compliance[normal_rows()] = 1 / (contact.normal_stiffness * model.area)
     if contact.law == "elastic" and contact.tangential_stiffness:
         compliance[tangential_rows()] = 1 / (contact.tangential_stiffness * model.area)
-    return contact_law(model.pairs, contact.friction, compliance)
+    return contact_law(model.pairs, friction_of(joint, model), compliance)

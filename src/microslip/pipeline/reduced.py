@@ -39,7 +39,7 @@ def run_refined(
     """Table over the amplitudes of the cycles', where a response reads it and there is friction."""
     joint = assembly.joint
     tables = tables_of(done)
-    if "refined" not in joint.variants or not tables or joint.contact.friction == 0:
+    if "refined" not in joint.variants or not tables or joint.friction == 0:
         return None
     settings = joint.analysis.reduced
     sizes = tables.get("mode", next(iter(tables.values()))).amplitude

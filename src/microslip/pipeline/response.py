@@ -114,7 +114,7 @@ def _respond(
 ) -> Response:
     """Response of one variant, with its error indicator where there is a refined model."""
     model, table = models[variant]
-    settings, friction = assembly.joint.analysis.response, assembly.joint.contact.friction
+    settings, friction = assembly.joint.analysis.response, assembly.joint.friction
     assert settings is not None
     frictionless = load.rho == 0 or friction == 0
     response = forced_response(

@@ -56,7 +56,7 @@ def requests_of(assembly: Assembly, curves: Sequence[Response]) -> list[Request]
                     rho=response.rho,
                     frequency=f,
                     load=response.load,
-                    friction=response.friction,
+                    friction=None if response.friction else 0.0,
                     guess=complex(guess),
                     steps=settings.steps,
                     tolerance=settings.tolerance,

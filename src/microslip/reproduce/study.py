@@ -122,7 +122,7 @@ class Study:
     @property
     def friction(self) -> float:
         """Coefficient of friction."""
-        return self.joint.contact.friction
+        return self.joint.friction
 
     @property
     def rayleigh(self) -> tuple[float, float]:

@@ -26,7 +26,7 @@ def model_summary(run: Run) -> dict[str, Any]:
             "pair_spacing_m": np.diff(model.position).max(),
             "half_length_over_clamp_half_length": np.abs(model.position).max() / clamp_half,
         },
-        "friction": joint.contact.friction,
+        "friction": joint.friction,
         "clamp_force_n_per_m": joint.clamp.force,
         "clamp_half_length_m": clamp_half,
         "clamp_force_length_n_m_per_m": run.assembly.moment_unit,
@@ -61,7 +61,7 @@ def model_dataset(run: Run) -> xr.Dataset:
         "sliding_frequency": (own.sliding_frequency, "Hz", "natural frequency, sliding state"),
         "stuck_frequency": (own.stuck_frequency, "Hz", "natural frequency, stuck state"),
         "mode_overlap": (own.overlap, "1", "mass product of sliding and stuck mode"),
-        "friction": (joint.contact.friction, "1", "coefficient of friction"),
+        "friction": (joint.friction, "1", "coefficient of friction, mean over the overlap"),
         "clamp_force": (joint.clamp.force, "N/m", "clamp force per metre of width"),
         "clamp_half_length": (joint.clamp.half_length, "m", "half length of the clamped zone"),
         "opening_moment": (

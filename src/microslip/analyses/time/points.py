@@ -28,8 +28,10 @@ class Request:
 
     Attributes
     ----------
-    rho, friction : float
-        Labels; `friction` is also used.
+    rho : float
+        A label.
+    friction : float or None
+        Coefficient of friction of all pairs; None leaves them the joint's own.
     frequency, load : float
         Hz, amplitude of the driving load.
     guess : complex
@@ -44,7 +46,7 @@ class Request:
     rho: float
     frequency: float
     load: float
-    friction: float
+    friction: float | None
     guess: complex
     steps: int = 150
     tolerance: float = 1e-5
@@ -60,6 +62,7 @@ class TimePoint:
     Attributes
     ----------
     rho, friction : float
+        `friction` is the median of the pairs'.
     steady : SteadyState
     corrected_frequency : float
         Frequency at which a scheme without period error has this answer, Hz.
@@ -108,7 +111,8 @@ def solve_request(joint: PreparedJoint, request: Request) -> TimePoint:
     ContactError
         Where a step does not solve; `JointOpensError` where no pair touches.
     """
-    joint = joint.with_friction(request.friction)
+    if request.friction is not None:
+        joint = joint.with_friction(request.friction)
     scheme = time_scheme(joint, 1 / (request.frequency * request.steps))
     steady = steady_state(
         scheme,
@@ -124,7 +128,7 @@ def solve_request(joint: PreparedJoint, request: Request) -> TimePoint:
     refine = request.stability and steady.converged
     return TimePoint(
         rho=request.rho,
-        friction=request.friction,
+        friction=float(np.median(joint.law.friction)),
         steady=steady,
         corrected_frequency=request.frequency * stretch,
         stability=floquet_multipliers(scheme, steady) if refine else None,

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from microslip.pipeline.run import Run
-from microslip.show.plots.selection import main_drive, name_of, spread, unit_position
+from microslip.show.plots.selection import main_drive, name_of, spread, unit_centre, unit_position
 from microslip.show.plots.style import (
     COLUMN,
     LINES,
@@ -50,7 +50,7 @@ def draw_dissipation(ax: Axes, run: Run, drive: str) -> None:
             ls=LINES[i % len(LINES)],
             label=name_of(run, drive, index),
         )
-    clamp_edges(ax)
+    clamp_edges(ax, unit_centre(run))
     ax.set_xlim(x[0], x[-1])
     ax.set_ylim(0, 1.1 * top if top > 0 else None)
     ax.set_xlabel("position $x/L_p$")

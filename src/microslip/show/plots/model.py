@@ -8,6 +8,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch
 
+from microslip.model.lap import SIDES, pressing
 from microslip.pipeline.run import Run
 from microslip.show.plots.style import (
     BLACK,
@@ -49,46 +50,63 @@ def model_figure(run: Run) -> Figure | None:
 
 def draw_model(ax: Axes, run: Run) -> None:
     """The whole joint to scale: mesh, end moments, supports, clamp, lengths in mm."""
-    beams = run.joint.beams
-    length, half, t = (1e3 * v for v in (beams.length, beams.overlap_half_length, beams.thickness))
-    far = length - half
-    size = max(t, 0.025 * far)
+    beams, support = run.joint.beams, run.joint.support
+    half = 1e3 * beams.overlap_half_length
+    far = [1e3 * length - half for length in beams.lengths]
+    thick = [1e3 * t for t in beams.thicknesses]
+    size = max(*thick, 0.025 * max(far))
     _mesh(ax, run, 0.1)
-    for side in (-1.0, 1.0):
-        _moment(ax, side * far, side * t / 2, side, size)
-        _support(ax, side * far, side * t / 2, size)
+    ends = zip(SIDES, far, thick, (support.left, support.right), strict=True)
+    for side, x, t, kind in ends:
+        _moment(ax, side * x, side * t / 2, side, size)
+        if kind == "pinned":
+            _support(ax, side * x, side * t / 2, size)
+        elif kind == "clamped":
+            _wall(ax, side * x, side * t / 2, side, 0.8 * size)
     _clamp(ax, run, 5)
-    _dimension(ax, -far, half, -t - 1.6 * size, f"$L={length:g}$ mm")
-    _dimension(ax, -half, half, t + 1.5 * size, f"$2L_o={2 * half:g}$ mm", above=True)
-    ax.set_xlim(-far - 2.4 * size, far + 2.4 * size)
-    ax.set_ylim(-t - 3.4 * size, t + 3.2 * size)
+    below, above = -thick[0] - 1.6 * size, thick[1] + 1.5 * size
+    if beams.identical:
+        _dimension(ax, -far[0], half, below, f"$L={far[0] + half:g}$ mm")
+    else:
+        _dimension(ax, -far[0], half, below, f"{far[0] + half:g} mm")
+        _dimension(ax, -half, far[1], above + 1.3 * size, f"{far[1] + half:g} mm", above=True)
+    _dimension(ax, -half, half, above, f"$2L_o={2 * half:g}$ mm", above=True)
+    ax.set_xlim(-far[0] - 2.4 * size, far[1] + 2.4 * size)
+    ax.set_ylim(below - 1.8 * size, above + (1.7 if beams.identical else 3.0) * size)
     _bare(ax)
 
 
 def draw_overlap(ax: Axes, run: Run) -> None:
     """The overlap to scale: mesh, clamp traction, contact pairs."""
     joint = run.joint
-    half, t = 1e3 * joint.beams.overlap_half_length, 1e3 * joint.beams.thickness
-    clamp = 1e3 * joint.clamp.half_length
+    half = 1e3 * joint.beams.overlap_half_length
+    lower, upper = (1e3 * t for t in joint.beams.thicknesses)
+    t = max(lower, upper)
+    clamp, middle = 1e3 * joint.clamp.half_length, 1e3 * joint.clamp.centre
     margin = 0.95 * half
     _mesh(ax, run, 0.2)
     _clamp(ax, run, 13)
     ax.plot([-half, half], [0, 0], color=VERMILLION, lw=1.4, solid_capstyle="butt")
     ax.text(
         half + 0.06 * margin,
-        -0.55 * t,
+        -0.55 * lower,
         f"{run.model.pairs} contact\npairs",
         color=VERMILLION,
         va="center",
     )
     force = joint.clamp.force / 1e6
-    ax.text(0, 1.75 * t, f"$P={force:g}$ MN/m", color=BLUE, ha="center", va="bottom")
-    _dimension(ax, -clamp, clamp, -1.9 * t, f"$2L_p={2 * clamp:g}$ mm")
+    top = upper + 0.75 * t
+    ax.text(middle, top, f"$P={force:g}$ MN/m", color=BLUE, ha="center", va="bottom")
+    _dimension(ax, middle - clamp, middle + clamp, -lower - 0.9 * t, f"$2L_p={2 * clamp:g}$ mm")
     x = -half - 0.5 * margin
-    ax.annotate("", (x, 0), (x, -t), arrowprops=_DIMENSION)
-    ax.text(x, 0.12 * t, f"{t:g} mm", ha="center", va="bottom")
+    ax.annotate("", (x, 0), (x, -lower), arrowprops=_DIMENSION)
+    ax.text(x, 0.12 * t, f"{lower:g} mm", ha="center", va="bottom")
+    if not joint.beams.identical:
+        x = half + 0.5 * margin
+        ax.annotate("", (x, 0), (x, upper), arrowprops=_DIMENSION)
+        ax.text(x, upper + 0.12 * t, f"{upper:g} mm", ha="center", va="bottom")
     ax.set_xlim(-half - margin, half + margin)
-    ax.set_ylim(-3.0 * t, 2.5 * t)
+    ax.set_ylim(-lower - 2.0 * t, upper + 1.5 * t)
     _bare(ax)
 
 
@@ -106,13 +124,25 @@ def _mesh(ax: Axes, run: Run, width: float) -> None:
 
 
 def _clamp(ax: Axes, run: Run, count: int) -> None:
-    """Arrows of the clamp traction on both outer faces."""
-    t = 1e3 * run.joint.beams.thickness
-    clamp = 1e3 * run.joint.clamp.half_length
-    for side in (-1.0, 1.0):
-        for x in np.linspace(-clamp, clamp, count):
-            ax.annotate("", (x, side * t), (x, side * 1.65 * t), arrowprops=_FORCE)
-        ax.plot([-clamp, clamp], [side * 1.65 * t] * 2, color=BLUE, lw=0.7)
+    """Arrows of the clamp traction on both outer faces, as long as it is large."""
+    thick = [1e3 * t for t in run.joint.beams.thicknesses]
+    pressed = pressing(run.joint)
+    x = np.linspace(pressed.knots[0], pressed.knots[-1], 61)
+    size = pressed.density(x) / pressed.density(x).max()
+    arrows = np.linspace(0, len(x) - 1, count).astype(int)
+    for side, t in zip(SIDES, thick, strict=True):
+        ends = side * (t + 0.65 * max(thick) * size)
+        for i in arrows[size[arrows] > 0.1]:
+            ax.annotate("", (1e3 * x[i], side * t), (1e3 * x[i], ends[i]), arrowprops=_FORCE)
+        ax.plot(1e3 * x, ends, color=BLUE, lw=0.7)
+
+
+def _wall(ax: Axes, x: float, y: float, side: float, size: float) -> None:
+    """A clamped end: the face of a wall, hatched behind."""
+    low, high = y - size, y + size
+    ax.plot([x, x], [low, high], color=BLACK, lw=1.0)
+    for start in np.linspace(low, high, 6):
+        ax.plot([x, x + 0.3 * side * size], [start, start - 0.3 * size], color=BLACK, lw=0.5)
 
 
 def _moment(ax: Axes, x: float, y: float, side: float, size: float) -> None:

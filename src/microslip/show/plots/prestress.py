@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from microslip.contact.fields import contact_extent
+from microslip.model.lap import pressing
 from microslip.pipeline.run import Run
 from microslip.show.plots.selection import unit_position
 from microslip.show.plots.style import BLUE, COLUMN, GREY, MM, house_style, new_figure
+from microslip.typing import Array
 
 MINUS = "\N{MINUS SIGN}"
 
@@ -26,15 +29,21 @@ def draw_prestress(ax: Axes, run: Run) -> None:
     clamp = run.joint.clamp
     x = unit_position(run)
     p = run.prestress.pressure / (clamp.force / (2 * clamp.half_length))
-    ax.plot(
-        [x[0], -1, -1, 1, 1, x[-1]], [0, 0, 1, 1, 0, 0], color=GREY, ls="--", lw=0.9, label="clamp"
-    )
+    ax.plot(*_outline(run, x[0], x[-1]), color=GREY, ls="--", lw=0.9, label="clamp")
     ax.fill_between(x, p, color=BLUE, alpha=0.15, lw=0)
     ends = contact_extent(run.model.position, run.prestress.touching)
     left, right = (f"{end / clamp.half_length:.4g}" for end in ends)
     ax.plot(x, p, color=BLUE, label=f"contact, {left} to {right}".replace("-", MINUS))
     ax.set_xlim(x[0], x[-1])
-    ax.set_ylim(0, 1.08 * max(1.0, p.max()))
+    ax.set_ylim(0, 1.08 * max(1.0, p.max(), _outline(run, x[0], x[-1])[1].max()))
     ax.set_xlabel("position $x/L_p$")
     ax.set_ylabel("pressure $p\\,/\\,(P/2L_p)$")
     ax.legend(loc="lower center")
+
+
+def _outline(run: Run, left: float, right: float) -> tuple[Array, Array]:
+    """The clamp's own pressure over its mean, from one end of the overlap to the other."""
+    half, pressed = run.joint.clamp.half_length, pressing(run.joint)
+    x = np.linspace(pressed.knots[0], pressed.knots[-1], 101)
+    p = 2 * half * pressed.density(x)
+    return np.r_[left, x[0] / half, x / half, x[-1] / half, right], np.r_[0, 0, p, 0, 0]

@@ -67,6 +67,11 @@ def unit_position(run: Run) -> np.ndarray:
     return run.model.position / run.joint.clamp.half_length
 
 
+def unit_centre(run: Run) -> float:
+    """Middle of the clamp over its half length."""
+    return run.joint.clamp.centre / run.joint.clamp.half_length
+
+
 def mean_traction(run: Run) -> float:
     """P / L_p: what tractions are divided by, as in the paper's figure 5."""
     return run.joint.clamp.force / run.joint.clamp.half_length

@@ -9,7 +9,13 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from microslip.pipeline.run import Run
-from microslip.show.plots.selection import greatest_damping, main_drive, name_of, unit_position
+from microslip.show.plots.selection import (
+    greatest_damping,
+    main_drive,
+    name_of,
+    unit_centre,
+    unit_position,
+)
 from microslip.show.plots.style import (
     BLACK,
     DOUBLE,
@@ -60,11 +66,16 @@ def handles() -> list[Patch]:
 def draw_states(ax: Axes, run: Run, drive: str, index: int) -> None:
     """State map of one cycle: position across, phase of the load upward."""
     cycle = run.cycles[drive][index]
-    draw_state_map(ax, unit_position(run), cycle.theta, cycle.status)
+    draw_state_map(ax, unit_position(run), cycle.theta, cycle.status, unit_centre(run))
 
 
-def draw_state_map(ax: Axes, x: np.ndarray, theta: np.ndarray, status: np.ndarray) -> None:
-    """States at every phase `theta` of one cycle, the first of which repeats the last."""
+def draw_state_map(
+    ax: Axes, x: np.ndarray, theta: np.ndarray, status: np.ndarray, centre: float = 0.0
+) -> None:
+    """States at every phase `theta` of one cycle, the first of which repeats the last.
+
+    `x` is over the half length of the clamp, whose middle is at `centre`.
+    """
     edges = np.concatenate([[x[0]], 0.5 * (x[1:] + x[:-1]), [x[-1]]])
     ax.pcolormesh(
         edges,
@@ -75,7 +86,7 @@ def draw_state_map(ax: Axes, x: np.ndarray, theta: np.ndarray, status: np.ndarra
         rasterized=True,
     )
     ax.grid(False)
-    clamp_edges(ax)
+    clamp_edges(ax, centre)
     start = theta[0] / np.pi
     ax.set_yticks(start + np.array([0, 0.5, 1, 1.5, 2]))
     if start == 0:

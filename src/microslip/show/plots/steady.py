@@ -12,7 +12,7 @@ from microslip.analyses.time.points import TimePoint
 from microslip.analyses.time.readings import modal_force, phases
 from microslip.pipeline.run import Run
 from microslip.results.time import HARMONICS, local_motion
-from microslip.show.plots.selection import unit_position
+from microslip.show.plots.selection import unit_centre, unit_position
 from microslip.show.plots.states import draw_state_map, handles
 from microslip.show.plots.style import (
     BLACK,
@@ -40,7 +40,9 @@ def steady_figure(run: Run) -> Figure | None:
     states = figure.add_subplot(grid[:, 0])
     waves, loop = figure.add_subplot(grid[0, 1]), figure.add_subplot(grid[1, 1])
     theta, order = _from_zero(point)
-    draw_state_map(states, unit_position(run), theta, point.steady.cycle.status[order])
+    draw_state_map(
+        states, unit_position(run), theta, point.steady.cycle.status[order], unit_centre(run)
+    )
     states.set_yticks(np.interp(TURN * np.pi, theta, theta / np.pi), NAMES)
     states.set_title("contact states", loc="left")
     _draw_waves(waves, run, point, theta, order)

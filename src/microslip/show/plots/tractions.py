@@ -59,7 +59,7 @@ def _draw(axes: np.ndarray, run: Run, drive: str, index: int) -> float:
     cycle = run.cycles[drive][index]
     fields = contact_fields(cycle.r, cycle.v, run.prestress.solution.v, run.model.area)
     unit = mean_traction(run)
-    friction = run.joint.contact.friction
+    friction = run.prepared.law.friction
     x = unit_position(run)
     limits = friction * fields.pressure / unit
     inner = np.abs(x) < 0.97 * np.abs(x).max()
