@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from microslip.pipeline.run import Run, run
     from microslip.registry import ANALYSES, Analysis, register
     from microslip.results.files import load_results
+    from microslip.results.store import load_run
     from microslip.show.write import write_results
 
 _HOME = {
@@ -78,6 +79,7 @@ _HOME = {
     "joint_modes": "analyses.prepared.joint_modes",
     "load_joint": "describe.reading",
     "load_results": "results.files",
+    "load_run": "results.store",
     "opening_load": "analyses.calls",
     "parse_joint": "describe.reading",
     "prepare": "pipeline.prepare",

@@ -47,7 +47,7 @@ class Stages:
         self.workers = 0
         self.failure: BaseException | None = None
 
-    def run_joint(self, joint, progress):
+    def run_joint(self, joint, progress, **kept):
         self.runs += 1
         progress.start("cycles", 2)
         progress.advance()
@@ -61,7 +61,7 @@ class Stages:
     def summary(self, result):
         return {"interrupted": self.interrupted, "failures": self.failures}
 
-    def write_results(self, result, out_dir, progress, formats):
+    def write_results(self, result, out_dir, progress, formats, **kept):
         self.formats = formats
         file = out_dir / "summary.json"
         file.write_text("{}")

@@ -220,5 +220,54 @@ def test_show_of_damaged_data(command, stored):
     assert_refused(command("show", stored), "results.nc: cannot be read")
 
 
-def test_show_says_where_figures_are(command):
-    assert "Figures are not drawn again" in " ".join(command("show", "-h").stdout.split())
+def test_show_draws_the_figures_again(command, stored):
+    """Those of the run, from what is in its folder alone."""
+    result = command("show", stored, "--figures", "--format", "png")
+    assert result.exit_code == 0, result.output
+    drawn = [path.stem for path in (stored / "figures").iterdir()]
+    assert {"overview", "model", "prestress", "hysteresis"} <= set(drawn)
+
+
+def test_show_opens_the_overview(command, stored, monkeypatch):
+    opened = []
+    overview = stored / "figures" / "overview.svg"
+    overview.parent.mkdir(exist_ok=True)
+    overview.write_text("<svg/>")
+    monkeypatch.setattr("typer.launch", lambda path: opened.append(path) or 0)
+    assert command("show", stored, "--open").exit_code == 0
+    assert opened == [str(overview)]
+    monkeypatch.setattr("typer.launch", lambda path: 1)
+    assert_refused(command("show", stored, "--open"), "no viewer opened it")
+    overview.unlink()
+    assert_refused(command("show", stored, "--open"), "holds no overview", "--figures")
+
+
+def test_show_of_a_run_that_was_not_stored(command, stored):
+    (stored / "run.h5").unlink()
+    assert command("show", stored).exit_code == 0
+    assert_refused(command("show", stored, "--figures"), "run.h5 is missing")
+
+
+# -- resume ------------------------------------------------------------------------------------
+
+
+def test_resume_takes_what_is_there(command, tmp_path):
+    """Nothing is computed twice, and the summary is the same but for its times."""
+    text = EXAMPLE.read_text().replace("pairs = 201", "pairs = 21").split("[load]")[0]
+    text += "[analysis.cycle]\nmoment_over_clamp_force_length = [0.001, 0.01]\nsteps = 40\n"
+    (tmp_path / "joint.toml").write_text(text)
+    assert command("run", "joint.toml", "--format", "png").exit_code == 0
+    first = json.loads((tmp_path / "joint-output" / SUMMARY).read_text())
+    result = command("run", "joint.toml", "--resume", "--format", "png")
+    assert result.exit_code == 0, result.output
+    assert "quasi-static cycles" not in result.stderr
+    again = json.loads((tmp_path / "joint-output" / SUMMARY).read_text())
+    assert again["cycles"] == first["cycles"]
+    (tmp_path / "joint.toml").write_text(text.replace("friction = 0.25", "friction = 0.3"))
+    assert_refused(
+        command("run", "joint.toml", "--resume"), "another joint file", "contact.friction = 0.25"
+    )
+
+
+def test_resume_of_nothing(command):
+    assert_refused(command("run", "joint.toml", "--resume"), "run.h5 is missing")

@@ -29,7 +29,10 @@ COMMANDS = {
         "microslip.cli.run",
         "Run all analyses that a joint file asks for, and write the results.",
     ),
-    "show": ("microslip.cli.show", "Show the tables of an earlier run again, from its folder."),
+    "show": (
+        "microslip.cli.show",
+        "Tables of an earlier run again, and its figures, from its folder.",
+    ),
     "new": ("microslip.cli.new", "Write a commented input file."),
 }
 """Every command: the module it lives in, and the line ``microslip --help`` says of it."""

@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from microslip.cli.figure_formats import USUAL, FigureFormats
 from microslip.cli.folders import claimed, report
 from microslip.cli.messages import EXIT_CODES, messages, stop_interrupted, stop_unanswered
 from microslip.cli.options import Force, JointFile, Quiet, at_least_one, listed
@@ -16,8 +17,9 @@ from microslip.describe.reading import load_joint
 from microslip.numerics.execute import limited
 from microslip.pipeline.run import run as run_joint
 from microslip.results.files import SUMMARY
+from microslip.results.store import STORE, Keeper, RunStore, finished
 from microslip.results.summary import summary
-from microslip.show.plots.style import FORMATS, USUAL_FORMATS
+from microslip.show.plots.style import FORMATS
 from microslip.show.progress import progress_on
 from microslip.show.terminal import print_found
 from microslip.show.write import write_results
@@ -32,12 +34,7 @@ def run(
         Path | None,
         typer.Option("--out", metavar="DIR", help="Output folder; FILE's name with -output."),
     ] = None,
-    formats: Annotated[
-        str,
-        typer.Option(
-            "--format", metavar="LIST", help=f"Formats of figures, of {', '.join(FORMATS)}."
-        ),
-    ] = ",".join(USUAL_FORMATS),
+    formats: FigureFormats = USUAL,
     threads: Annotated[
         int | None,
         typer.Option(
@@ -50,6 +47,10 @@ def run(
         bool, typer.Option("--json", help="The summary as JSON on stdout, and nothing else there.")
     ] = False,
     force: Force = False,
+    resume: Annotated[
+        bool,
+        typer.Option("--resume", help="Go on with an interrupted run of the same file in DIR."),
+    ] = False,
     quiet: Quiet = False,
 ) -> None:
     """Run all analyses that a joint file asks for, and write the results."""
@@ -58,14 +59,16 @@ def run(
         kinds = listed("--format", formats, FORMATS)
         most = at_least_one("--threads", threads)
         joint = load_joint(file)
+        done = finished(folder, joint)[0] if resume else {}
         with (
-            claimed(folder, force),
+            claimed(folder, force or resume),
             progress_on(Console(stderr=True), quiet=quiet) as progress,
             limited(most),
         ):
-            result = run_joint(joint, progress)
+            keep = Keeper(RunStore(folder / STORE), joint, begun=resume)
+            result = run_joint(joint, progress, done=done, keep=keep)
             progress.finish()
-            written = write_results(result, folder, progress, kinds)
+            written = write_results(result, folder, progress, kinds, store=not keep.begun)
             progress.finish()
             found = summary(result)
     if as_json:

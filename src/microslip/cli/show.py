@@ -1,4 +1,4 @@
-"""The command ``microslip show``: tables of an earlier run again."""
+"""The command ``microslip show``: tables and figures of an earlier run again."""
 
 from __future__ import annotations
 
@@ -8,21 +8,35 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from microslip.cli.figure_formats import USUAL, FigureFormats
 from microslip.cli.messages import messages
+from microslip.cli.options import listed
 from microslip.errors import InputError
-from microslip.results.files import SUMMARY, load_results
+from microslip.results.files import FIGURES, SUMMARY, load_results
+from microslip.results.store import load_run
+from microslip.show.figures import figures_of, save_figures
+from microslip.show.plots.style import FORMATS
+from microslip.show.progress import progress_on
 from microslip.show.terminal import print_found
 
 app = typer.Typer(add_completion=False)
 
 
-@app.command(epilog="Figures are not drawn again: those of the run are in DIR/figures.")
+@app.command()
 def show(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder that a run wrote.")],
+    figures: Annotated[
+        bool, typer.Option("--figures", help="Draw the figures again, into DIR/figures.")
+    ] = False,
+    formats: FigureFormats = USUAL,
+    open_it: Annotated[
+        bool, typer.Option("--open", help="Open the overview with the viewer for pictures.")
+    ] = False,
 ) -> None:
-    """Show the tables of an earlier run again, from its folder."""
+    """Tables of an earlier run again, and its figures, from its folder."""
     console = Console()
     with messages():
+        kinds = listed("--format", formats, FORMATS)
         with load_results(folder) as stored, console.capture() as tables:
             try:
                 print_found(stored.summary, console)
@@ -31,3 +45,21 @@ def show(
                     f"{folder / SUMMARY}: not a summary that this version can show; run again"
                 ) from None
         typer.echo(tables.get(), nl=False)
+        if figures:
+            with progress_on(Console(stderr=True), quiet=False) as progress:
+                run = load_run(folder)
+                progress.start("figures", len(figures_of(run)))
+                written = save_figures(run, folder / FIGURES, progress, kinds)
+                progress.finish()
+            typer.echo(f"{len(written)} figures are in {folder / FIGURES}")
+        if open_it:
+            _open(folder / FIGURES)
+
+
+def _open(folder: Path) -> None:
+    """Open the overview in a folder of figures."""
+    found = [path for kind in FORMATS if (path := folder / f"overview.{kind}").is_file()]
+    if not found:
+        raise InputError(f"{folder}: holds no overview; draw it with --figures")
+    if typer.launch(str(found[0])) != 0:
+        raise InputError(f"{found[0]}: no viewer opened it; open it by hand")

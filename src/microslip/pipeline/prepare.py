@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -115,6 +115,14 @@ def assemble(joint: LapJoint) -> Assembly:
     """
     with threadpool_limits(1):
         return _assemble(joint)
+
+
+def assemble_without_signals(joint: LapJoint) -> Assembly:
+    """The same without the signals of its histories, whose files may be gone."""
+    silent = joint.model_copy(
+        update={"analysis": joint.analysis.model_copy(update={"history": ()})}
+    )
+    return replace(assemble(silent), joint=joint)
 
 
 def _assemble(joint: LapJoint) -> Assembly:

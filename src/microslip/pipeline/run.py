@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -182,7 +182,13 @@ def _facts(run: Run) -> dict[str, str]:
     return facts | ({"interrupted": "what was finished is here"} if run.interrupted else {})
 
 
-def run(joint: LapJoint, progress: Progress | None = None) -> Run:
+def run(
+    joint: LapJoint,
+    progress: Progress | None = None,
+    *,
+    done: Mapping[str, Outcome[Any]] | None = None,
+    keep: Callable[[str, Outcome[Any]], None] = lambda name, outcome: None,
+) -> Run:
     """Run all the analyses that a description asks for.
 
     Parameters
@@ -191,6 +197,10 @@ def run(joint: LapJoint, progress: Progress | None = None) -> Run:
         From `microslip.load_joint`.
     progress : Progress, optional
         Told of every long step.
+    done : mapping of str to Outcome, optional
+        Analyses of the same description that need not be run again.
+    keep : callable
+        Given every other analysis and its outcome as it ends.
 
     Returns
     -------
@@ -206,6 +216,7 @@ def run(joint: LapJoint, progress: Progress | None = None) -> Run:
     progress = progress or NullProgress()
     timings: dict[str, float] = {}
     outcomes: dict[str, Outcome[Any]] = {}
+    done = done or {}
     interrupted = False
     with threadpool_limits(1):
         start = time.perf_counter()
@@ -217,6 +228,9 @@ def run(joint: LapJoint, progress: Progress | None = None) -> Run:
         for row, analyse in column("run"):
             if not asked_for(joint, row.name):
                 continue
+            if row.name in done:
+                outcomes[row.name] = done[row.name]
+                continue
             taken = {name: outcomes[name] for name in row.after if name in outcomes}
             start = time.perf_counter()
             try:
@@ -227,6 +241,7 @@ def run(joint: LapJoint, progress: Progress | None = None) -> Run:
                 continue
             outcomes[row.name] = outcome
             timings |= _timings(row, outcome, time.perf_counter() - start)
+            keep(row.name, outcome)
             interrupted = outcome.interrupted
             if interrupted:
                 break

@@ -17,8 +17,8 @@ import xarray as xr
 
 from microslip.errors import InputError
 
-SUMMARY, DATA = "summary.json", "results.nc"
-"""Names of the files in the folder of a run."""
+SUMMARY, DATA, FIGURES = "summary.json", "results.nc", "figures"
+"""Names of the files, and of the folder of figures, in the folder of a run."""
 
 SINGLE = (
     *("pressure", "traction", "slip", "gap"),

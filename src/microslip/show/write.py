@@ -8,7 +8,8 @@ from pathlib import Path
 from microslip.pipeline.progress import NullProgress, Progress
 from microslip.pipeline.run import Run
 from microslip.results.dataset import dataset
-from microslip.results.files import DATA, SUMMARY, write_dataset, write_summary
+from microslip.results.files import DATA, FIGURES, SUMMARY, write_dataset, write_summary
+from microslip.results.store import STORE, RunStore
 from microslip.results.summary import summary
 from microslip.show.figures import figures_of, save_figures
 from microslip.show.plots.style import USUAL_FORMATS
@@ -19,8 +20,10 @@ def write_results(
     folder: str | Path,
     progress: Progress | None = None,
     formats: Sequence[str] = USUAL_FORMATS,
+    *,
+    store: bool = True,
 ) -> list[Path]:
-    """Write ``results.nc``, ``summary.json`` and ``figures/``.
+    """Write ``results.nc``, ``summary.json``, ``run.h5`` and ``figures/``.
 
     A file of the same name is replaced in one go: whoever reads sees the old or the new one.
 
@@ -32,6 +35,8 @@ def write_results(
     progress : Progress, optional
     formats : sequence of str
         Of the figures: any of ``png``, ``svg``, ``pdf``.
+    store : bool
+        Whether to write ``run.h5``; a run from the command line has written it on its way.
 
     Returns
     -------
@@ -42,10 +47,17 @@ def write_results(
     place = Path(folder)
     place.mkdir(parents=True, exist_ok=True)
     progress.start("write results and figures", 2 + len(figures_of(run)))
+    file = RunStore(place / STORE)
+    if store:
+        file.begin(run.joint)
+        for name, outcome in run.outcomes.items():
+            file.keep(name, outcome)
+    file.finish(run)
     written = [write_summary(summary(run), place / SUMMARY)]
     progress.advance()
     written.append(write_dataset(dataset(run), place / DATA))
     progress.advance()
-    written += save_figures(run, place / "figures", progress, formats)
+    written.append(file.path)
+    written += save_figures(run, place / FIGURES, progress, formats)
     progress.finish()
     return written
