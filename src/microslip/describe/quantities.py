@@ -20,6 +20,7 @@ def _one_or_more(value: Any) -> tuple[Any, ...]:
 Number = Annotated[float, BeforeValidator(units.NUMBER.parse), units.NUMBER]
 Length = Annotated[float, BeforeValidator(units.LENGTH.parse), units.LENGTH]
 Modulus = Annotated[float, BeforeValidator(units.MODULUS.parse), units.MODULUS]
+Stress = Annotated[float, BeforeValidator(units.STRESS.parse), units.STRESS]
 Density = Annotated[float, BeforeValidator(units.DENSITY.parse), units.DENSITY]
 LineForce = Annotated[float, BeforeValidator(units.LINE_FORCE.parse), units.LINE_FORCE]
 LineMoment = Annotated[float, BeforeValidator(units.LINE_MOMENT.parse), units.LINE_MOMENT]
@@ -54,7 +55,9 @@ class Rule(ValueError):
 class Section(BaseModel):
     """One table of a joint file: immutable, and no key that is not known."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", populate_by_name=True, use_attribute_docstrings=True
+    )
 
 
 def check_distinct(key: str, values: Sequence[str | int]) -> None:

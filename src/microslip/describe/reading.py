@@ -8,7 +8,7 @@ import re
 import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
@@ -16,6 +16,7 @@ from pydantic_core import ErrorDetails
 
 from microslip.describe import units
 from microslip.describe.excitation import NAME, SIGNALS
+from microslip.describe.keys import section_of, written_name
 from microslip.describe.lap import LapJoint
 from microslip.describe.quantities import Rule
 from microslip.errors import InputError
@@ -231,7 +232,7 @@ def _model_at(loc: Sequence[int | str]) -> type[BaseModel] | None:
             model = SIGNALS[str(part)]
             continue
         found = _field(model, part)
-        section = None if found is None else _section(found)
+        section = None if found is None else section_of(found)
         if section is None:
             return None
         model = section
@@ -239,19 +240,14 @@ def _model_at(loc: Sequence[int | str]) -> type[BaseModel] | None:
 
 
 def _field(model: type[BaseModel], key: int | str) -> FieldInfo | None:
-    return {info.alias or name: info for name, info in model.model_fields.items()}.get(str(key))
-
-
-def _section(info: FieldInfo) -> type[BaseModel] | None:
-    for choice in (info.annotation, *get_args(info.annotation)):
-        if isinstance(choice, type) and issubclass(choice, BaseModel):
-            return choice
-    return None
+    return {written_name(name, info): info for name, info in model.model_fields.items()}.get(
+        str(key)
+    )
 
 
 def _keys(model: type[BaseModel], *, required: bool = False) -> list[str]:
     return [
-        info.alias or name
+        written_name(name, info)
         for name, info in model.model_fields.items()
         if info.is_required() or not required
     ]
@@ -260,7 +256,7 @@ def _keys(model: type[BaseModel], *, required: bool = False) -> list[str]:
 def _missing(loc: Sequence[int | str]) -> str:
     model = _model_at(loc[:-1])
     info = None if model is None else _field(model, loc[-1])
-    section = None if info is None else _section(info)
+    section = None if info is None else section_of(info)
     if section is not None:
         needed = ", ".join(_keys(section, required=True))
         return f"[{_dotted(loc)}] is missing: a section with {needed}"
@@ -284,5 +280,5 @@ def _unknown(loc: Sequence[int | str]) -> str:
 
 
 def _has(info: FieldInfo, key: str) -> bool:
-    section = _section(info)
+    section = section_of(info)
     return section is not None and key in _keys(section)
