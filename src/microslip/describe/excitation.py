@@ -289,11 +289,11 @@ class MeasuredSignal(Excitation):
         folder = (info.context or {}).get("folder", "")
         path = Path(folder) / file
         try:
-            found = path.is_file()
-        except OSError:  # a name that no file can have
-            found = False
-        if not found:
-            raise ValueError(f"{path}: no such file")
+            what = "" if path.is_file() else "is a folder" if path.is_dir() else "no such file"
+        except (OSError, ValueError):  # a name that no file can have
+            what = "no such file"
+        if what:
+            raise ValueError(f"{path}: {what}")
         return str(path)
 
     @model_validator(mode="after")

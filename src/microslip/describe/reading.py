@@ -5,7 +5,6 @@ from __future__ import annotations
 import difflib
 import json
 import re
-import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -18,7 +17,9 @@ from microslip.describe import units
 from microslip.describe.excitation import NAME, SIGNALS
 from microslip.describe.keys import section_of, written_name
 from microslip.describe.lap import LapJoint
+from microslip.describe.plausible import impossible, questions
 from microslip.describe.quantities import Rule
+from microslip.describe.toml import read_toml
 from microslip.errors import InputError
 
 
@@ -31,7 +32,7 @@ def load_joint(path: str | Path) -> LapJoint:
         With one message: file, key, value, and what is allowed.
     """
     file = Path(path)
-    return parse_joint(_read_toml(file), str(path), file.parent)
+    return parse_joint(read_toml(file), str(path), file.parent)
 
 
 def parse_joint(
@@ -60,29 +61,21 @@ def parse_joint(
       ...
     """
     try:
-        return LapJoint.model_validate(document, context={"folder": folder})
+        joint = LapJoint.model_validate(document, context={"folder": folder})
+        problems = _impossible(joint, document)
     except ValidationError as failure:
         problems = [_printable(_problem(error, document)) for error in failure.errors()]
     except ArithmeticError:
         problems = ["some values are too large or too small to compute with: check their units"]
-    raise InputError(_joined(source, problems)) from None
+    if problems:
+        raise InputError(_joined(source, problems)) from None
+    return joint
 
 
-def _read_toml(path: Path) -> dict[str, Any]:
-    if path.is_dir():
-        raise InputError(f"{path}: is a folder; a joint file was expected")
-    try:
-        return tomllib.loads(path.read_bytes().decode())
-    except FileNotFoundError:
-        hint = f"; `microslip new lap {path}` writes one" if path.suffix == ".toml" else ""
-        raise InputError(f"{path}: no such file{hint}") from None
-    except UnicodeDecodeError as failure:
-        raise InputError(f"{path}: not UTF-8 text (byte {failure.start})") from None
-    except tomllib.TOMLDecodeError as failure:
-        raise InputError(f"{path}: not valid TOML: {failure}") from None
-    except (OSError, ValueError) as failure:
-        reason = getattr(failure, "strerror", None) or failure
-        raise InputError(f"{path}: cannot be read: {reason}") from None
+def _impossible(joint: LapJoint, document: Mapping[str, Any]) -> list[str]:
+    """What cannot be, and then what is not usual either, which may be why."""
+    found = [f"{_written(key.split('.'), document)}: {said}" for key, said in impossible(joint)]
+    return found + [f"{q.where}: {q.reason}; {q.remedy}" for q in questions(joint) if found]
 
 
 def _printable(text: str) -> str:
