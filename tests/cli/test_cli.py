@@ -15,6 +15,7 @@ import pytest
 from conftest import ROOT
 from rich.console import Console
 from typer.testing import CliRunner
+from wrong_inputs import MEASURED, RIGHT, WRONG, WRONG_SIGNALS, history
 
 from microslip import __version__
 from microslip.cli import main
@@ -43,6 +44,7 @@ class Stages:
         self.runs = 0
         self.interrupted = False
         self.failures: list[str] = []
+        self.warnings: list[str] = []
         self.formats: tuple[str, ...] = ()
         self.workers = 0
         self.failure: BaseException | None = None
@@ -59,7 +61,11 @@ class Stages:
         return SimpleNamespace()
 
     def summary(self, result):
-        return {"interrupted": self.interrupted, "failures": self.failures}
+        return {
+            "interrupted": self.interrupted,
+            "failures": self.failures,
+            "warnings": self.warnings,
+        }
 
     def write_results(self, result, out_dir, progress, formats):
         self.formats = formats
@@ -214,6 +220,24 @@ def test_check_names_the_mistake(command, tmp_path):
     assert_refused(
         command("check", "joint.toml"), "joint.toml", "material.youngs_modulus", "70 GHz", "70 GPa"
     )
+
+
+@pytest.mark.parametrize("wrong", WRONG[:: len(WRONG) // 12], ids=lambda wrong: wrong.name)
+@pytest.mark.parametrize("name", ["check", "run"])
+def test_wrong_files_end_with_2(command, stages, tmp_path, name, wrong):
+    (tmp_path / "joint.toml").write_text(wrong.text(), encoding="utf-8")
+    result = command(name, "joint.toml")
+    assert_refused(result, "joint.toml: ", *wrong.says)
+    assert result.stdout == ""
+    assert stages.runs == 0
+
+
+@pytest.mark.parametrize("wrong", WRONG_SIGNALS[::8], ids=lambda wrong: wrong.name)
+def test_wrong_signals_end_with_2(command, tmp_path, wrong):
+    (tmp_path / wrong.file).write_bytes(wrong.content)
+    text = history(MEASURED, file=f'"{wrong.file}"')(RIGHT) + wrong.keys
+    (tmp_path / "joint.toml").write_text(text, encoding="utf-8")
+    assert_refused(command("check", "joint.toml"), "'measured'", *wrong.says)
 
 
 def test_check_of_a_missing_file(command):
