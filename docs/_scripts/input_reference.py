@@ -5,10 +5,12 @@ python docs/_scripts/input_reference.py FILE
 
 from __future__ import annotations
 
+import math
 import sys
 from pathlib import Path
 
 from microslip.describe.keys import Key, SectionKeys, sections
+from microslip.describe.plausible import TABLE
 
 INTRODUCTION = """\
 # Input reference
@@ -27,6 +29,28 @@ HISTORIES = """\
 Motion over time under a load that changes, as many as there are. The key `signal` says which kind of
 load it is, and with it which keys there are beside those that all have:
 """
+
+
+USUAL = """\
+## What is usual
+
+Numbers that leave these ranges are questioned when the file is checked and run, and refused where they
+cannot be ([What is doubted](judgement.md)).
+
+| key | number | usual | refused from | why |
+|---|---|---|---|---|
+"""
+
+
+def usual() -> str:
+    """The ranges that numbers are compared with."""
+    rows = []
+    for row in TABLE:
+        bounds = f"{row.low:g} to {row.high:g} {row.unit}".replace(" to inf", " and more")
+        most = "" if math.isinf(row.most) else f"{row.most:g}"
+        number = row.quantity or "itself"
+        rows.append(f"| `{row.key}` | {number} | {bounds.strip()} | {most} | {row.reason} |")
+    return USUAL + "\n".join(rows) + "\n"
 
 
 def table(keys: tuple[Key, ...]) -> list[str]:
@@ -61,7 +85,7 @@ def page() -> str:
     for section in histories:
         own = tuple(k for k in section.keys if k.name not in shared)
         lines += [f'### `signal = "{section.signal}"`', "", section.meaning + ".", "", *table(own)]
-    return "\n".join(lines)
+    return "\n".join([*lines, usual()])
 
 
 def common(histories: list[SectionKeys]) -> set[str]:

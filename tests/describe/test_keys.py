@@ -13,6 +13,7 @@ from pydantic import Field
 
 from microslip.describe.keys import Key, key_of, sections
 from microslip.describe.lap import LapJoint
+from microslip.describe.plausible import TABLE
 from microslip.describe.quantities import Count, Section
 from microslip.describe.reading import load_joint, parse_joint
 from microslip.describe.requests import add_section, remove_section
@@ -146,6 +147,8 @@ def test_the_reference_lists_every_key():
         assert f"| `{key.name}` | {key.unit} | " in text
         assert key.meaning in text
         assert section.heading in text
-    rows = [line for line in text.splitlines() if line.startswith("|")]
+    keys, _, ranges = text.partition("## What is usual")
+    assert all(f"| `{row.key}` | {row.quantity or 'itself'} | " in ranges for row in TABLE)
+    rows = [line for line in keys.splitlines() if line.startswith("|")]
     assert {row.replace("\\|", "").count("|") for row in rows} == {7}
     assert LapJoint.model_fields["title"].description.split(".")[0] in text

@@ -88,11 +88,13 @@ def sections_outside(structure: Structure, material: Material, shape: Array) -> 
     Parameters
     ----------
     structure : Structure
-        Of a mesh.
+        Of a mesh; without one there are no sections.
     material : Material
     shape : (n,) array
         Displacement of its degrees of freedom: a mode, or a static answer.
     """
+    if not structure.meshes:
+        return Sections(*[np.empty(0)] * 4)
     counts = [2 * (mesh.p.shape[1] + mesh.facets.shape[1]) for mesh in structure.meshes]
     whole = np.zeros(sum(counts))
     whole[structure.free] = shape
@@ -105,9 +107,8 @@ def sections_outside(structure: Structure, material: Material, shape: Array) -> 
     outside = [np.abs(beam.position) > edge for beam in found]
 
     def joined(name: str) -> Array:
-        return np.concatenate(
-            [getattr(beam, name)[kept] for beam, kept in zip(found, outside, strict=True)]
-        )
+        parts = [getattr(beam, name)[kept] for beam, kept in zip(found, outside, strict=True)]
+        return np.concatenate(parts)
 
     return Sections(*(joined(name) for name in ("position", "force", "moment", "thickness")))
 

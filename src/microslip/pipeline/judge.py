@@ -79,7 +79,7 @@ def judge(run: Run) -> Judgement:
     sections = sections_outside(run.structure, material(joint), shape)
     share = mode.load_on_sliding[DRIVE] / mode.sliding_omega**2
     bent = deflection(run.structure, shape)
-    motions = motions_of(run)
+    motions = motions_of(run) if run.structure.meshes else []
     stresses = [stress_of(motion, sections, share) for motion in motions]
     moved = [abs(motion.amplitude) * bent for motion in motions]
     top = int(np.argmax(stresses)) if motions else -1
@@ -89,7 +89,7 @@ def judge(run: Run) -> Judgement:
         stress=stresses[top] if motions else np.nan,
         where=f"{motions[top].analysis}, {motions[top].where}" if motions else "",
         deflection=max(moved, default=np.nan),
-        stress_per_amplitude=float(sections.stress.max()),
+        stress_per_amplitude=max(sections.stress, default=np.nan),
         deflection_per_amplitude=bent,
         elastic_limit=limit,
         elastic_moment=limit * joint.beams.thickness**2 / 6,
@@ -146,7 +146,7 @@ def _worst(
 def _unresolved(run: Run, motion: Motion, stress: float) -> list[Caution]:
     """That so little slips that the contact pairs do not show it."""
     joint = run.joint
-    if joint.contact.friction == 0 or motion.analysis == "cycle":
+    if joint.contact.friction == 0 or stress == 0 or motion.analysis == "cycle":
         return []
     moment = stress * joint.beams.thickness**2 / 6
     spacing = float(np.diff(run.model.position).max())
