@@ -78,7 +78,7 @@ def _load(joint: LapJoint, found: Estimate) -> Iterator[Row]:
         yield f"loads: {joint.load.kind}", values + unit
     if math.isnan(found.moment):
         return
-    yield "largest bending stress at rest, 6 M/h²", _judged(joint, found.stress)
+    yield "bending stress at rest, 6 M/h²", _judged(joint, found.stress)
     yield "deflection at the middle at rest", readable(found.deflection, "m", 3)
     if joint.contact.friction:
         length = min(found.slip_length, joint.beams.overlap_half_length)

@@ -73,9 +73,9 @@ def parse_joint(
 
 
 def _impossible(joint: LapJoint, document: Mapping[str, Any]) -> list[str]:
-    """What cannot be, and then what is not usual either, which may be why."""
+    """What cannot be, and before it what is not usual, which may be why."""
     found = [f"{_written(key.split('.'), document)}: {said}" for key, said in impossible(joint)]
-    return found + [f"{q.where}: {q.reason}; {q.remedy}" for q in questions(joint) if found]
+    return [f"{q.where}: {q.reason}; {q.remedy}" for q in questions(joint) if found] + found
 
 
 def _printable(text: str) -> str:
