@@ -34,7 +34,7 @@ bench-calculix: $(VENV)/installed
 	$(SERIAL) $(BIN)/python benchmarks/calculix/ccx_compare.py
 
 clean:
-	rm -rf demo-output docs/_build docs/api/generated build dist .pytest_cache .hypothesis .mypy_cache .ruff_cache
+	rm -rf demo-output docs/_build docs/api/generated docs/input-reference.md build dist .pytest_cache .hypothesis .mypy_cache .ruff_cache
 	find src tests benchmarks docs -name __pycache__ -type d -prune -exec rm -rf {} +
 
 # One stamp per set of packages: installed once, and again when pyproject.toml changes.

@@ -12,10 +12,12 @@ sys.path.insert(0, str(HERE / "_scripts"))
 
 import api_pages  # noqa: E402
 import floors  # noqa: E402
+import input_reference  # noqa: E402
 
 # Made from the package itself at every build, so that they cannot be out of date.
 floors.draw(HERE / "images" / "generated" / "floors.svg")
 api_pages.write(HERE / "api")
+input_reference.write(HERE / "input-reference.md")
 
 project = "microslip"
 author = "The microslip developers"

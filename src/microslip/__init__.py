@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from microslip.describe.reading import load_joint, parse_joint
     from microslip.describe.reference import reference_joint
     from microslip.errors import (
+        Caution,
         ContactError,
         Failure,
         InputError,
@@ -45,6 +46,7 @@ if TYPE_CHECKING:
         MicroslipError,
         ModelError,
     )
+    from microslip.pipeline.judge import judge
     from microslip.pipeline.prepare import prepare
     from microslip.pipeline.run import Run, run
     from microslip.registry import ANALYSES, Analysis, register
@@ -56,6 +58,7 @@ _HOME = {
     "ANALYSES": "registry",
     "Analysis": "registry",
     "Backbone": "analyses.backbone.points",
+    "Caution": "errors",
     "ContactError": "errors",
     "ContactLaw": "contact.law",
     "Cycle": "analyses.statics.cycle",
@@ -77,6 +80,7 @@ _HOME = {
     "cycle": "analyses.calls",
     "harmonic_response": "analyses.calls",
     "joint_modes": "analyses.prepared.joint_modes",
+    "judge": "pipeline.judge",
     "load_joint": "describe.reading",
     "load_results": "results.files",
     "load_run": "results.store",

@@ -1,7 +1,8 @@
 """Errors a caller can name, and failures that results carry.
 
 An error stops what was asked for: its message says where it went wrong and what to try. A failure is
-what an analysis says of a point that it could not solve while the others go on.
+what an analysis says of a point that it could not solve while the others go on. A caution stands beside an
+answer, or a number of the input file, that is possible and unlikely.
 """
 
 from __future__ import annotations
@@ -56,5 +57,40 @@ class Failure:
     remedy: str = ""
 
     def __str__(self) -> str:
-        place = ", ".join(part for part in (self.stage, self.where) if part)
-        return f"{place}: {self.reason}" + (f"; {self.remedy}" if self.remedy else "")
+        return _sentence(self)
+
+
+@dataclass(frozen=True)
+class Caution:
+    """Something that has an answer, and that an engineer should doubt.
+
+    Attributes
+    ----------
+    stage : str
+        ``input`` for what the joint file says, ``cost`` for what a run takes, else the analysis
+        whose answer it is about, as it is called in the input file.
+    where : str
+        Key and value, load, frequency: what it is about.
+    reason : str
+        What is doubtful, and what is usual.
+    remedy : str
+        What to do; empty where the reason says it.
+
+    Examples
+    --------
+    >>> print(Caution("response", "M = 50 N m/m", "the bending stress is 1.2 GPa", "lower the load"))
+    response, M = 50 N m/m: the bending stress is 1.2 GPa; lower the load
+    """
+
+    stage: str
+    where: str
+    reason: str
+    remedy: str = ""
+
+    def __str__(self) -> str:
+        return _sentence(self)
+
+
+def _sentence(said: Failure | Caution) -> str:
+    place = ", ".join(part for part in (said.stage, said.where) if part)
+    return f"{place}: {said.reason}" + (f"; {said.remedy}" if said.remedy else "")

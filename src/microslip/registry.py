@@ -1,12 +1,12 @@
 """What can be computed of a joint: one row per analysis, and nothing else lists them.
 
 A row names what belongs to an analysis on every floor of the house: its section of the input file,
-how it runs and what it costs, the rows, datasets, tables and figures of what it found. Each is a
-function or a reference to one, ``"package.module:name"``, resolved on use: the table stands on the
-ground and imports nothing above it.
+what it will compute and at what cost, how it runs, the motions, rows, datasets, tables and figures of
+what it found. Each is a function or a reference to one, ``"package.module:name"``, resolved on use:
+the table stands on the ground and imports nothing above it.
 
 Everything that lists analyses goes through `ANALYSES`, in its order: the run, the summary, the
-dataset, the terminal, the figures, the cost. A new analysis is one row given to `register`.
+dataset, the terminal, the figures, ``check``. A new analysis is one row given to `register`.
 """
 
 from __future__ import annotations
@@ -43,8 +43,14 @@ class Analysis:
         Analyses whose outcome it takes; they stand above it.
     label : str
         Of its time among the timings; `name` where left out.
+    request : Reference, optional
+        ``(joint) -> iterable`` of names and values: what it will compute, for ``microslip check``.
+        Called where it is asked for.
     cost : Reference, optional
         ``(joint) -> float``: seconds on one core; 0 where it is not asked for.
+    motions : Reference, optional
+        ``(run) -> iterable`` of `microslip.pipeline.motions.Motion`: how far the joint moves, for
+        the stresses that are judged.
     rows : mapping of str to Reference
         Key of the summary, and ``(run) -> list of dict``.
     datasets : Reference, optional
@@ -61,7 +67,9 @@ class Analysis:
     run: Reference
     after: tuple[str, ...] = ()
     label: str = ""
+    request: Reference | None = None
     cost: Reference | None = None
+    motions: Reference | None = None
     rows: Mapping[str, Reference] = field(default_factory=dict)
     datasets: Reference | None = None
     table: Reference | None = None
@@ -142,6 +150,7 @@ ANALYSES: dict[str, Analysis] = {
             label="backbones",
             section="microslip.describe.requests:BackboneAnalysis",
             run="microslip.pipeline.backbone:run_backbones",
+            request="microslip.pipeline.asked:backbone_request",
             cost="microslip.pipeline.cost:backbone_seconds",
             rows={"backbone": "microslip.results.backbone:backbone_rows"},
             datasets="microslip.results.backbone:backbone_datasets",
@@ -153,7 +162,9 @@ ANALYSES: dict[str, Analysis] = {
             label="cycles",
             section="microslip.describe.requests:CycleAnalysis",
             run="microslip.pipeline.cycle:run_cycles",
+            request="microslip.pipeline.asked:cycle_request",
             cost="microslip.pipeline.cost:cycle_seconds",
+            motions="microslip.pipeline.motions:cycle_motions",
             rows={"cycles": "microslip.results.cycle:cycle_rows"},
             datasets="microslip.results.cycle:cycle_datasets",
             table="microslip.show.tables:cycle_lines",
@@ -178,7 +189,9 @@ ANALYSES: dict[str, Analysis] = {
             section="microslip.describe.requests:ResponseAnalysis",
             run="microslip.pipeline.response:run_responses",
             after=("cycle", "reduced"),
+            request="microslip.pipeline.asked:response_request",
             cost="microslip.pipeline.cost:response_seconds",
+            motions="microslip.pipeline.motions:response_motions",
             rows={"response": "microslip.results.response:response_rows"},
             datasets="microslip.results.response:response_datasets",
             table="microslip.show.tables:response_table",
@@ -189,7 +202,9 @@ ANALYSES: dict[str, Analysis] = {
             section="microslip.describe.requests:HarmonicAnalysis",
             run="microslip.pipeline.harmonic:run_harmonic",
             after=("response",),
+            request="microslip.pipeline.asked:harmonic_request",
             cost="microslip.pipeline.cost:harmonic_seconds",
+            motions="microslip.pipeline.motions:harmonic_motions",
             rows={
                 "harmonic": "microslip.results.harmonic:harmonic_rows",
                 "harmonic_folds": "microslip.results.harmonic:fold_rows",
@@ -204,7 +219,9 @@ ANALYSES: dict[str, Analysis] = {
             section="microslip.describe.requests:TimeAnalysis",
             run="microslip.pipeline.time:run_time_domain",
             after=("response",),
+            request="microslip.pipeline.asked:time_request",
             cost="microslip.pipeline.cost:time_seconds",
+            motions="microslip.pipeline.motions:time_motions",
             rows={"time_domain": "microslip.results.time:time_rows"},
             datasets="microslip.results.time:time_datasets",
             table="microslip.show.tables:time_table",
@@ -216,7 +233,9 @@ ANALYSES: dict[str, Analysis] = {
             section="microslip.describe.excitation:AnyExcitation",
             run="microslip.pipeline.history:run_histories",
             after=("response",),
+            request="microslip.pipeline.asked:history_request",
             cost="microslip.pipeline.cost:history_seconds",
+            motions="microslip.pipeline.motions:history_motions",
             rows={"history": "microslip.results.history:history_rows"},
             datasets="microslip.results.history:history_datasets",
             table="microslip.show.tables:history_table",

@@ -15,6 +15,7 @@ import pytest
 from conftest import ROOT
 from rich.console import Console
 from typer.testing import CliRunner
+from wrong_inputs import MEASURED, RIGHT, WRONG, WRONG_SIGNALS, history
 
 from microslip import __version__
 from microslip.cli import main
@@ -43,6 +44,7 @@ class Stages:
         self.runs = 0
         self.interrupted = False
         self.failures: list[str] = []
+        self.warnings: list[str] = []
         self.formats: tuple[str, ...] = ()
         self.workers = 0
         self.failure: BaseException | None = None
@@ -59,7 +61,11 @@ class Stages:
         return SimpleNamespace()
 
     def summary(self, result):
-        return {"interrupted": self.interrupted, "failures": self.failures}
+        return {
+            "interrupted": self.interrupted,
+            "failures": self.failures,
+            "warnings": self.warnings,
+        }
 
     def write_results(self, result, out_dir, progress, formats, **kept):
         self.formats = formats
@@ -216,6 +222,24 @@ def test_check_names_the_mistake(command, tmp_path):
     )
 
 
+@pytest.mark.parametrize("wrong", WRONG[:: len(WRONG) // 12], ids=lambda wrong: wrong.name)
+@pytest.mark.parametrize("name", ["check", "run"])
+def test_wrong_files_end_with_2(command, stages, tmp_path, name, wrong):
+    (tmp_path / "joint.toml").write_text(wrong.text(), encoding="utf-8")
+    result = command(name, "joint.toml")
+    assert_refused(result, "joint.toml: ", *wrong.says)
+    assert result.stdout == ""
+    assert stages.runs == 0
+
+
+@pytest.mark.parametrize("wrong", WRONG_SIGNALS[::8], ids=lambda wrong: wrong.name)
+def test_wrong_signals_end_with_2(command, tmp_path, wrong):
+    (tmp_path / wrong.file).write_bytes(wrong.content)
+    text = history(MEASURED, file=f'"{wrong.file}"')(RIGHT) + wrong.keys
+    (tmp_path / "joint.toml").write_text(text, encoding="utf-8")
+    assert_refused(command("check", "joint.toml"), "'measured'", *wrong.says)
+
+
 def test_check_of_a_missing_file(command):
     assert_refused(command("check", "none.toml"), "none.toml: no such file")
 
@@ -258,6 +282,35 @@ def test_check_counts_the_steady_states(command, tmp_path):
     assert "steady states in time 2 frequencies, 170 to 175 Hz, 150 steps per cycle" in shown
 
 
+def test_check_asks_about_what_is_not_usual_and_judges_the_load(command, tmp_path):
+    file = tmp_path / "joint.toml"
+    text = file.read_text().replace("2000 kg/m^3", "2 kg/m^3")
+    file.write_text(text.replace("rho = [0, 0.8, 2.4, 5]", 'moment = "20 kN*m/m"'))
+    result = command("check", "joint.toml")
+    assert result.exit_code == 0
+    density, stress, bent = result.stderr.splitlines()
+    assert density.startswith("warning: input, material.density = 2 kg/m^3: usual is 50 kg/m^3 to")
+    assert "linear elasticity is left: bending stress 768 MPa" in stress
+    assert "small rotations are left" in bent
+    shown = " ".join(result.stdout.split())
+    assert "bending stress at rest, 6 M/h² 768 MPa" in shown  # 6 20e3/0.0125²
+
+
+def test_check_judges_by_the_yield_stress(command, tmp_path):
+    file = tmp_path / "joint.toml"
+    file.write_text(file.read_text().replace("[contact]", 'yield_stress = "80 MPa"\n[contact]'))
+    assert "20 MPa, 25% of the yield stress" in command("check", "joint.toml").stdout
+
+
+@pytest.mark.parametrize("name", ["check", "run"])
+def test_more_pairs_than_there_is_memory_for(command, stages, tmp_path, monkeypatch, name):
+    monkeypatch.setattr("microslip.pipeline.cost.memory_of_machine", lambda: 8e9)
+    file = tmp_path / "joint.toml"
+    file.write_text(file.read_text().replace("pairs = 201", "pairs = 5001"))
+    assert_refused(command(name, "joint.toml"), "contact.pairs = 5001", "GB", "8 GB", "201")
+    assert stages.runs == 0
+
+
 # -- run ---------------------------------------------------------------------------------------
 
 
@@ -274,6 +327,28 @@ def test_run_writes_beside_where_it_was_called(command, stages, tmp_path):
 
 def test_quiet_run_says_nothing(command, stages):
     assert command("run", "joint.toml", "--quiet").output == ""
+
+
+@pytest.mark.parametrize("words", [[], ["--quiet"], ["--json"]])
+def test_run_warns_before_it_begins_and_of_its_answers(command, stages, tmp_path, words):
+    file = tmp_path / "joint.toml"
+    file.write_text(file.read_text().replace("2000 kg/m^3", "2 kg/m^3"))
+    stages.warnings = ["response: linear elasticity is left"]
+    result = command("run", "joint.toml", *words)
+    assert result.exit_code == 0
+    first = result.stderr.splitlines()[0]
+    assert first.startswith("warning: input, material.density = 2 kg/m^3")
+    # the tables show them; where there are none, stderr does
+    assert ("warning: response: linear elasticity is left" in result.stderr) == bool(words)
+
+
+def test_out_of_memory_is_a_message(command, stages):
+    stages.failure = MemoryError()
+    result = command("run", "joint.toml")
+    assert result.exit_code == 1
+    assert result.stderr.endswith(
+        "error: out of memory: take fewer contact pairs, or fewer loads\n"
+    )
 
 
 def test_run_into_a_new_nested_folder(command, stages, tmp_path):

@@ -126,7 +126,11 @@ def test_json_is_all_there_is_on_stdout(command, stages, quiet):
     stages.failures = ["µ: no"]
     result = command("run", "joint.toml", "--json", *quiet)
     assert result.exit_code == 3
-    assert json.loads(result.stdout) == {"interrupted": False, "failures": ["µ: no"]}
+    assert json.loads(result.stdout) == {
+        "interrupted": False,
+        "failures": ["µ: no"],
+        "warnings": [],
+    }
     assert ("results are in joint-output" in result.stderr) == (not quiet)
 
 

@@ -4,53 +4,20 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from importlib import resources
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from joint_files import EXAMPLE, example_document, refused
-from pydantic import BaseModel
+from joint_files import example_document, refused
 
-from microslip.describe.excitation import (
-    FreeDecay,
-    MeasuredSignal,
-    Sine,
-    SteppedSine,
-    SweptSine,
-)
 from microslip.describe.lap import LapJoint
 from microslip.describe.reading import load_joint, parse_joint
-from microslip.describe.requests import (
-    CycleAnalysis,
-    HarmonicAnalysis,
-    ResponseAnalysis,
-    TimeAnalysis,
-)
 from microslip.errors import InputError
 
 
 @pytest.fixture
 def document() -> dict:
     return example_document()
-
-
-def test_template_is_the_example_with_every_default_written_out(tmp_path):
-    template = resources.files("microslip").joinpath("templates", "lap.toml").read_text("utf-8")
-    (tmp_path / "joint.toml").write_text(template, encoding="utf-8")
-    assert load_joint(tmp_path / "joint.toml") == load_joint(EXAMPLE)
-
-
-def test_template_names_every_key():
-    template = resources.files("microslip").joinpath("templates", "lap.toml").read_text("utf-8")
-    joint = load_joint(EXAMPLE)
-    sections = [joint, *(getattr(joint, name) for name in type(joint).model_fields)]
-    kinds = [type(section) for section in sections if isinstance(section, BaseModel)]
-    kinds += [CycleAnalysis, ResponseAnalysis, HarmonicAnalysis, TimeAnalysis]
-    kinds += [Sine, SteppedSine, SweptSine, FreeDecay, MeasuredSignal]
-    for kind in kinds:
-        for name, info in kind.model_fields.items():
-            assert (info.alias or name) in template
 
 
 @pytest.mark.parametrize(

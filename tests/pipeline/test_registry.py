@@ -37,7 +37,10 @@ from microslip.show.write import write_results
 
 
 class Grip(Section):
+    """What friction can hold."""
+
     share: Number = Field(default=1.0, gt=0, le=1)
+    """Share of it that counts. The result is in proportion."""
 
 
 def run_grip(
@@ -59,6 +62,7 @@ GRIP = Analysis(
     name="grip",
     section=Grip,
     run=run_grip,
+    request=lambda joint: [("grip", f"{joint.analysis.grip.share:g} of it")],
     cost=lambda joint: 1000.0 if joint.analysis.grip is not None else 0.0,
     rows={"grip": lambda run: [{"held_n_per_m": run.value("grip")}]},
     datasets=lambda run: {
@@ -115,6 +119,7 @@ def test_a_toy_costs_what_it_says() -> None:
     dearer = total_seconds(parse_joint(JOINT), 1000) - total_seconds(parse_joint(without), 1000)
     assert dearer == pytest.approx(1000)
     shown = printed(lambda table, console: console.print(table), derived(parse_joint(JOINT)))
+    assert "0.5 of it" in shown
     (line,) = (line for line in shown.splitlines() if "estimated time" in line)
     assert int(line.split()[-5]) >= 1000
 
@@ -249,7 +254,9 @@ def test_two_analyses_cannot_share_a_group() -> None:
 FLOORS = {
     "section": "describe",
     "run": "pipeline",
+    "request": "pipeline",
     "cost": "pipeline",
+    "motions": "pipeline",
     "rows": "results",
     "datasets": "results",
     "table": "show",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import typer
@@ -10,19 +11,16 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from microslip.cli.messages import messages
+from microslip.cli.messages import messages, warn
 from microslip.cli.options import JointFile
+from microslip.describe.beam import bending_stiffnesses
 from microslip.describe.lap import LapJoint
 from microslip.describe.reading import load_joint
 from microslip.describe.units import readable
-from microslip.errors import InputError
-from microslip.pipeline.cost import (
-    bending_frequency,
-    bending_stiffness,
-    degrees_of_freedom,
-    total_seconds,
-)
-from microslip.pipeline.excitation import prepare_histories
+from microslip.pipeline.cost import check_size, degrees_of_freedom
+from microslip.pipeline.estimate import Estimate, elastic_limit, estimate, input_cautions
+from microslip.pipeline.run import asked_for
+from microslip.registry import column
 
 app = typer.Typer(add_completion=False)
 
@@ -33,32 +31,43 @@ Row = tuple[str, str]
 def check(file: JointFile) -> None:
     """Validate a joint file; show what follows from it and what a run will cost."""
     with messages():
-        table = derived(load_joint(file))
+        joint = load_joint(file)
+        check_size(joint, degrees_of_freedom(joint))
+        found = estimate(joint)
+        table = derived(joint, found)
+        cautions = input_cautions(joint, found)
     Console().print(table)
+    warn(cautions)
 
 
-def derived(joint: LapJoint) -> Table:
+def derived(joint: LapJoint, found: Estimate | None = None) -> Table:
     """Table of the quantities that follow from a joint.
 
     Raises
     ------
     InputError
-        Where the mesh has fewer degrees of freedom than modes are wanted, or a signal of a history
-        cannot be used.
+        Where a signal of a history cannot be used.
     """
+    found = found or estimate(joint)
     title = escape(joint.title or "Lap joint")
     table = Table("quantity", "value", title=title, box=box.SIMPLE_HEAD)
-    for name, value in (*_mechanics(joint), *_work(joint)):
+    for name, value in (*_mechanics(joint, found), *_load(joint, found), *_work(joint, found)):
         table.add_row(name, value)
     return table
 
 
-def _mechanics(joint: LapJoint) -> Iterator[Row]:
+def _mechanics(joint: LapJoint, found: Estimate) -> Iterator[Row]:
     limit = joint.opening_ratio
-    pressure = joint.clamp.force / (2 * joint.clamp.half_length)
     opening = readable(limit * joint.clamp_force_length, "N m/m")
-    yield "bending stiffness E'h³/12", readable(bending_stiffness(joint), "N m²/m")
-    yield "mean clamp pressure P/(2 L_p)", readable(pressure, "Pa")
+    stiff, beams = bending_stiffnesses(joint), joint.beams
+    slender = [L / h for L, h in zip(beams.lengths, beams.thicknesses, strict=True)]
+    yield "bending stiffness E'h³/12", _both([readable(EI, "N m²/m") for EI in stiff])
+    yield "length over thickness of a beam", _both([f"{ratio:.3g}" for ratio in slender])
+    yield (
+        "estimated resonance",
+        f"{found.sliding_frequency:.4g} Hz sliding, {found.stuck_frequency:.4g} Hz stuck",
+    )
+    yield "mean clamp pressure P/(2 L_p)", _judged(joint, found.pressure)
     yield "P L", readable(joint.clamp_force_length, "N m/m")
     yield "M/(P L) that opens the joint", f"{limit:.4g}  (M = {opening})"
     given, used = joint.support.horizontal_spring, joint.spring_used
@@ -70,62 +79,45 @@ def _mechanics(joint: LapJoint) -> Iterator[Row]:
         )
 
 
-def _work(joint: LapJoint) -> Iterator[Row]:
+def _both(texts: list[str]) -> str:
+    """Of the lower and the upper beam; once, where they are alike."""
+    lower, upper = texts
+    return lower if lower == upper else f"{lower} below, {upper} above"
+
+
+def _load(joint: LapJoint, found: Estimate) -> Iterator[Row]:
+    """Loads, and what the largest does to the joint at rest."""
+    if joint.load is not None:
+        unit = " N m/m" if joint.load.kind == "moment" else ""
+        values = ", ".join(f"{value:g}" for value in joint.load.values)
+        yield f"loads: {joint.load.kind}", values + unit
+    if math.isnan(found.moment):
+        return
+    yield "bending stress at rest, 6 M/h²", _judged(joint, found.stress)
+    yield "deflection at the middle at rest", readable(found.deflection, "m", 3)
+    if joint.friction:
+        length = min(found.slip_length, joint.beams.overlap_half_length)
+        every = found.slip_length >= joint.clamp.half_length
+        pairs = "all pairs" if every else f"{found.slip_pairs:.0f} pairs"
+        yield "slips at each edge at rest", f"about {readable(length, 'm', 2)}, {pairs}"
+
+
+def _work(joint: LapJoint, found: Estimate) -> Iterator[Row]:
     """What is asked for, and the time it will take."""
-    dofs = degrees_of_freedom(joint)
-    yield from _size(joint, dofs)
-    yield from _loads(joint)
-    yield from _frequency_analyses(joint)
-    for item in prepare_histories(joint.analysis.history, bending_frequency(joint)):
-        steps = len(item.load) - 1
-        yield (
-            f"history {item.entry.label!r}",
-            f"about {steps} steps of {readable(item.dt, 's')}, {readable(steps * item.dt, 's')}",
-        )
-    yield "estimated time of a run", f"{total_seconds(joint, dofs):.0f} s on one core"
-
-
-def _size(joint: LapJoint, dofs: int) -> Iterator[Row]:
-    if joint.mesh.modes >= dofs - 1:
-        raise InputError(
-            f"mesh.modes = {joint.mesh.modes}: this mesh has only {dofs} degrees of freedom"
-        )
     used, written = joint.contact.pairs_used, joint.contact.pairs
     raised = f"  (raised from {written}: must be odd)" if used != written else ""
-    yield "contact pairs", f"{used}{raised}"
-    yield "degrees of freedom", str(dofs)
+    yield "contact pairs", f"{used}{raised}, {found.clamp_pairs:.0f} across the clamp"
+    yield "degrees of freedom", str(found.degrees_of_freedom)
+    for row, request in column("request"):
+        if asked_for(joint, row.name):
+            yield from request(joint)
+    yield "estimated memory", f"{found.memory / 1e9:.2g} GB"
+    yield "estimated time of a run", f"{found.seconds:.0f} s on one core"
 
 
-def _loads(joint: LapJoint) -> Iterator[Row]:
-    if joint.load is not None:
-        values = ", ".join(f"{value:g}" for value in joint.load.values)
-        yield f"loads: {joint.load.kind}", values
-    if joint.analysis.cycle is not None:
-        amplitudes = joint.cycle_amplitudes()
-        listed = ", ".join(f"{value:.3g}" for value in amplitudes)
-        yield f"{len(amplitudes)} cycle amplitudes M/(P L)", listed
-        yield "driven by", ", ".join(joint.analysis.cycle.drives)
-
-
-def _frequency_analyses(joint: LapJoint) -> Iterator[Row]:
-    asked = joint.analysis
-    if asked.response is not None:
-        r = asked.response
-        yield "response", f"{r.count} frequencies, {r.from_:g} to {r.to:g} Hz"
-    if asked.backbone is not None:
-        b = asked.backbone
-        numbers = ", ".join(map(str, b.modes))
-        methods = ", ".join(m.replace("_", "-") for m in b.methods)
-        yield "backbones", f"mode {numbers}: {b.count} amplitudes, {methods}"
-    if asked.harmonic is not None:
-        h = asked.harmonic
-        adaptive = h.harmonics == "adaptive"
-        number = f"{h.branch_harmonics} to {h.most}" if adaptive else str(h.harmonics)
-        yield "harmonic balance", f"{_span(h.band())}, {number} harmonics"
-    if asked.time is not None:
-        t = asked.time
-        yield "steady states in time", f"{_span(t.band())}, {t.steps} steps per cycle"
-
-
-def _span(band: tuple[float, ...]) -> str:
-    return f"{len(band)} frequencies, {band[0]:g} to {band[-1]:g} Hz"
+def _judged(joint: LapJoint, stress: float) -> str:
+    """A stress, and beside it the yield stress where it is given."""
+    shown = readable(stress, "Pa")
+    if joint.material.yield_stress is None:
+        return shown
+    return f"{shown}, {stress / elastic_limit(joint)[0]:.0%} of the yield stress"

@@ -7,7 +7,7 @@ interrupted one with 130.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -36,9 +36,18 @@ def messages() -> Iterator[None]:
     except OSError as error:
         typer.echo(f"error: {error.filename or 'file'}: {error.strerror or error}", err=True)
         raise typer.Exit(FAILED) from None
+    except MemoryError:
+        typer.echo("error: out of memory: take fewer contact pairs, or fewer loads", err=True)
+        raise typer.Exit(FAILED) from None
     except KeyboardInterrupt:
         typer.echo("interrupted before it was finished", err=True)
         raise typer.Exit(INTERRUPTED) from None
+
+
+def warn(cautions: Iterable[object]) -> None:
+    """Say on stderr what should be doubted, a line each."""
+    for caution in cautions:
+        typer.echo(f"warning: {caution}", err=True)
 
 
 def stop_interrupted(folder: object) -> None:

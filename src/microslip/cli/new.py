@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from importlib import resources
 from pathlib import Path
 from typing import Annotated
 
@@ -10,6 +9,7 @@ import typer
 
 from microslip.cli.messages import messages
 from microslip.cli.options import Force
+from microslip.describe.template import template
 from microslip.errors import InputError
 
 app = typer.Typer(no_args_is_help=True, add_completion=False)
@@ -26,9 +26,8 @@ def lap(
     force: Force = False,
 ) -> None:
     """Write a commented joint file: two overlapping beams under a clamp."""
-    text = resources.files("microslip").joinpath("templates", "lap.toml").read_text("utf-8")
     with messages():
-        write_new(file, text, force)
+        write_new(file, template("lap"), force)
     typer.echo(f"wrote {file}\nnext: microslip check {file}")
 
 

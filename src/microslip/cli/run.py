@@ -11,10 +11,12 @@ from rich.console import Console
 
 from microslip.cli.figure_formats import USUAL, FigureFormats
 from microslip.cli.folders import claimed, report
-from microslip.cli.messages import EXIT_CODES, messages, stop_interrupted, stop_unanswered
+from microslip.cli.messages import EXIT_CODES, messages, stop_interrupted, stop_unanswered, warn
 from microslip.cli.options import Force, JointFile, Quiet, at_least_one, listed
 from microslip.describe.reading import load_joint
 from microslip.numerics.execute import limited
+from microslip.pipeline.cost import check_size, degrees_of_freedom
+from microslip.pipeline.estimate import estimate, input_cautions
 from microslip.pipeline.run import run as run_joint
 from microslip.results.files import SUMMARY
 from microslip.results.store import STORE, Keeper, RunStore, finished
@@ -59,6 +61,9 @@ def run(
         kinds = listed("--format", formats, FORMATS)
         most = at_least_one("--threads", threads)
         joint = load_joint(file)
+        check_size(joint, degrees_of_freedom(joint))
+        doubts = input_cautions(joint, estimate(joint))
+        warn(doubts)
         done = finished(folder, joint)[0] if resume else {}
         with (
             claimed(folder, force or resume),
@@ -71,6 +76,9 @@ def run(
             written = write_results(result, folder, progress, kinds, store=not keep.begun)
             progress.finish()
             found = summary(result)
+    if as_json or quiet:
+        said = set(map(str, doubts))
+        warn(warning for warning in found["warnings"] if warning not in said)
     if as_json:
         typer.echo(json.dumps(found, indent=2, ensure_ascii=False, allow_nan=False))
     elif not quiet:

@@ -56,8 +56,12 @@ class OneAmplitude(Amplitude):
     """The load of one history, as a section that may do without."""
 
     moment: LineMoment | None = Field(default=None, gt=0)
+    """Amplitude of the end moment M, per metre of width; or one of the next two. How far the
+    contact slips."""
     moment_over_clamp_force_length: Number | None = Field(default=None, gt=0)
+    """The same as M/(P L), without dimension. Instead of moment."""
     rho: Number | None = Field(default=None, gt=0)
+    """The same as rho = C mu P L / M, with the constant of [load]. Instead of moment."""
 
 
 class Load(Amplitude):
@@ -69,10 +73,18 @@ class Load(Amplitude):
     """
 
     moment: Moments | None = None
+    """Amplitudes of the end moment M, per metre of width. All that is forced: exactly one of these
+    three keys gives it."""
     moment_over_clamp_force_length: Ratios | None = None
+    """The same as M/(P L), without dimension. Compares joints of different size: they open where
+    it reaches overlap_half_length/length."""
     rho: Rhos | None = None
+    """The same as rho = C mu P L / M; 0 is the joint without friction. For those who follow the
+    paper."""
     greatest_damping_at: Number = Field(default=PAPER_GREATEST_DAMPING, gt=0)
+    """C is such that the greatest damping comes at this rho. Only for loads by rho."""
     rho_scale: Number | None = Field(default=None, gt=0)
+    """C itself, instead. Only for loads by rho."""
 
     @property
     def kind(self) -> LoadKey:

@@ -35,9 +35,15 @@ class Band(Section):
     """Frequencies, Hz: either a list, or all of from, to and count."""
 
     frequencies: Frequencies | None = None
+    """List of frequencies; or from, to and count. Where there is an answer: near the resonance for
+    the effect of friction."""
     from_: Frequency | None = Field(default=None, gt=0, alias="from")
+    """First frequency, with to and count instead of a list. As frequencies."""
     to: Frequency | None = Field(default=None, gt=0)
+    """Last frequency. As frequencies."""
     count: Count | None = Field(default=None, ge=2, le=10_000)
+    """How many frequencies, evenly spaced, both ends among them. Each costs as much as the
+    others."""
 
     @property
     def band_is_complete(self) -> bool:

@@ -58,33 +58,29 @@ def _text(value: object) -> str:
 
 
 class Excitation(Section):
-    """Keys that every history has.
-
-    Attributes
-    ----------
-    name : str, optional
-        Of the history in results; the kind of signal where left out.
-    drive : {"moment", "mode"}
-        End moments, or inertia load of the sliding mode.
-    steps, time_step : int, float, optional
-        Time steps per cycle of the highest frequency, of the signal or of the sliding mode, or
-        the step itself, s.
-    positions : tuple of float, optional
-        Where slip and gap are kept at every step, m; the edge of the clamp where left out.
-    field_samples : int
-        How many times contact states and tractions of all pairs are kept.
-    field_from, field_to : float, optional
-        Begin and end of the part of the history that these samples are spread over, s.
-    """
+    """Keys that every history has."""
 
     name: str | None = Field(default=None, pattern=NAME, max_length=40)
+    """Of the history in results; the kind of signal where left out. Two histories must not have
+    the same."""
     drive: Drive = "moment"
+    """End moments ("moment"), or the inertia of the sliding mode, as close to opening the joint
+    ("mode"). Reduced models see the mode alone."""
     steps: StepsPerCycle | None = None
+    """Time steps per cycle of the highest frequency, of signal or sliding mode; 150 where neither
+    they nor time_step are given. Accuracy and time."""
     time_step: Time | None = Field(default=None, gt=0)
+    """The step itself, instead of steps. Accuracy and time; at least 20 steps per cycle."""
     positions: Positions | None = None
+    """Where slip and gap are kept at every step, from the middle of the overlap; the edge of the
+    clamp where left out. Results only."""
     field_samples: Count = Field(default=400, ge=0, le=100_000)
+    """How many times contact states and tractions of all pairs are kept. Size of results.nc, and
+    the maps of the figure."""
     field_from: Time | None = Field(default=None, ge=0)
+    """Begin of the part of the history that these samples are spread over. Results only."""
     field_to: Time | None = Field(default=None, gt=0)
+    """End of that part; the end of the history where left out. Results only."""
 
     @property
     def label(self) -> str:
@@ -165,8 +161,11 @@ class Sine(DrivenExcitation):
     """A sine of constant frequency that starts at rest."""
 
     signal: Literal["sine"]
+    """Kind of the load over time. Which other keys the history has."""
     frequency: Frequency = Field(gt=0)
+    """Frequency of the load. Near the resonance the joint slips most."""
     cycles: Number = Field(gt=0, le=1e6)
+    """How many periods. Long enough for a steady state: a few over 2 pi times the damping ratio."""
 
     @property
     def highest_frequency(self) -> float:
@@ -178,7 +177,10 @@ class SteppedSine(Band, DrivenExcitation):
     """A sine that dwells at one frequency after the other, in the order written."""
 
     signal: Literal["stepped_sine"]
+    """Kind of the load over time. Which other keys the history has."""
     cycles: Number = Field(gt=0, le=1e6)
+    """Periods at each frequency. Long enough for a steady state: a few over 2 pi times the damping
+    ratio."""
 
     @property
     def highest_frequency(self) -> float | None:
@@ -190,10 +192,16 @@ class SweptSine(DrivenExcitation):
     """A sine whose frequency runs from one value to another, up or down."""
 
     signal: Literal["swept_sine"]
+    """Kind of the load over time. Which other keys the history has."""
     from_: Frequency = Field(gt=0, alias="from")
+    """Frequency at the begin. Up and down differ where the response folds."""
     to: Frequency = Field(gt=0)
+    """Frequency at the end; below the first for a downward sweep. As from."""
     duration: Time = Field(gt=0)
+    """How long it takes. A fast sweep does not reach the peak."""
     sweep: Literal["linear", "log"] = "linear"
+    """Whether the frequency grows evenly or by equal ratios. How long it dwells near the
+    resonance."""
 
     @property
     def highest_frequency(self) -> float:
@@ -210,10 +218,18 @@ class FreeDecay(LoadedExcitation):
     """
 
     signal: Literal["free_decay"]
+    """Kind of the load over time. Which other keys the history has."""
     start: Literal["mode", "static", "steady"]
+    """From the motion of modal_amplitude ("mode"), let go from the load ("static"), or from the
+    steady state under the load at frequency ("steady"). What is in the motion besides the first
+    mode."""
     modal_amplitude: Number | None = Field(default=None, gt=0)
+    """Of the sliding mode, kg^0.5 m^0.5; only for start = "mode", which needs it. How far the
+    contact slips at first."""
     frequency: Frequency | None = Field(default=None, gt=0)
+    """Of the load before; only for start = "steady", which needs it. As start."""
     duration: Time = Field(gt=0)
+    """How long it is followed. Small amplitudes come late."""
 
     @property
     def highest_frequency(self) -> float | None:
@@ -254,11 +270,18 @@ class MeasuredSignal(Excitation):
     """A load from a file: CSV with units, or dataset 58 of a universal file."""
 
     signal: Literal["measured"]
+    """Kind of the load over time. Which other keys the history has."""
     file: Annotated[str, BeforeValidator(_text)]
+    """CSV with a header like "time [s], moment [N*m/m]", or a universal file (.uff, .unv, .uf,
+    .ufb), beside the joint file. The load itself, so there is no moment."""
     column: str | None = Field(default=None, min_length=1)
+    """Which column of a CSV file, where it has more than two. Universal files have none."""
     dataset: Count | None = Field(default=None, ge=1)
+    """Which dataset 58 of a universal file, where it has more than one. CSV files have none."""
     unit: str | None = Field(default=None, min_length=1)
+    """Unit of the values, where the file does not say it. It outranks the file."""
     scale: Number = 1.0
+    """Factor on the values. For a calibration, or another width."""
 
     @field_validator("file")
     @classmethod
@@ -266,11 +289,11 @@ class MeasuredSignal(Excitation):
         folder = (info.context or {}).get("folder", "")
         path = Path(folder) / file
         try:
-            found = path.is_file()
-        except OSError:  # a name that no file can have
-            found = False
-        if not found:
-            raise ValueError(f"{path}: no such file")
+            what = "" if path.is_file() else "is a folder" if path.is_dir() else "no such file"
+        except (OSError, ValueError):  # a name that no file can have
+            what = "no such file"
+        if what:
+            raise ValueError(f"{path}: {what}")
         return str(path)
 
     @model_validator(mode="after")

@@ -24,6 +24,7 @@ from microslip.describe.quantities import (
     Rate,
     Rule,
     Section,
+    Stress,
     Time,
 )
 
@@ -34,17 +35,25 @@ class UpperBeam(Section):
     """What the upper beam has of its own, m; the rest is that of the lower one."""
 
     length: Length | None = Field(default=None, gt=0)
-    """Length of the upper beam."""
+    """Length of the upper beam, where it is another. Its own bending stiffness and share in the
+    frequencies."""
     thickness: Length | None = Field(default=None, gt=0)
-    """Thickness of the upper beam."""
+    """Thickness of the upper beam, where it is another. Its bending stiffness goes with its third
+    power."""
 
 
 class Beams(Section):
     """Two beams and how far they overlap, m: identical, but for what `upper` says."""
 
     length: Length = Field(gt=0)
+    """Length of each beam. Bending stiffness and natural frequencies, and P L, which moments are
+    measured by."""
     thickness: Length = Field(gt=0)
+    """Thickness of each beam. Bending stiffness goes with its third power, and so do deflection
+    and frequencies."""
     overlap_half_length: Length = Field(gt=0)
+    """The beams overlap over twice this; at most length/2. Beyond the clamp it is where the
+    contact may open, and the moment that opens the joint is in proportion to it."""
     upper: UpperBeam = Field(default_factory=UpperBeam)
 
     @property
@@ -78,20 +87,28 @@ class UpperMaterial(Section):
     """What the material of the upper beam has of its own; the rest is that of the lower one."""
 
     youngs_modulus: Modulus | None = Field(default=None, gt=0)
-    """Modulus of elasticity E of the upper beam."""
+    """Modulus of elasticity E of the upper beam, where it is another. Its bending stiffness."""
     poissons_ratio: Number | None = Field(default=None, gt=-1, lt=0.5)
-    """Poisson's ratio of the upper beam."""
+    """Poisson's ratio of the upper beam, where it is another. Its stiffness in plane strain."""
     density: Density | None = Field(default=None, gt=0)
-    """Mass per volume of the upper beam."""
+    """Mass per volume of the upper beam, where it is another. Natural frequencies."""
 
 
 class MaterialInput(Section):
     """Linear isotropic material: of both beams, but for what `upper` says."""
 
     youngs_modulus: Modulus = Field(gt=0)
+    """Modulus of elasticity E. Every stiffness and frequency."""
     poissons_ratio: Number = Field(gt=-1, lt=0.5)
+    """Poisson's ratio. Raises the stiffness in plane strain by 1/(1 - nu²), and spreads the
+    pressure."""
     density: Density = Field(gt=0)
+    """Mass per volume. Natural frequencies; statics and quasi-static cycles do not know it."""
+    yield_stress: Stress | None = Field(default=None, gt=0)
+    """Stress at which the material yields. Nothing is computed from it: the pressure of the clamp
+    and the stresses of the answers are judged by it."""
     plane: Literal["strain", "stress"] = "strain"
+    """Wide joint: "strain"; thin sheet: "stress". In plane strain E counts as E/(1 - nu²)."""
     upper: UpperMaterial = Field(default_factory=UpperMaterial)
 
     @property
@@ -120,10 +137,21 @@ class Contact(Section):
     """The plane of contact: Coulomb friction, and how finely it is resolved."""
 
     friction: Friction
+    """Coefficient of friction mu, or a table of it along x, [["-20 mm", 0.15], ["20 mm", 0.35]],
+    constant beyond its ends. What slips, and the damping that comes of it; metals have 0.1 to
+    0.8."""
     pairs: Count = Field(default=201, ge=5, le=5001)
+    """Contact pairs over the overlap; an even number is raised by one. Slip at small loads happens
+    in a few pairs at the edge of the contact; time grows with the square."""
     law: Literal["exact", "elastic"] = "exact"
+    """Rigid ("exact") with Coulomb friction, or with springs in series with it ("elastic").
+    Elastic where the roughness of the surfaces is known to give."""
     tangential_stiffness: AreaStiffness | None = Field(default=None, gt=0)
+    """Of the springs along the surface, per area; only for law = "elastic", which needs it.
+    Stiffness of the joint before it slips."""
     normal_stiffness: AreaStiffness | None = Field(default=None, gt=0)
+    """Of the springs normal to the surface, per area; only for law = "elastic", rigid where left
+    out. Evens out the pressure."""
 
     @property
     def pairs_used(self) -> int:
@@ -147,7 +175,11 @@ class Clamp(Section):
     """Force that presses the beams together (N/m of width), over ``|x - centre| <= half_length``."""
 
     force: LineForce = Field(gt=0)
+    """Force P that presses the outer faces together, per metre of width. All contact pressure:
+    what friction holds and the moment that opens the joint are in proportion to it."""
     half_length: Length = Field(gt=0)
+    """The clamp presses over twice this; at most the overlap. Where the contact ends, and so where
+    it slips first."""
     centre: Length = Field(default=0.0)
     """Where the middle of the clamp is, from the middle of the overlap. An eccentric clamp opens one
     tip before the other."""
@@ -195,23 +227,37 @@ class Support(Section):
     """
 
     left: EndSupport = "pinned"
-    """What holds the left end: "pinned" at mid-height on horizontal springs, "clamped", or "free"."""
+    """What holds the left end: "pinned" at mid-height on horizontal springs, "clamped", or "free".
+    Mode shapes and frequencies."""
     right: EndSupport = "pinned"
-    """What holds the right end, likewise."""
+    """What holds the right end, likewise. Mode shapes and frequencies."""
     horizontal_spring: LineStiffness = Field(default=1e5, ge=0)
+    """Stiffness that holds each pinned end horizontally, spread over the end face. Weak springs
+    only hold the joint in place; stiff ones raise the frequencies."""
 
 
 class Damping(Section):
     """Rayleigh damping ``C = alpha M + beta K`` of the material."""
 
     alpha: Rate = Field(default=0.0, ge=0)
+    """Damping in proportion to mass. Its damping ratio at omega is alpha/(2 omega): it damps slow
+    motion."""
     beta: Time = Field(default=0.0, ge=0)
+    """Damping in proportion to stiffness. Its damping ratio at omega is beta omega/2: 0.73 us are
+    4e-4 at 170 Hz; it limits the peaks where friction does little."""
 
 
 class MeshInput(Section):
     """How fine the mesh is away from the contact, and how many modes stay dynamic."""
 
     overlap_growth: Number = Field(default=1.3, ge=1, le=3)
+    """Ratio of neighbouring layers from the interface outward. Time to assemble; the contact
+    hardly feels it."""
     max_layer: Number = Field(default=0.2, gt=0.005, le=1)
+    """Largest layer, as a fraction of the thickness. Time to assemble; the contact hardly feels
+    it."""
     rest_size: Number = Field(default=0.5, gt=0.005, le=10)
+    """Elements far from the overlap, as a fraction of the thickness. Frequencies of high modes."""
     modes: Count = Field(default=60, ge=4, le=2000)
+    """Free-interface modes kept dynamic; all others follow statically. More where the load has
+    high frequencies."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
@@ -49,6 +50,14 @@ def _one_or_more(value: Any) -> tuple[Any, ...]:
     return values
 
 
+@dataclass(frozen=True)
+class Held:
+    """Limits that the reader of a type holds its numbers to, for what is said of them."""
+
+    ge: float
+    le: float
+
+
 MOST_FRICTION = 2.0
 """Largest coefficient of friction that is believed."""
 
@@ -58,6 +67,7 @@ CLAMP_SHAPES = ("uniform", "parabolic")
 Number = Annotated[float, BeforeValidator(units.NUMBER.parse), units.NUMBER]
 Length = Annotated[float, BeforeValidator(units.LENGTH.parse), units.LENGTH]
 Modulus = Annotated[float, BeforeValidator(units.MODULUS.parse), units.MODULUS]
+Stress = Annotated[float, BeforeValidator(units.STRESS.parse), units.STRESS]
 Density = Annotated[float, BeforeValidator(units.DENSITY.parse), units.DENSITY]
 LineForce = Annotated[float, BeforeValidator(units.LINE_FORCE.parse), units.LINE_FORCE]
 LineMoment = Annotated[float, BeforeValidator(units.LINE_MOMENT.parse), units.LINE_MOMENT]
@@ -66,8 +76,15 @@ AreaStiffness = Annotated[float, BeforeValidator(units.AREA_STIFFNESS.parse), un
 Time = Annotated[float, BeforeValidator(units.TIME.parse), units.TIME]
 Rate = Annotated[float, BeforeValidator(units.RATE.parse), units.RATE]
 Frequency = Annotated[float, BeforeValidator(units.FREQUENCY.parse), units.FREQUENCY]
-Friction = Annotated[float | Profile, BeforeValidator(_constant_or_profile), units.NUMBER]
-ClampPressure = Annotated[str | Profile, BeforeValidator(_shape_or_profile)]
+Friction = Annotated[
+    float | Profile,
+    BeforeValidator(_constant_or_profile),
+    units.NUMBER,
+    Held(ge=0.0, le=MOST_FRICTION),
+]
+ClampPressure = Annotated[
+    Literal["uniform", "parabolic"] | Profile, BeforeValidator(_shape_or_profile)
+]
 Count = Annotated[int, Field(strict=True)]
 OneOrMore = BeforeValidator(_one_or_more)
 Ratios = Annotated[tuple[Annotated[Number, Field(gt=0)], ...], OneOrMore]
@@ -94,7 +111,9 @@ class Rule(ValueError):
 class Section(BaseModel):
     """One table of a joint file: immutable, and no key that is not known."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", populate_by_name=True, use_attribute_docstrings=True
+    )
 
 
 def check_distinct(key: str, values: Sequence[str | int]) -> None:

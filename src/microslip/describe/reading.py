@@ -5,10 +5,9 @@ from __future__ import annotations
 import difflib
 import json
 import re
-import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
@@ -16,8 +15,11 @@ from pydantic_core import ErrorDetails
 
 from microslip.describe import units
 from microslip.describe.excitation import NAME, SIGNALS
+from microslip.describe.keys import section_of, written_name
 from microslip.describe.lap import LapJoint
+from microslip.describe.plausible import impossible, questions
 from microslip.describe.quantities import Rule
+from microslip.describe.toml import read_toml
 from microslip.errors import InputError
 
 
@@ -30,7 +32,7 @@ def load_joint(path: str | Path) -> LapJoint:
         With one message: file, key, value, and what is allowed.
     """
     file = Path(path)
-    return parse_joint(_read_toml(file), str(path), file.parent)
+    return parse_joint(read_toml(file), str(path), file.parent)
 
 
 def parse_joint(
@@ -59,29 +61,21 @@ def parse_joint(
       ...
     """
     try:
-        return LapJoint.model_validate(document, context={"folder": folder})
+        joint = LapJoint.model_validate(document, context={"folder": folder})
+        problems = _impossible(joint, document)
     except ValidationError as failure:
         problems = [_printable(_problem(error, document)) for error in failure.errors()]
     except ArithmeticError:
         problems = ["some values are too large or too small to compute with: check their units"]
-    raise InputError(_joined(source, problems)) from None
+    if problems:
+        raise InputError(_joined(source, problems)) from None
+    return joint
 
 
-def _read_toml(path: Path) -> dict[str, Any]:
-    if path.is_dir():
-        raise InputError(f"{path}: is a folder; a joint file was expected")
-    try:
-        return tomllib.loads(path.read_bytes().decode())
-    except FileNotFoundError:
-        hint = f"; `microslip new lap {path}` writes one" if path.suffix == ".toml" else ""
-        raise InputError(f"{path}: no such file{hint}") from None
-    except UnicodeDecodeError as failure:
-        raise InputError(f"{path}: not UTF-8 text (byte {failure.start})") from None
-    except tomllib.TOMLDecodeError as failure:
-        raise InputError(f"{path}: not valid TOML: {failure}") from None
-    except (OSError, ValueError) as failure:
-        reason = getattr(failure, "strerror", None) or failure
-        raise InputError(f"{path}: cannot be read: {reason}") from None
+def _impossible(joint: LapJoint, document: Mapping[str, Any]) -> list[str]:
+    """What cannot be, and before it what is not usual, which may be why."""
+    found = [f"{_written(key.split('.'), document)}: {said}" for key, said in impossible(joint)]
+    return [f"{q.where}: {q.reason}; {q.remedy}" for q in questions(joint) if found] + found
 
 
 def _printable(text: str) -> str:
@@ -231,7 +225,7 @@ def _model_at(loc: Sequence[int | str]) -> type[BaseModel] | None:
             model = SIGNALS[str(part)]
             continue
         found = _field(model, part)
-        section = None if found is None else _section(found)
+        section = None if found is None else section_of(found)
         if section is None:
             return None
         model = section
@@ -239,19 +233,14 @@ def _model_at(loc: Sequence[int | str]) -> type[BaseModel] | None:
 
 
 def _field(model: type[BaseModel], key: int | str) -> FieldInfo | None:
-    return {info.alias or name: info for name, info in model.model_fields.items()}.get(str(key))
-
-
-def _section(info: FieldInfo) -> type[BaseModel] | None:
-    for choice in (info.annotation, *get_args(info.annotation)):
-        if isinstance(choice, type) and issubclass(choice, BaseModel):
-            return choice
-    return None
+    return {written_name(name, info): info for name, info in model.model_fields.items()}.get(
+        str(key)
+    )
 
 
 def _keys(model: type[BaseModel], *, required: bool = False) -> list[str]:
     return [
-        info.alias or name
+        written_name(name, info)
         for name, info in model.model_fields.items()
         if info.is_required() or not required
     ]
@@ -260,7 +249,7 @@ def _keys(model: type[BaseModel], *, required: bool = False) -> list[str]:
 def _missing(loc: Sequence[int | str]) -> str:
     model = _model_at(loc[:-1])
     info = None if model is None else _field(model, loc[-1])
-    section = None if info is None else _section(info)
+    section = None if info is None else section_of(info)
     if section is not None:
         needed = ", ".join(_keys(section, required=True))
         return f"[{_dotted(loc)}] is missing: a section with {needed}"
@@ -273,7 +262,8 @@ def _unknown(loc: Sequence[int | str]) -> str:
     key, place = str(loc[-1]), _dotted(loc[:-1])
     model = _model_at(loc[:-1]) or LapJoint
     known = _keys(model)
-    close = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
+    part = [name for name in known if key in name.split("_")]
+    close = part or difflib.get_close_matches(key, known, n=1, cutoff=0.5)
     where = f"in [{place}]" if place else "at the top of the file"
     if close:
         return f"{_dotted(loc)} is not a known key; the nearest {where} is {close[0]!r}"
@@ -284,5 +274,5 @@ def _unknown(loc: Sequence[int | str]) -> str:
 
 
 def _has(info: FieldInfo, key: str) -> bool:
-    section = _section(info)
+    section = section_of(info)
     return section is not None and key in _keys(section)

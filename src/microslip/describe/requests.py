@@ -60,13 +60,24 @@ class CycleAnalysis(Section):
     """Quasi-static cycles: stiffness and damping against amplitude M/(PL)."""
 
     drives: Drives = ("moment", "mode")
+    """Driven by the end moments, or by the inertia of the sliding mode. Each is a table of its
+    own; the reduced models read that of the mode."""
     smallest: Number = Field(default=5e-5, gt=0)
+    """Smallest amplitude M/(P L); amplitudes are evenly spaced in their logarithm. Begin of the
+    table."""
     largest: Number | None = Field(default=None, gt=0)
+    """Largest amplitude; left out: 0.85 of overlap_half_length/length, which opens the joint. End
+    of the table: there is no answer beyond it."""
     count: Count = Field(default=25, ge=2, le=1000)
+    """How many amplitudes. Time in proportion."""
     moment_over_clamp_force_length: Ratios | None = None
+    """Each of the amplitudes M/(P L), instead of those three. For cycles at given loads."""
     steps: Count = Field(default=300, ge=20, le=100_000)
+    """Load steps per cycle. Accuracy of what is dissipated; time in proportion."""
     max_cycles: Count = Field(default=6, ge=2, le=1000)
+    """Cycles at most until one repeats the last. Large loads settle slowly."""
     closure: Number = Field(default=1e-5, gt=0, lt=0.1)
+    """A cycle repeats the last to this part of the largest reaction of the clamp. As max_cycles."""
 
     def amplitudes(self, opening: float = 1.0) -> tuple[float, ...]:
         """M/(PL) of every cycle, ascending; `largest` left out is 0.85 of `opening`.
@@ -101,11 +112,18 @@ class ResponseAnalysis(Section):
     """Frequency response of the reduced model, over a band in Hz."""
 
     from_: Frequency = Field(default=165.0, gt=0, alias="from")
+    """Lowest frequency. The peak must lie inside the band."""
     to: Frequency = Field(default=190.0, gt=0)
+    """Highest frequency. As from."""
     count: Count = Field(default=501, ge=2, le=1_000_000)
+    """How many frequencies, evenly spaced. How well the peak is resolved."""
     variants: Variants = ("printed", "consistent", "refined")
+    """Reduced models: as the paper prints it; put right; made accurate. Each gives a curve per
+    load."""
     tolerance: Number = Field(default=1e-10, gt=0, lt=0.1)
+    """Of the fixed-point iteration at each frequency. Hardly any time."""
     max_iterations: Count = Field(default=500, ge=1, le=1_000_000)
+    """Of that iteration. Points that need more have no answer."""
 
     def band(self) -> tuple[float, ...]:
         """Frequencies, Hz, ascending.
@@ -128,10 +146,16 @@ class ReducedAnalysis(Section):
     """Which reduced models, and how finely the refined one is tabulated."""
 
     variant: Variants | None = None
+    """The variants here, instead of analysis.response.variants. As there."""
     amplitudes: Count = Field(default=48, ge=4, le=1000)
+    """Amplitudes in the table of the refined model. Accuracy between them; time in proportion."""
     steps: Count = Field(default=200, ge=60, le=100_000)
+    """Load steps per cycle. Accuracy of the damping; time in proportion."""
     max_cycles: Count = Field(default=4, ge=2, le=1000)
+    """Cycles at most until one repeats the last. Large amplitudes settle slowly."""
     upper_modes: Count = Field(default=2, ge=0, le=20)
+    """Modes above the sliding one that harmonics may excite. Where three times the frequency of
+    the load is near one of them."""
 
     @model_validator(mode="after")
     def _no_repetition(self) -> Self:
@@ -147,13 +171,22 @@ class BackboneAnalysis(Section):
     """
 
     modes: ModeNumbers = (1,)
+    """Numbers of modes; 1 is the first that deforms the joint. Which modes friction damps."""
     methods: BackboneMethods = ("quasi_static", "prescribed")
+    """Quasi-static modal analysis; the nonlinear mode from cycles with its motion prescribed, and
+    by harmonic balance. Cheap, and accurate, and dear."""
     smallest: Number = Field(default=1e-5, gt=0, lt=1)
+    """Smallest amplitude over the one whose inertia opens the joint. Begin of the curve."""
     largest: Number = Field(default=MOST_OF_OPENING, gt=0, lt=1)
+    """Largest amplitude over that one. End of the curve."""
     count: Count = Field(default=30, ge=2, le=1000)
+    """How many amplitudes, evenly spaced in their logarithm. Time in proportion."""
     steps: Count = Field(default=100, ge=20, le=100_000, multiple_of=4)
+    """Load steps per cycle, a multiple of 4. Accuracy of the damping; time in proportion."""
     max_cycles: Count = Field(default=4, ge=2, le=1000)
+    """Cycles at most until one repeats the last. Large amplitudes settle slowly."""
     harmonics: Count = Field(default=5, ge=1, le=50)
+    """Harmonics beside the mean, of "harmonic". Accuracy where pairs open."""
 
     @model_validator(mode="after")
     def _ascending(self) -> Self:
@@ -170,10 +203,17 @@ class TimeAnalysis(AscendingBand):
     section: ClassVar[str] = "analysis.time"
 
     steps: StepsPerCycle = 150
+    """Time steps per cycle. Accuracy goes with the square of it, time in proportion."""
     positions: Positions | None = None
+    """Where slip and gap are reported, from the middle of the overlap; the edge of the clamp where
+    left out. Results only."""
     max_cycles: Count = Field(default=400, ge=2, le=100_000)
+    """Cycles at most at each frequency until the state repeats. Light damping needs many."""
     tolerance: Number = Field(default=1e-5, gt=0, lt=0.1)
+    """The state repeats to this part of its motion. How steady a steady state is."""
     search: Literal["accelerated", "marched"] = "accelerated"
+    """Anderson's acceleration, or cycle after cycle as in the laboratory. Marching shows what a
+    slow sweep would reach."""
 
 
 class HarmonicAnalysis(AscendingBand):
@@ -182,10 +222,19 @@ class HarmonicAnalysis(AscendingBand):
     section: ClassVar[str] = "analysis.harmonic"
 
     harmonics: Harmonics = 5
+    """Harmonics beside the mean, 1 to 101; or "adaptive": more at each point until the last two
+    hold less than tolerance. Accuracy where pairs open."""
     tolerance: Number = Field(default=0.03, gt=0, lt=1)
+    """Part of the vibrating reactions that the last two harmonics may hold. Only for harmonics =
+    "adaptive"."""
     most: Count = Field(default=21, ge=5, le=101)
+    """Harmonics at most. Only for harmonics = "adaptive"."""
     samples: Count | None = Field(default=None, ge=16, le=100_000)
+    """Samples of the contact per cycle; left out: at least 128, and 24 per harmonic. Accuracy of
+    the reactions."""
     stability: bool = Field(default=True, strict=True)
+    """Whether small disturbances of each response decay is found out. Half of the time; without it
+    no branch is marked unstable."""
 
     @property
     def branch_harmonics(self) -> int:

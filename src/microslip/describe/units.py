@@ -17,7 +17,9 @@ from typing import Any
 Dimension = frozenset[tuple[str, Any]]
 
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.DOTALL)
+_COMMA = re.compile(r"\s*[+-]?\d*,\d")
 _NOT_FINITE = re.compile(r"\s*[+-]?(nan|inf(inity)?)\b", re.IGNORECASE)
+_PER = re.compile(r"/|\bper\b|(\^|\*\*)-")
 _FACTOR = r"(?:1|%|[^\W\d_]+)(?:(?:\^|\*\*)[+-]?\d|[²³])?"
 _UNIT = re.compile(rf"{_FACTOR}(?:\s*[*/·\s]\s*{_FACTOR})*")
 
@@ -36,12 +38,16 @@ class Kind:
         A value as a user would write it.
     angular : bool
         Whether units of angle per time (rad/s, rpm) may stand for the unit.
+    per_width : bool
+        Whether it is per metre of width and the unit must say so, because without the width it
+        reduces to a unit of something else: N m/m to N, N/m/m to Pa.
     """
 
     noun: str
     unit: str
     example: str
     angular: bool = False
+    per_width: bool = False
 
     def parse(self, value: Any) -> float:
         """Value in SI units.
@@ -85,6 +91,8 @@ class Kind:
     def _parse_text(self, text: str) -> float:
         if _NOT_FINITE.match(text):
             raise ValueError(f"must be a finite number: {self.advice()}")
+        if _COMMA.match(text):
+            raise ValueError(f"numbers have a decimal point, not a comma: {self.advice()}")
         found = _NUMBER.fullmatch(text)
         if found is None:
             raise ValueError(f"not a number with a unit: {self.advice()}")
@@ -105,7 +113,10 @@ class Kind:
         if dimension != expected:
             raise ValueError(f"{unit!r} measures something else: {self.advice()}")
         if angular and not self.angular:
-            raise ValueError(f"{unit!r} is a unit of angular frequency: {self.advice()}")
+            what = "angular frequency" if self.unit else "angle"
+            raise ValueError(f"{unit!r} is a unit of {what}: {self.advice()}")
+        if self.per_width and not _PER.search(unit):
+            raise ValueError(f"{unit!r} is not per metre of width: {self.advice()}")
         return factor
 
 
@@ -137,10 +148,11 @@ def _known_unit(unit: str) -> tuple[Fraction, Dimension | None, bool]:
 NUMBER = Kind("a plain number", "", "0.25")
 LENGTH = Kind("a length", "m", '"12.5 mm"')
 MODULUS = Kind("a modulus of elasticity", "Pa", '"70 GPa"')
+STRESS = Kind("a stress", "Pa", '"250 MPa"')
 DENSITY = Kind("a density", "kg/m^3", '"2 g/cm^3"')
 LINE_FORCE = Kind("a force per metre of width", "N/m", '"1 MN/m"')
-LINE_MOMENT = Kind("a moment per metre of width", "N*m/m", '"150 N*m/m"')
-LINE_STIFFNESS = Kind("a stiffness per metre of width", "N/m/m", '"1e5 N/m/m"')
+LINE_MOMENT = Kind("a moment per metre of width", "N*m/m", '"150 N*m/m"', per_width=True)
+LINE_STIFFNESS = Kind("a stiffness per metre of width", "N/m/m", '"1e5 N/m/m"', per_width=True)
 AREA_STIFFNESS = Kind("a stiffness per area", "Pa/m", '"1e13 Pa/m"')
 TIME = Kind("a time", "s", '"0.73 us"')
 RATE = Kind("a rate", "1/s", '"5 1/s"', angular=True)

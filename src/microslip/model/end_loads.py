@@ -20,6 +20,9 @@ from microslip.typing import Array, Indices
 LEFT, RIGHT, BOTH = "left", "right", "both"
 MOMENT, FORCE, BASE = "moment", "force", "base"
 
+PINNED, CLAMPED, FREE = "pinned", "clamped", "free"
+"""What holds a far end: its middle held vertically, on horizontal springs; the whole face; nothing."""
+
 
 @dataclass(frozen=True)
 class EndLoad:

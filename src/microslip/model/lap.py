@@ -16,7 +16,7 @@ from microslip.describe.lap import LapJoint
 from microslip.errors import ModelError
 from microslip.model.bodies import rigid_motions
 from microslip.model.elasticity import Body, Material, elastic_body, traction_stiffness
-from microslip.model.end_loads import EndLoad, FarEnd, end_load
+from microslip.model.end_loads import CLAMPED, FREE, PINNED, EndLoad, FarEnd, end_load
 from microslip.model.interface import matching_interface
 from microslip.model.lap_mesh import LapGeometry, MeshControl, lap_joint_meshes
 from microslip.model.pressing import Pressing, parabolic, pressed_load, tabulated, uniform
@@ -74,10 +74,6 @@ def structure_of(joint: LapJoint) -> Structure:
         ends=(joint.support.left, joint.support.right),
         weak_spring=joint.weak_spring,
     )
-
-
-PINNED, CLAMPED, FREE = "pinned", "clamped", "free"
-"""What holds a far end: its middle held vertically, on horizontal springs; the whole face; nothing."""
 
 
 def lap_joint_structure(

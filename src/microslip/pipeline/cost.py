@@ -8,9 +8,12 @@ contact pair.
 from __future__ import annotations
 
 import math
+import os
 
+from microslip.describe.beam import first_frequency
 from microslip.describe.lap import LapJoint
-from microslip.model.lap import geometry, materials, mesh_control
+from microslip.errors import InputError
+from microslip.model.lap import geometry, mesh_control
 from microslip.model.lap_mesh import lap_joint_meshes
 from microslip.pipeline.excitation import prepare_histories
 from microslip.registry import column
@@ -29,20 +32,39 @@ def degrees_of_freedom(joint: LapJoint) -> int:
     return sum(2 * (mesh.p.shape[1] + mesh.facets.shape[1]) for mesh in meshes) - held
 
 
-def bending_stiffness(joint: LapJoint) -> float:
-    """``E'h³/12`` of one beam, N m² per metre of width."""
-    return materials(joint)[0].plane_modulus() * joint.beams.thickness**3 / 12
+def memory(joint: LapJoint, dofs: int) -> float:
+    """Bytes at the peak, while the model is reduced: five times its columns at all pairs, and a base."""
+    return 2.5e8 + 5 * 16 * dofs * joint.contact.pairs_used
 
 
-def bending_frequency(joint: LapJoint) -> float:
-    """First bending frequency of a beam as long as the joint on its supports, Hz.
+def memory_of_machine() -> float:
+    """Bytes that are installed; infinite where the system does not say."""
+    try:
+        return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
+    except (ValueError, OSError, AttributeError):
+        return math.inf
 
-    ``f = pi/2 sqrt(E'I / (rho h)) / (2 (L - L_o))²``: what the joint would have if it were one
-    beam of a single thickness, within some ten per cent of the sliding frequency.
+
+def check_size(joint: LapJoint, dofs: int) -> None:
+    """Refuse what the machine cannot hold, before anything is spent.
+
+    Raises
+    ------
+    InputError
+        Where the mesh has fewer degrees of freedom than modes are wanted, or more than there is
+        memory for.
     """
-    mass = joint.material.density * joint.beams.thickness
-    span = 2 * (joint.beams.length - joint.beams.overlap_half_length)
-    return float(math.pi / 2 * math.sqrt(bending_stiffness(joint) / mass) / span**2)
+    if joint.mesh.modes >= dofs - 1:
+        raise InputError(
+            f"mesh.modes = {joint.mesh.modes}: this mesh has only {dofs} degrees of freedom"
+        )
+    needed, there = memory(joint, dofs), memory_of_machine()
+    if needed > there:
+        raise InputError(
+            f"contact.pairs = {joint.contact.pairs}: needs about {needed / 1e9:.0f} GB of memory and "
+            f"{total_seconds(joint, dofs) / 3600:.0f} h, and this machine has {there / 1e9:.0f} GB: "
+            "take fewer contact pairs; 201 resolve most joints"
+        )
 
 
 def total_seconds(joint: LapJoint, dofs: int) -> float:
@@ -130,7 +152,7 @@ def history_seconds(joint: LapJoint) -> float:
     InputError
         Where a signal cannot be used.
     """
-    signals = prepare_histories(joint.analysis.history, bending_frequency(joint))
+    signals = prepare_histories(joint.analysis.history, first_frequency(joint))
     return _cycle(joint, sum(len(signal.load) - 1 for signal in signals))
 
 

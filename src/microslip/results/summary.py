@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from microslip.pipeline.judge import Judgement, judge
 from microslip.pipeline.run import Run
 from microslip.registry import ANALYSES, resolved
 from microslip.results.files import plain
@@ -23,9 +24,9 @@ def summary(run: Run) -> dict[str, Any]:
     dict
         ``title``, ``version``, ``model``, ``prestress``; the rows of every analysis under its keys,
         empty where it was not asked for: ``backbone``, ``cycles``, ``response``, ``harmonic``,
-        ``harmonic_folds``, ``time_domain``, ``history``; ``rho_scale``, ``failures``,
-        ``interrupted``, ``timings_s``. Units are in the names; forces and energies are per metre of
-        width. A cycle is listed only where the solver certified every step, so its
+        ``harmonic_folds``, ``time_domain``, ``history``; ``rho_scale``, ``stress``, ``warnings``,
+        ``failures``, ``interrupted``, ``timings_s``. Units are in the names; forces and energies are
+        per metre of width. A cycle is listed only where the solver certified every step, so its
         ``unsolved_steps`` are 0; cycles that failed are among the ``failures``.
     """
     rows = {
@@ -33,6 +34,7 @@ def summary(run: Run) -> dict[str, Any]:
         for row in ANALYSES.values()
         for key, of in row.rows.items()
     }
+    judged = judge(run)
     found: dict[str, Any] = plain(
         {
             "title": run.joint.title,
@@ -41,9 +43,24 @@ def summary(run: Run) -> dict[str, Any]:
             "prestress": prestress_summary(run),
             **rows,
             "rho_scale": run.rho_scale,
+            "stress": _stress(judged),
+            "warnings": [str(caution) for caution in judged.cautions],
             "failures": [str(failure) for failure in run.failures],
             "interrupted": run.interrupted,
             "timings_s": dict(run.timings),
         }
     )
     return found
+
+
+def _stress(judged: Judgement) -> dict[str, Any]:
+    """What the beams bear, and what they could."""
+    return {
+        "largest_bending_stress_pa": judged.stress,
+        "where": judged.where or None,
+        "largest_deflection_m": judged.deflection,
+        "bending_stress_per_modal_amplitude_pa": judged.stress_per_amplitude,
+        "deflection_per_modal_amplitude_m": judged.deflection_per_amplitude,
+        "elastic_limit_pa": judged.elastic_limit,
+        "moment_at_elastic_limit_n": judged.elastic_moment,
+    }

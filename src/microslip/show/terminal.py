@@ -5,6 +5,7 @@ from __future__ import annotations
 from rich.console import Console
 from rich.markup import escape
 
+from microslip.describe.units import readable
 from microslip.pipeline.run import Run
 from microslip.registry import column
 from microslip.results.summary import summary
@@ -30,6 +31,8 @@ def print_found(found: Summary, console: Console) -> None:
         if any(found.get(key) for key in row.rows):
             for item in table(found):
                 _print(item, console)
+    _print_stress(found, console)
+    _print_warnings(found, console)
     _print_failures(found, console)
     _print_timings(found, console)
 
@@ -61,6 +64,25 @@ def _print_joint(found: Summary, console: Console) -> None:
         f"{number(model['opening_moment_over_clamp_force_length'], '.3g')}",
         highlight=False,
     )
+
+
+def _print_stress(found: Summary, console: Console) -> None:
+    """The largest of all motions; nothing where nothing moved, or an older version did not judge."""
+    stress = found.get("stress")
+    if not stress or stress["largest_bending_stress_pa"] is None:
+        return
+    console.print(
+        f"  bending stress     {readable(stress['largest_bending_stress_pa'], 'Pa', 3)}, "
+        f"deflection {readable(stress['largest_deflection_m'], 'm', 3)} "
+        f"({escape(stress['where'])})",
+        highlight=False,
+        soft_wrap=True,
+    )
+
+
+def _print_warnings(found: Summary, console: Console) -> None:
+    for warning in found.get("warnings", []):
+        console.print(f"  [yellow]![/yellow] {escape(warning)}", highlight=False, soft_wrap=True)
 
 
 def _print_failures(found: Summary, console: Console) -> None:

@@ -180,9 +180,12 @@ def with_mode_port(model: JointModel, mode: JointMode) -> JointModel:
 
 
 def walking_modes(model: JointModel) -> Mask:
-    """Modes that slide the bodies past each other as rigid ones, held by weak supports alone."""
+    """Modes that slide the bodies past each other as rigid ones, held by the supports alone."""
     rows = normal_rows(model.dimension)
     normal = np.abs(model.mode_v[rows]).max(axis=0, initial=0.0)
     sideways = np.abs(np.delete(model.mode_v, rows, axis=0)).max(axis=0, initial=0.0)
-    rigid = np.arange(len(model.omega)) < model.equilibrium_modes
+    if model.supports is None:
+        rigid = np.arange(len(model.omega)) < model.equilibrium_modes
+    else:
+        rigid = np.diag(model.supports) > ON_SUPPORTS * model.omega**2
     return np.asarray(rigid & (normal < 1e-3 * sideways))

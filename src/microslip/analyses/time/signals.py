@@ -199,7 +199,7 @@ def _read_csv(file: Path, kind: Kind, column: str | None, unit: str | None) -> _
     except OSError as error:
         raise InputError(f"signal {file}: cannot be read ({error.strerror or error})") from error
     except (UnicodeDecodeError, csv.Error) as error:
-        raise InputError(f"signal {file}: is not a CSV text file ({error})") from error
+        raise InputError(f"signal {file}: is not a CSV text file in UTF-8") from error
     if not rows:
         raise InputError(f"signal {file}: is empty")
     line, header = rows[0]
@@ -304,7 +304,8 @@ def _read_universal(file: Path, kind: Kind, dataset: int | None, unit: str | Non
         raise
     except Exception as error:  # pyuff raises plain exceptions for whatever it cannot parse
         raise InputError(
-            f"signal {file}: is not a universal file that can be read ({error})"
+            f"signal {file}: is not a universal file that can be read; dataset 58, text or binary, "
+            "is expected"
         ) from error
     where = f"{file}, dataset 58 number {chosen}"
     _check_function(found, where)

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import textwrap
+from dataclasses import replace
+
 from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 
+from microslip.pipeline.judge import judge
 from microslip.pipeline.run import Run
 from microslip.show.plots.equivalent import AMPLITUDE, draw_equivalent
 from microslip.show.plots.model import draw_model, draw_overlap
@@ -13,7 +17,10 @@ from microslip.show.plots.response import handles as response_handles
 from microslip.show.plots.selection import greatest_damping, main_drive, name_of
 from microslip.show.plots.states import draw_states
 from microslip.show.plots.states import handles as state_handles
-from microslip.show.plots.style import DOUBLE, MM, house_style, new_figure
+from microslip.show.plots.style import DOUBLE, MM, VERMILLION, house_style, new_figure
+
+LINE, MOST = 135, 4
+"""Characters of a line at the foot, and how many warnings stand there."""
 
 
 @house_style
@@ -44,7 +51,18 @@ def overview(run: Run) -> Figure:
             bbox_to_anchor=(0.5, -0.16),
             ncols=2,
         )
+    _warn(figure, run)
     return figure
+
+
+def _warn(figure: Figure, run: Run) -> None:
+    """What should be doubted, at the foot, a line each; what to do is in the summary."""
+    said = [str(replace(caution, remedy="")) for caution in judge(run).cautions]
+    cautions = [textwrap.shorten(line, LINE, placeholder=" ...") for line in said]
+    if cautions:
+        more = [f"and {len(cautions) - MOST} more in summary.json"] if len(cautions) > MOST else []
+        text = "\n".join([*(f"warning: {c}" for c in cautions[:MOST]), *more])
+        figure.supxlabel(text, fontsize=6.5, color=VERMILLION, x=0.01, ha="left")
 
 
 def _joint(figure: Figure, place: SubplotSpec, run: Run) -> None:

@@ -1,0 +1,83 @@
+"""What each analysis will compute, in a line: the column ``request`` of `microslip.registry.ANALYSES`.
+
+Every function takes a joint that asks for its analysis and yields names and values for
+``microslip check``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from microslip.describe.beam import first_frequency
+from microslip.describe.lap import LapJoint
+from microslip.describe.units import readable
+from microslip.pipeline.excitation import prepare_histories
+
+Line = tuple[str, str]
+"""Name and value."""
+
+
+def cycle_request(joint: LapJoint) -> Iterator[Line]:
+    """Amplitudes of the quasi-static cycles, and what drives them."""
+    amplitudes = joint.cycle_amplitudes()
+    low, high = amplitudes[0], amplitudes[-1]
+    asked = joint.analysis.cycle
+    assert asked is not None
+    drives = " and ".join(asked.drives)
+    yield (
+        "quasi-static cycles",
+        f"{len(amplitudes)} amplitudes, M/(P L) {low:.3g} to {high:.3g}, driven by {drives}",
+    )
+
+
+def response_request(joint: LapJoint) -> Iterator[Line]:
+    """Band and variants of the reduced models."""
+    asked = joint.analysis.response
+    assert asked is not None
+    yield "response", f"{asked.count} frequencies, {asked.from_:g} to {asked.to:g} Hz"
+    yield "reduced models", ", ".join(joint.variants)
+
+
+def backbone_request(joint: LapJoint) -> Iterator[Line]:
+    """Modes, amplitudes and methods of the backbones."""
+    asked = joint.analysis.backbone
+    assert asked is not None
+    numbers = ", ".join(map(str, asked.modes))
+    methods = ", ".join(method.replace("_", "-") for method in asked.methods)
+    yield "backbones", f"mode {numbers}: {asked.count} amplitudes, {methods}"
+
+
+def harmonic_request(joint: LapJoint) -> Iterator[Line]:
+    """Band and harmonics of harmonic balance."""
+    asked = joint.analysis.harmonic
+    assert asked is not None
+    adaptive = asked.harmonics == "adaptive"
+    number = f"{asked.branch_harmonics} to {asked.most}" if adaptive else str(asked.harmonics)
+    yield "harmonic balance", f"{_span(asked.band())}, {number} harmonics"
+
+
+def time_request(joint: LapJoint) -> Iterator[Line]:
+    """Frequencies and steps of time integration."""
+    asked = joint.analysis.time
+    assert asked is not None
+    yield "steady states in time", f"{_span(asked.band())}, {asked.steps} steps per cycle"
+
+
+def history_request(joint: LapJoint) -> Iterator[Line]:
+    """Steps of every history.
+
+    Raises
+    ------
+    InputError
+        Where a signal cannot be used.
+    """
+    for item in prepare_histories(joint.analysis.history, first_frequency(joint)):
+        steps = len(item.load) - 1
+        yield (
+            f"history {item.entry.label!r}",
+            f"about {steps} steps of {readable(item.dt, 's')}, {readable(steps * item.dt, 's')}",
+        )
+
+
+def _span(band: tuple[float, ...]) -> str:
+    return f"{len(band)} frequencies, {band[0]:g} to {band[-1]:g} Hz"

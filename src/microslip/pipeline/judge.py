@@ -1,0 +1,164 @@
+"""What an engineer asks of answers: stress, deflection and pressure, and whether they may be believed.
+
+The sliding mode bends a section at x by ``m(x)`` per modal amplitude q; the end moment M bends it by
+what the mode does not hold of it (mode acceleration):
+
+    | q m(x) + M (1 - m(x) Phi^T p / omega²) |
+
+with the phase of q to M in it. The stress is ``6/h²`` of that, and ``1/h`` of the mode's normal force.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from microslip.brief import Brief
+from microslip.errors import Caution
+from microslip.model.lap import materials
+from microslip.model.stress import Sections, deflection, sections_outside
+from microslip.pipeline.estimate import (
+    elastic_limit,
+    estimate,
+    input_cautions,
+    overbent,
+    overpressed,
+    overstressed,
+    slip_length,
+)
+from microslip.pipeline.motions import Motion
+from microslip.pipeline.prepare import DRIVE
+from microslip.pipeline.run import Run
+from microslip.registry import column
+
+FEWEST_SLIPPING = 3.0
+"""Contact pairs that a slip zone must span for its damping to be resolved."""
+
+
+@dataclass(frozen=True, repr=False)
+class Judgement(Brief):
+    """Stresses and deflection of a run, and all that should be doubted of it.
+
+    Attributes
+    ----------
+    stress : float
+        Largest nominal bending stress of all motions, Pa; nan where there is none.
+    where : str
+        Motion that has it.
+    deflection : float
+        Largest deflection, m.
+    stress_per_amplitude : float
+        Of the sliding mode, Pa per kg^0.5 m^0.5.
+    deflection_per_amplitude : float
+        Of the sliding mode, m per kg^0.5 m^0.5.
+    elastic_limit : float
+        Stress that it is judged by, Pa.
+    elastic_moment : float
+        End moment at rest that reaches it, N m per metre of width.
+    pressure : float
+        Largest contact pressure under the clamp alone, Pa.
+    cautions : tuple of Caution
+    """
+
+    stress: float
+    where: str
+    deflection: float
+    stress_per_amplitude: float
+    deflection_per_amplitude: float
+    elastic_limit: float
+    elastic_moment: float
+    pressure: float
+    cautions: tuple[Caution, ...]
+
+
+def judge(run: Run) -> Judgement:
+    """Stresses and deflection of a run, and all that should be doubted of it."""
+    joint, mode = run.joint, run.mode
+    shape = run.assembly.states.sliding
+    sections = sections_outside(run.structure, materials(joint), shape)
+    share = mode.load_on_sliding[DRIVE] / mode.sliding_omega**2
+    bent = deflection(run.structure, shape)
+    motions = motions_of(run) if run.structure.meshes else []
+    stresses = [stress_of(motion, sections, share) for motion in motions]
+    moved = [abs(motion.amplitude) * bent for motion in motions]
+    top = int(np.argmax(stresses)) if motions else -1
+    limit, _ = elastic_limit(joint)
+    pressure = float(run.prestress.pressure.max())
+    return Judgement(
+        stress=stresses[top] if motions else np.nan,
+        where=f"{motions[top].analysis}, {motions[top].where}" if motions else "",
+        deflection=max(moved, default=np.nan),
+        stress_per_amplitude=max(sections.stress, default=np.nan),
+        deflection_per_amplitude=bent,
+        elastic_limit=limit,
+        elastic_moment=limit * min(joint.beams.thicknesses) ** 2 / 6,
+        pressure=pressure,
+        cautions=(
+            *input_cautions(joint, estimate(joint)),
+            *overpressed(joint, "prestress", "largest contact pressure", pressure),
+            *_worst(run, motions, stresses, moved),
+        ),
+    )
+
+
+def motions_of(run: Run) -> list[Motion]:
+    """Largest motions of every analysis that found something."""
+    return [
+        motion
+        for row, motions in column("motions")
+        if run.value(row.name) is not None
+        for motion in motions(run)
+    ]
+
+
+def stress_of(motion: Motion, sections: Sections, share: float) -> float:
+    """Largest nominal bending stress in a motion, Pa.
+
+    Parameters
+    ----------
+    motion : Motion
+    sections : Sections
+        Of the sliding mode.
+    share : float
+        Its static amplitude per end moment, ``Phi^T p / omega²``.
+    """
+    q, h = motion.amplitude, sections.thickness
+    moment = q * sections.moment + motion.moment * (1 - sections.moment * share)
+    return float((np.abs(q * sections.force) / h + 6 * np.abs(moment) / h**2).max())
+
+
+def _worst(
+    run: Run, motions: list[Motion], stresses: list[float], moved: list[float]
+) -> list[Caution]:
+    """The worst of each analysis, where it is too much."""
+    found: list[Caution] = []
+    for analysis in dict.fromkeys(motion.analysis for motion in motions):
+        mine = [k for k, motion in enumerate(motions) if motion.analysis == analysis]
+        top = max(mine, key=lambda k: stresses[k])
+        where = motions[top].where
+        found += overstressed(run.joint, analysis, where, stresses[top])
+        found += overbent(run.joint, analysis, where, moved[top])
+        found += _unresolved(run, motions[top], stresses[top])
+    return found
+
+
+def _unresolved(run: Run, motion: Motion, stress: float) -> list[Caution]:
+    """That so little slips that the contact pairs do not show it."""
+    joint = run.joint
+    if joint.friction == 0 or stress == 0 or motion.analysis == "cycle":
+        return []
+    moment = stress * min(joint.beams.thicknesses) ** 2 / 6
+    spacing = float(np.diff(run.model.position).max())
+    pairs = slip_length(joint, moment) / spacing
+    if pairs >= FEWEST_SLIPPING:
+        return []
+    return [
+        Caution(
+            motion.analysis,
+            motion.where,
+            f"the slip zone is about {pairs:.1f} contact pairs wide: its damping is not resolved",
+            f"raise contact.pairs to {joint.contact.pairs_used * FEWEST_SLIPPING / pairs:.0f}, "
+            "or raise the load",
+        )
+    ]
