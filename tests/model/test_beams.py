@@ -13,6 +13,7 @@ from microslip.model.beams import SPREAD, beam_estimate, timoshenko
 from microslip.model.elasticity import Material
 from microslip.model.lap import geometry, material
 from microslip.model.lap_mesh import LapGeometry
+from microslip.model.stress import sections_outside
 from microslip.pipeline.prepare import assemble
 
 SLENDER = LapGeometry(1.0, 0.005, 0.05, 0.04)
@@ -98,7 +99,11 @@ def test_frequencies_are_those_of_the_finite_elements(length, h, overlap, clamp,
             "analysis": {"cycle": {}},
         }
     )
-    mode = assemble(joint).mode
+    assembly = assemble(joint)
+    mode = assembly.mode
     found = beam_estimate(geometry(joint), material(joint), spring)
     assert found.sliding_frequency == pytest.approx(mode.sliding_frequency, rel=0.03)
     assert found.stuck_frequency == pytest.approx(mode.stuck_frequency, rel=0.05)
+    sections = sections_outside(assembly.structure, material(joint), assembly.states.sliding)
+    share = np.abs(sections.moment).max() * mode.load_on_sliding["moment"] / mode.sliding_omega**2
+    assert found.modal_share == pytest.approx(share, rel=0.05)

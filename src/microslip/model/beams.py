@@ -46,11 +46,15 @@ class BeamEstimate(Brief):
         Of the mode that the end moments drive most, Hz.
     deflection : float
         At the middle of the joint without friction, m per unit end moment (N m/m).
+    modal_share : float
+        Largest moment beside the overlap that the sliding mode carries of an end moment at rest, over
+        that moment: at resonance it is this over twice the damping ratio.
     """
 
     sliding_frequency: float
     stuck_frequency: float
     deflection: float
+    modal_share: float
 
 
 def beam_estimate(
@@ -74,21 +78,26 @@ def beam_estimate(
         row = np.zeros(len(mass))
         row[[l, l + 2, u, u + 2]] = 1.0, -half, -1.0, -half
         stuck = np.vstack([stuck, row])
-    sliding = _frequency(stiffness, mass, moment, ties)
+    sliding, shape = _mode(stiffness, mass, moment, ties)
+    stuck_frequency, _ = _mode(stiffness, mass, moment, stuck)
     basis = la.null_space(ties)
     bent = basis @ la.solve(basis.T @ stiffness @ basis, basis.T @ moment, assume_a="sym")
-    return BeamEstimate(
-        sliding, _frequency(stiffness, mass, moment, stuck), abs(float(middle @ bent))
-    )
+    curvature = np.diff(shape[3 * np.arange(len(lower)) + 2]) / np.diff(lower)
+    beside = lower[1:] <= -geometry.overlap_half_length * (1 - 1e-9)
+    bending = material.plane_modulus() * geometry.thickness**3 / 12
+    carried = bending * np.abs(curvature[beside]).max(initial=0.0)
+    share = carried * abs(moment @ shape) / (2 * np.pi * sliding) ** 2
+    return BeamEstimate(sliding, stuck_frequency, abs(float(middle @ bent)), float(share))
 
 
-def _frequency(stiffness: Array, mass: Array, moment: Array, ties: Array) -> float:
-    """Of the mode with the largest static response to the end moments, Hz."""
+def _mode(stiffness: Array, mass: Array, moment: Array, ties: Array) -> tuple[float, Array]:
+    """The mode with the largest static response to the end moments: frequency, Hz, and shape."""
     basis = la.null_space(ties)
     values, shapes = la.eigh(basis.T @ stiffness @ basis, basis.T @ mass @ basis)
     values = np.maximum(values, 1e-12 * values[-1])
     response = np.abs(moment @ basis @ shapes) / values
-    return float(np.sqrt(values[np.argmax(response)]) / (2 * np.pi))
+    k = int(np.argmax(response))
+    return float(np.sqrt(values[k]) / (2 * np.pi)), basis @ shapes[:, k]
 
 
 def _beams(
