@@ -65,6 +65,13 @@ def test_frequencies_scale_as_beams_do():
     assert three.stuck_frequency == pytest.approx(ratio * one.stuck_frequency, rel=1e-4)
 
 
+def test_without_springs_nothing_changes_but_the_mean_position():
+    none, weak = (beam_estimate(GEOMETRY, MATERIAL, k) for k in (0.0, 1e3))
+    assert none.sliding_frequency == pytest.approx(weak.sliding_frequency, rel=1e-4)
+    assert none.stuck_frequency == pytest.approx(weak.stuck_frequency, rel=1e-4)
+    assert none.deflection == pytest.approx(weak.deflection, rel=1e-3)
+
+
 def test_a_stuck_overlap_is_stiffer_and_stiff_springs_too():
     weak, stiff = (beam_estimate(GEOMETRY, MATERIAL, k) for k in (SPRING, 1e10))
     assert weak.stuck_frequency > weak.sliding_frequency

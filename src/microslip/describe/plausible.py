@@ -171,9 +171,10 @@ TABLE: tuple[Usual, ...] = (
         lambda j: j.support.horizontal_spring / j.material.youngs_modulus or None,
         "",
         1e-12,
-        1e4,
+        100.0,
         quantity="support.horizontal_spring over material.youngs_modulus",
-        reason="beyond that a support is rigid, or is not there",
+        most=1e3,
+        reason="an end so held is clamped already, and one held by less than that is free",
     ),
     Usual(
         "damping.beta",

@@ -29,6 +29,9 @@ SPREAD = 0.35
 """Length of contact beyond the edge of the clamp, over the thickness: of two beams of one material that
 are pressed over more than their thickness it hardly depends on anything else."""
 
+WEAKEST_SPRING = 1e-7
+"""Of the axial stiffness of a beam: weaker springs, or none, leave the mean position undetermined."""
+
 SHEAR = 5 / 6
 """Shear correction of a rectangular section."""
 
@@ -69,7 +72,9 @@ def beam_estimate(
     horizontal_spring : float
         N/m per metre of width, at each far end.
     """
-    stiffness, mass, lower, upper = _beams(geometry, material, horizontal_spring)
+    axial = material.youngs_modulus * geometry.thickness / geometry.length
+    spring = max(horizontal_spring, WEAKEST_SPRING * axial)
+    stiffness, mass, lower, upper = _beams(geometry, material, spring)
     moment, middle, ties = _loads_and_ties(geometry, lower, upper, len(mass))
     half = geometry.thickness / 2
     stuck = ties.copy()
