@@ -684,6 +684,7 @@ WRONG: list[Wrong] = [
         put("clamp.half_length", '"1 um"'),
         ("clamp.force", "clamp.half_length = 1 µm", "pairs across the clamp is"),
     ),
+    keyed("support.horizontal_spring", '"1e15 N/m/m"', "material.youngs_modulus"),
     keyed("clamp.force", '"1 TN/m"', "over material.youngs_modulus is"),
     keyed("material.yield_stress", '"250 GPa"', "over material.youngs_modulus is"),
     # text that is no TOML

@@ -13,6 +13,7 @@ from microslip.model.beams import SPREAD, beam_estimate, timoshenko
 from microslip.model.elasticity import Material
 from microslip.model.lap import geometry, materials
 from microslip.model.lap_mesh import LapGeometry
+from microslip.model.stress import sections_outside
 from microslip.pipeline.prepare import assemble
 
 SLENDER = LapGeometry(1.0, 0.005, 0.05, 0.04)
@@ -64,6 +65,13 @@ def test_frequencies_scale_as_beams_do():
     assert three.stuck_frequency == pytest.approx(ratio * one.stuck_frequency, rel=1e-4)
 
 
+def test_without_springs_nothing_changes_but_the_mean_position():
+    none, weak = (beam_estimate(GEOMETRY, MATERIAL, k) for k in (0.0, 1e3))
+    assert none.sliding_frequency == pytest.approx(weak.sliding_frequency, rel=1e-4)
+    assert none.stuck_frequency == pytest.approx(weak.stuck_frequency, rel=1e-4)
+    assert none.deflection == pytest.approx(weak.deflection, rel=1e-3)
+
+
 def test_a_stuck_overlap_is_stiffer_and_stiff_springs_too():
     weak, stiff = (beam_estimate(GEOMETRY, MATERIAL, k) for k in (SPRING, 1e10))
     assert weak.stuck_frequency > weak.sliding_frequency
@@ -98,7 +106,11 @@ def test_frequencies_are_those_of_the_finite_elements(length, h, overlap, clamp,
             "analysis": {"cycle": {}},
         }
     )
-    mode = assemble(joint).mode
+    assembly = assemble(joint)
+    mode = assembly.mode
     found = beam_estimate(geometry(joint), materials(joint), spring)
     assert found.sliding_frequency == pytest.approx(mode.sliding_frequency, rel=0.03)
     assert found.stuck_frequency == pytest.approx(mode.stuck_frequency, rel=0.05)
+    sections = sections_outside(assembly.structure, materials(joint), assembly.states.sliding)
+    share = np.abs(sections.moment).max() * mode.load_on_sliding["moment"] / mode.sliding_omega**2
+    assert found.modal_share == pytest.approx(share, rel=0.05)

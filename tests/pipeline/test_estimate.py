@@ -56,6 +56,19 @@ def test_stress_and_pressure_of_the_reference_joint():
     assert found.clamp_pairs == pytest.approx(50 / 75 * 200)
 
 
+def test_stress_at_resonance_without_friction_is_a_bound(run):
+    """Of a linear oscillator: the share of the mode over twice its damping ratio."""
+    found = estimate.estimate(run.joint)
+    zeta = 0.5 * 7.3e-7 * 2 * np.pi * run.mode.sliding_frequency
+    linear = run.value("response").frictionless
+    assert found.resonant_stress > judge(run).stress
+    assert found.resonant_stress / found.stress == pytest.approx(1.25 / (2 * zeta), rel=0.1)
+    per_load = judge(run).stress_per_amplitude * linear.peak_amplitude / linear.load
+    assert found.resonant_stress / found.moment == pytest.approx(per_load, rel=0.1)
+    still = estimate.estimate(joint(put("damping.beta", "0")))
+    assert still.resonant_stress == math.inf
+
+
 def test_the_largest_of_all_moments_counts():
     sine = {"signal": "sine", "frequency": 170, "cycles": 3}
     document = tomllib.loads(RIGHT)
@@ -229,6 +242,15 @@ def test_cycles_asked_for_are_judged_and_tables_are_not():
     found = judge(run_joint(parse_joint(alone)))
     assert {c.stage for c in found.cautions} == {"cycle"}
     assert found.stress == pytest.approx(6 * 0.85 * 37.5e3 / 0.0125**2, rel=0.1)
+
+
+def test_beams_that_overlap_all_over_have_nothing_beside_the_overlap():
+    document = description(31, 20, load={"moment": 5}, analysis={**CYCLES, "response": {}})
+    document["beams"]["overlap_half_length"] = "125.75 mm"
+    document["analysis"]["response"] = {"variants": ["consistent"], "from": 100, "to": 3000}
+    found = judge(run_joint(parse_joint(document)))
+    assert found.stress == 0.0
+    assert found.deflection > 0
 
 
 def test_a_slip_zone_that_is_not_resolved():

@@ -94,6 +94,12 @@ def _load(joint: LapJoint, found: Estimate) -> Iterator[Row]:
     if math.isnan(found.moment):
         return
     yield "bending stress at rest, 6 M/h²", _judged(joint, found.stress)
+    bound = found.resonant_stress
+    unbounded = "unbounded: the material does not damp"
+    yield (
+        "at resonance, without friction",
+        unbounded if math.isinf(bound) else f"at most {_judged(joint, bound)}",
+    )
     yield "deflection at the middle at rest", readable(found.deflection, "m", 3)
     if joint.friction:
         length = min(found.slip_length, joint.beams.overlap_half_length)
@@ -120,4 +126,5 @@ def _judged(joint: LapJoint, stress: float) -> str:
     shown = readable(stress, "Pa")
     if joint.material.yield_stress is None:
         return shown
-    return f"{shown}, {stress / elastic_limit(joint)[0]:.0%} of the yield stress"
+    share = stress / elastic_limit(joint)[0]
+    return f"{shown}, {share:.0%} of yield" if share < 2 else f"{shown}, {share:.3g} times yield"

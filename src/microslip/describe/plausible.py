@@ -181,10 +181,10 @@ TABLE: tuple[Usual, ...] = (
         lambda j: j.support.horizontal_spring / j.material.youngs_modulus or None,
         "",
         1e-12,
-        10.0,
+        100.0,
         quantity="support.horizontal_spring over material.youngs_modulus",
         most=1e3,
-        reason="beyond that a support is rigid, or is not there",
+        reason="an end so held is clamped already, and one held by less than that is free",
         remedy='is the unit right? an end that does not move at all is "clamped"',
     ),
     Usual(

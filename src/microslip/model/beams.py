@@ -21,6 +21,7 @@ import numpy as np
 import scipy.linalg as la
 
 from microslip.brief import Brief
+from microslip.describe.lap import WEAKEST_SPRING
 from microslip.model.elasticity import Material
 from microslip.model.end_loads import CLAMPED, FREE, PINNED
 from microslip.model.lap_mesh import LapGeometry
@@ -47,11 +48,15 @@ class BeamEstimate(Brief):
         Of the mode that the end moments drive most, Hz.
     deflection : float
         At the middle of the joint without friction, m per unit end moment (N m/m).
+    modal_share : float
+        Largest moment beside the overlap that the sliding mode carries of an end moment at rest, over
+        that moment: at resonance it is this over twice the damping ratio.
     """
 
     sliding_frequency: float
     stuck_frequency: float
     deflection: float
+    modal_share: float
 
 
 @dataclass(frozen=True, repr=False)
@@ -67,6 +72,8 @@ class _Frame(Brief):
         What the supports hold.
     together : list of (lower, upper) node
         In contact.
+    beside : list of (node, length, bending stiffness)
+        Elements beside the overlap, by their first node.
     """
 
     stiffness: Array
@@ -75,6 +82,7 @@ class _Frame(Brief):
     middle: Array
     held: Array
     together: list[tuple[int, int]]
+    beside: list[tuple[int, float, float]]
 
 
 def beam_estimate(
@@ -93,7 +101,13 @@ def beam_estimate(
         As for `microslip.model.lap.lap_joint_structure`.
     """
     both = (material, material) if isinstance(material, Material) else material
-    frame = _frame(geometry, both, ends, (horizontal_spring, weak_spring))
+    axial = [
+        m.youngs_modulus * h / l
+        for m, h, l in zip(both, geometry.thicknesses, geometry.lengths, strict=True)
+    ]
+    least = WEAKEST_SPRING * max(axial)
+    springs = max(horizontal_spring, least), max(weak_spring, least)
+    frame = _frame(geometry, both, ends, springs)
     size, halves = len(frame.mass), [0.5 * h for h in geometry.thicknesses]
     sliding, stuck = [*frame.held], []
     for lower, upper in frame.together:
@@ -106,19 +120,27 @@ def beam_estimate(
         stuck.append(row)
     basis = la.null_space(np.array(sliding))
     give = la.solve(basis.T @ frame.stiffness @ basis, basis.T @ frame.moment, assume_a="sym")
-    return BeamEstimate(
-        _frequency(frame, basis),
-        _frequency(frame, la.null_space(np.array(sliding + stuck))),
-        abs(float(frame.middle @ basis @ give)),
-    )
+    frequency, shape = _mode(frame, basis)
+    stuck_frequency, _ = _mode(frame, la.null_space(np.array(sliding + stuck)))
+    share = _carried(frame, shape) * abs(frame.moment @ shape) / (2 * np.pi * frequency) ** 2
+    deflection = abs(float(frame.middle @ basis @ give))
+    return BeamEstimate(frequency, stuck_frequency, deflection, float(share))
 
 
-def _frequency(frame: _Frame, basis: Array) -> float:
-    """Of the mode with the largest static response to the end moments, Hz."""
+def _mode(frame: _Frame, basis: Array) -> tuple[float, Array]:
+    """The mode with the largest static response to the end moments: frequency, Hz, and shape."""
     values, shapes = la.eigh(basis.T @ frame.stiffness @ basis, basis.T @ frame.mass @ basis)
     values = np.maximum(values, 1e-12 * values[-1])
     response = np.abs(frame.moment @ basis @ shapes) / values
-    return float(np.sqrt(values[np.argmax(response)]) / (2 * np.pi))
+    k = int(np.argmax(response))
+    return float(np.sqrt(values[k]) / (2 * np.pi)), basis @ shapes[:, k]
+
+
+def _carried(frame: _Frame, shape: Array) -> float:
+    """Largest bending moment of a shape in the beams beside the overlap."""
+    turns = shape[2::3]
+    moments = [EI * abs(turns[k + 1] - turns[k]) / length for k, length, EI in frame.beside]
+    return float(max(moments, default=0.0))
 
 
 def _frame(
@@ -134,6 +156,8 @@ def _frame(
     count = len(nodes[0])
     size = 3 * (count + len(nodes[1]))
     stiffness, mass = np.zeros((size, size)), np.zeros((size, size))
+    beside = []
+    tol = 1e-9 * max(g.lengths)
     sizes = zip((0, count), nodes, g.thicknesses, materials, strict=True)
     for offset, x, thickness, material in sizes:
         for k, length in enumerate(np.diff(x)):
@@ -141,6 +165,9 @@ def _frame(
             own, inertia = timoshenko(length, thickness, material)
             stiffness[np.ix_(place, place)] += own
             mass[np.ix_(place, place)] += inertia
+            if abs(0.5 * (x[k] + x[k + 1])) > half + tol:
+                bending = material.plane_modulus() * thickness**3 / 12
+                beside.append((offset + k, float(length), bending))
     moment, middle, held = np.zeros(size), np.zeros(size), []
     far = (0, count + len(nodes[1]) - 1)
     for end, kind, thickness, sign in zip(far, ends, g.thicknesses, (-1.0, 1.0), strict=True):
@@ -151,12 +178,12 @@ def _frame(
         stiffness[3 * end + 1, 3 * end + 1] += spring if kind == FREE else 0.0
         for component in {PINNED: (1,), CLAMPED: (0, 1, 2), FREE: ()}[kind]:
             held.append(np.eye(1, size, 3 * end + component)[0])
-    tol = 1e-9 * max(g.lengths)
     touching = np.flatnonzero((nodes[0] >= left - tol) & (nodes[0] <= right + tol))
     partners = [count + int(np.argmin(np.abs(nodes[1] - nodes[0][k]))) for k in touching]
     middle[3 * int(np.argmin(np.abs(nodes[0]))) + 1] = 1.0
     together = list(zip(map(int, touching), partners, strict=True))
-    return _Frame(stiffness, mass, moment, middle, np.array(held).reshape(-1, size), together)
+    fixed = np.array(held).reshape(-1, size)
+    return _Frame(stiffness, mass, moment, middle, fixed, together, beside)
 
 
 def _nodes(marks: list[float]) -> Array:

@@ -55,6 +55,9 @@ class Estimate(Brief):
         Largest end moment that the file gives, N m per metre of width; nan where it gives none.
     stress : float
         Bending stress of one beam under it at rest, Pa.
+    resonant_stress : float
+        The same at resonance without friction, with the damping of the material alone, Pa: friction
+        leaves less. Infinite where the material does not damp.
     deflection : float
         At the middle of the joint under it at rest, without friction, m.
     pressure : float
@@ -72,6 +75,7 @@ class Estimate(Brief):
     stuck_frequency: float
     moment: float
     stress: float
+    resonant_stress: float
     deflection: float
     pressure: float
     clamp_pairs: float
@@ -104,7 +108,8 @@ def estimate(joint: LapJoint) -> Estimate:
         ends=(joint.support.left, joint.support.right),
         weak_spring=joint.weak_spring,
     )
-    moment = largest_moment(joint)
+    moment, omega = largest_moment(joint), 2 * math.pi * beams.sliding_frequency
+    ratio = 0.5 * (joint.damping.alpha / omega + joint.damping.beta * omega)
     pressure = mean_pressure(joint)
     slip = slip_length(joint, moment)
     dofs = degrees_of_freedom(joint)
@@ -114,6 +119,9 @@ def estimate(joint: LapJoint) -> Estimate:
         stuck_frequency=beams.stuck_frequency,
         moment=moment,
         stress=surface_stress(joint, moment),
+        resonant_stress=surface_stress(joint, moment) * beams.modal_share / (2 * ratio)
+        if ratio
+        else math.inf * moment,
         deflection=beams.deflection * moment,
         pressure=pressure,
         clamp_pairs=across,

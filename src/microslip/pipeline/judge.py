@@ -125,7 +125,7 @@ def stress_of(motion: Motion, sections: Sections, share: float) -> float:
     """
     q, h = motion.amplitude, sections.thickness
     moment = q * sections.moment + motion.moment * (1 - sections.moment * share)
-    return float((np.abs(q * sections.force) / h + 6 * np.abs(moment) / h**2).max())
+    return float((np.abs(q * sections.force) / h + 6 * np.abs(moment) / h**2).max(initial=0.0))
 
 
 def _worst(
