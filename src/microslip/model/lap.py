@@ -22,6 +22,7 @@ from microslip.model.elasticity import (
 )
 from microslip.model.interface import matching_interface
 from microslip.model.lap_mesh import LapGeometry, MeshControl, lap_joint_meshes
+from microslip.model.points import with_outputs
 from microslip.model.structure import Structure, constrain
 from microslip.typing import Array
 
@@ -45,13 +46,17 @@ def mesh_control(joint: LapJoint) -> MeshControl:
 
 
 def structure_of(joint: LapJoint) -> Structure:
-    """Matrices, interface and unit loads of a described joint, as `lap_joint_structure` says."""
-    return lap_joint_structure(
+    """Matrices, interface and unit loads of a described joint, as `lap_joint_structure` says.
+
+    Every output of the description is a load beside them, see `microslip.model.points`.
+    """
+    structure = lap_joint_structure(
         geometry(joint),
         material(joint),
         mesh_control(joint),
         horizontal_spring=joint.support.horizontal_spring,
     )
+    return with_outputs(structure, joint.outputs, joint.clamp.half_length)
 
 
 def lap_joint_structure(
