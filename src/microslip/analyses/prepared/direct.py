@@ -1,0 +1,64 @@
+"""What a load moves besides the joint's own mode: all other modes of the sliding state.
+
+In the sliding state, where the pairs that touch at prestress are bonded in the normal direction and free
+to slide, the motion under a harmonic load is a sum over its modes. The one that reduced models keep
+is theirs; the others, and the flexibility of everything truncated, follow the load at once:
+
+    h(omega) = sum_{n != own} phi_n^T y phi_n^T p / (omega_n² - omega² + i omega c_n) + residual.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from microslip.analyses.prepared.joint import PreparedJoint
+from microslip.model.joint import bonded_modes
+from microslip.typing import Array, Complex
+
+RIGID = 1e-12
+"""Square of a frequency over that of the joint's mode below which a mode has no stiffness at all:
+loads on it are in equilibrium, and only rounding moves it."""
+
+
+def direct_motion(joint: PreparedJoint, port: str, omega: Array) -> Complex:
+    """Outputs of all ports per unit load on one, without the part of the joint's mode.
+
+    Parameters
+    ----------
+    joint : PreparedJoint
+        With a mode.
+    port : str
+        Loaded port.
+    omega : (n,) array
+        Circular frequencies, rad/s; 0 for a static load.
+
+    Returns
+    -------
+    (n, p) complex array
+        First harmonics against the sine of the load.
+
+    Examples
+    --------
+    The inertia load of the mode moves nothing else, up to what the reduction leaves out:
+
+    >>> import microslip
+    >>> joint = microslip.prepare(microslip.reference_joint(pairs=21))
+    >>> lift = joint.model.port("lift")
+    >>> own = joint.mode.load_on_sliding["lift"] / joint.mode.sliding_omega**2
+    >>> bool(abs(direct_motion(joint, "sliding", np.zeros(1))[0, lift]) < 1e-6 * abs(own))
+    True
+    """
+    model, mode = joint.model, joint.principal()
+    bonded = joint.prestress.bonded(1)
+    omegas, shapes = bonded_modes(model, bonded)
+    psi, V = model.mode_v[bonded], model.port_v[bonded]
+    held = np.linalg.solve(model.residual[np.ix_(bonded, bonded)], V)
+    y = shapes.T @ (model.port_modes - psi.T @ held)
+    residual = (model.port_port - V.T @ held)[:, model.port(port)]
+    own = int(np.argmax(np.abs(shapes.T @ model.port_modes[:, model.port(mode.port)])))
+    others = (omegas**2 > RIGID * mode.sliding_omega**2) & (np.arange(len(omegas)) != own)
+    alpha, beta = model.rayleigh
+    w, wn = np.asarray(omega, dtype=float)[:, None], omegas[others]
+    give = 1 / (wn**2 - w**2 + 1j * w * (alpha + beta * wn**2))
+    push = y[others, model.port(port)]
+    return np.asarray((give * push) @ y[others] + residual / (1 + 1j * w * beta), dtype=complex)
