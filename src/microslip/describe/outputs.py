@@ -35,6 +35,8 @@ class Quantity:
         SI.
     shown : str
         What tables and figures show it in.
+    key : str
+        The same in names of the summary.
     factor : float
         From SI to that.
     """
@@ -43,22 +45,23 @@ class Quantity:
     order: int
     unit: str
     shown: str
+    key: str
     factor: float = 1e3
 
 
 QUANTITIES: dict[str, Quantity] = {
-    "deflection": Quantity("vertical", 0, "m", "mm"),
-    "velocity": Quantity("vertical", 1, "m/s", "mm/s"),
-    "acceleration": Quantity("vertical", 2, "m/s^2", "m/s²", 1.0),
-    "axial displacement": Quantity("axial", 0, "m", "mm"),
-    "axial velocity": Quantity("axial", 1, "m/s", "mm/s"),
-    "axial acceleration": Quantity("axial", 2, "m/s^2", "m/s²", 1.0),
-    "rotation": Quantity("rotation", 0, "rad", "mrad"),
-    "angular velocity": Quantity("rotation", 1, "rad/s", "mrad/s"),
-    "angular acceleration": Quantity("rotation", 2, "rad/s^2", "rad/s²", 1.0),
-    "slip": Quantity("slip", 0, "m", "µm", 1e6),
-    "slip velocity": Quantity("slip", 1, "m/s", "mm/s"),
-    "gap": Quantity("gap", 0, "m", "µm", 1e6),
+    "deflection": Quantity("vertical", 0, "m", "mm", "mm"),
+    "velocity": Quantity("vertical", 1, "m/s", "mm/s", "mm_per_s"),
+    "acceleration": Quantity("vertical", 2, "m/s^2", "m/s²", "m_per_s2", 1.0),
+    "axial displacement": Quantity("axial", 0, "m", "mm", "mm"),
+    "axial velocity": Quantity("axial", 1, "m/s", "mm/s", "mm_per_s"),
+    "axial acceleration": Quantity("axial", 2, "m/s^2", "m/s²", "m_per_s2", 1.0),
+    "rotation": Quantity("rotation", 0, "rad", "mrad", "mrad"),
+    "angular velocity": Quantity("rotation", 1, "rad/s", "mrad/s", "mrad_per_s"),
+    "angular acceleration": Quantity("rotation", 2, "rad/s^2", "rad/s²", "rad_per_s2", 1.0),
+    "slip": Quantity("slip", 0, "m", "µm", "um", 1e6),
+    "slip velocity": Quantity("slip", 1, "m/s", "mm/s", "mm_per_s"),
+    "gap": Quantity("gap", 0, "m", "µm", "um", 1e6),
 }
 """Every quantity by the word that the input file has for it."""
 
@@ -138,6 +141,17 @@ class Output(Section):
     def measured(self) -> Quantity:
         """What is measured."""
         return QUANTITIES[self.quantity]
+
+    @property
+    def key(self) -> str:
+        """What it is called in the summary, with its unit.
+
+        Examples
+        --------
+        >>> Output(name="tip", quantity="slip").key
+        'tip_um'
+        """
+        return f"{self.name}_{self.measured.key}"
 
     @property
     def across(self) -> bool:

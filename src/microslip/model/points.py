@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 import skfem
@@ -145,7 +146,7 @@ def rotation_load(body: Body, x: float) -> Array:
     middle, height = 0.5 * (level[0] + level[-1]), level[-1] - level[0]
     nodes, weights = np.polynomial.legendre.leggauss(3)
     load = np.zeros(body.dofs)
-    for low, high in zip(level[:-1], level[1:], strict=True):
+    for low, high in pairwise(level):
         for s, w in zip(nodes, weights, strict=True):
             y = 0.5 * (low + high) + 0.5 * (high - low) * s
             share = -12 / height**3 * (y - middle) * 0.5 * (high - low) * w

@@ -18,7 +18,7 @@ from microslip.analyses.reduced.table import EquivalentTable
 from microslip.analyses.reduced.two_mode import TwoModeModel
 from microslip.describe.outputs import Output
 from microslip.pipeline.prepare import Assembly
-from microslip.typing import Array, Complex
+from microslip.typing import Array, Complex, Indices
 
 Model = tuple[TwoModeModel, EquivalentTable]
 """A reduced model and the table it reads."""
@@ -30,9 +30,9 @@ def columns(assembly: Assembly) -> dict[Output, int]:
 
 
 def harmonics_by_name(
-    assembly: Assembly, motion: Complex, omega: Array | float, order: int = 1
+    assembly: Assembly, motion: Complex, omega: Array | float, order: Indices | int = 1
 ) -> dict[str, Complex]:
-    """Outputs by name from harmonics of all ports, ``(..., p)``, of one order.
+    """Outputs by name from harmonics of all ports, ``(..., p)``.
 
     Parameters
     ----------
@@ -41,10 +41,10 @@ def harmonics_by_name(
         Harmonics of the outputs of all ports, ``y = Im(Y e^{i h theta})``.
     omega : (...) array
         Circular frequency of the first harmonic, rad/s.
-    order : int
+    order : (...) int array
         h; 0 is the mean, whose derivatives vanish.
     """
-    rate = 1j * order * np.asarray(omega)
+    rate = 1j * np.asarray(order) * np.asarray(omega)
     return {
         output.name: motion[..., k] * rate**output.measured.order
         for output, k in columns(assembly).items()

@@ -8,6 +8,7 @@ from microslip.pipeline.run import Run
 from microslip.registry import ANALYSES, resolved
 from microslip.results.files import plain
 from microslip.results.joint import model_summary, prestress_summary
+from microslip.results.outputs import outputs_summary
 from microslip.version import __version__
 
 
@@ -21,9 +22,9 @@ def summary(run: Run) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``title``, ``version``, ``model``, ``prestress``; the rows of every analysis under its keys,
-        empty where it was not asked for: ``backbone``, ``cycles``, ``response``, ``harmonic``,
-        ``harmonic_folds``, ``time_domain``, ``history``; ``rho_scale``, ``failures``,
+        ``title``, ``version``, ``model``, ``prestress``, ``outputs``; the rows of every analysis
+        under its keys, empty where it was not asked for: ``backbone``, ``cycles``, ``response``,
+        ``harmonic``, ``harmonic_folds``, ``time_domain``, ``history``; ``rho_scale``, ``failures``,
         ``interrupted``, ``timings_s``. Units are in the names; forces and energies are per metre of
         width. A cycle is listed only where the solver certified every step, so its
         ``unsolved_steps`` are 0; cycles that failed are among the ``failures``.
@@ -39,6 +40,7 @@ def summary(run: Run) -> dict[str, Any]:
             "version": __version__,
             "model": model_summary(run),
             "prestress": prestress_summary(run),
+            "outputs": outputs_summary(run),
             **rows,
             "rho_scale": run.rho_scale,
             "failures": [str(failure) for failure in run.failures],
