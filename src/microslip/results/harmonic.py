@@ -18,6 +18,7 @@ from microslip.pipeline.run import Run
 from microslip.results.labels import MODAL, pair_position, variable
 from microslip.results.outputs import (
     PARTS,
+    lags,
     modal_factor,
     output_coordinates,
     output_variable,
@@ -53,6 +54,7 @@ def _row(
     stability: HillExponents | None,
 ) -> dict[str, Any]:
     found = equivalent_of(point.amplitude, point.frequency, point.load, run.prepared)
+    first = {name: y[1] for name, y in outputs_of(run, point).items()}
     slowest = None if stability is None or not len(stability.exponents) else _slowest(stability)
     return {
         "rho": entry.rho,
@@ -77,7 +79,8 @@ def _row(
         "residual_max": point.residual,
         "iterations": point.iterations,
         "seconds": point.seconds,
-        "outputs": sizes(run, {n: y[1] for n, y in outputs_of(run, point).items()}),
+        "outputs": sizes(run, first),
+        "phases_deg": lags(run, first),
     }
 
 

@@ -34,6 +34,7 @@ def outputs_summary(run: Run) -> list[dict[str, Any]]:
             "key": output.key,
             "quantity": output.quantity,
             "unit": output.measured.shown,
+            "unit_in_si": 1 / output.measured.factor,
             "x_m": position(run, output),
             "beam": output.beam,
             "side": output.side,
@@ -58,6 +59,15 @@ def sizes(run: Run, values: Mapping[str, Any]) -> dict[str, float]:
     """
     return {
         output.key: float(abs(values[output.name])) * output.measured.factor
+        for output in run.joint.outputs
+        if output.name in values
+    }
+
+
+def lags(run: Run, values: Mapping[str, Any]) -> dict[str, float]:
+    """Phases of first harmonics by name, degrees against the sine of the load."""
+    return {
+        output.name: float(np.degrees(np.angle(values[output.name])))
         for output in run.joint.outputs
         if output.name in values
     }

@@ -34,6 +34,7 @@ from microslip.results.labels import (
 )
 from microslip.results.outputs import (
     PARTS,
+    lags,
     modal_variable,
     output_coordinates,
     output_variable,
@@ -56,6 +57,7 @@ def time_row(run: Run, point: TimePoint) -> dict[str, Any]:
     steady = point.steady
     cycle = steady.cycle
     found = equivalent(point.steady, point.corrected_frequency, run.prepared)
+    first = {name: y[1] for name, y in outputs_of(run, point).items()}
     return {
         "rho": point.rho,
         "moment_over_clamp_force_length": steady.load / run.assembly.moment_unit,
@@ -76,7 +78,8 @@ def time_row(run: Run, point: TimePoint) -> dict[str, Any]:
         "residual_max": float(cycle.residual.max()),
         "unsolved_steps": 0,
         "seconds": steady.seconds,
-        "outputs": sizes(run, {n: y[1] for n, y in outputs_of(run, point).items()}),
+        "outputs": sizes(run, first),
+        "phases_deg": lags(run, first),
     }
 
 

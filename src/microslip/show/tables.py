@@ -8,6 +8,9 @@ from typing import Any
 from rich.markup import escape
 from rich.table import Table
 
+MOVES = 1e-6
+"""An output smaller than this share of the modal amplitude, in SI units, is said not to move."""
+
 Summary = dict[str, Any]
 """As `microslip.results.summary.summary` gives it, or as it was stored."""
 
@@ -107,8 +110,7 @@ def backbone_table(found: Summary) -> Iterator[Table]:
     table = _table("Backbones")
     table.add_column("mode", justify="right")
     table.add_column("method", no_wrap=True)
-    heading, wanted = shown(found)
-    for name in ("from, Hz", "to, Hz", "zeta", "greatest", f"at {heading}"):
+    for name in ("from, Hz", "to, Hz", "zeta", "greatest", "at"):
         table.add_column(name, justify="right", no_wrap=True)
     rows = found["backbone"]
     for key in dict.fromkeys((row["mode"], row["method"]) for row in rows):
@@ -122,9 +124,18 @@ def backbone_table(found: Summary) -> Iterator[Table]:
             number(mine[-1]["frequency_hz"], ".2f"),
             number(mine[0]["damping_ratio"], ".2e"),
             number(best["damping_ratio"], ".2e"),
-            output(best, wanted, ".3g"),
+            _moving(found, best),
         )
     yield table
+
+
+def _moving(found: Summary, row: dict[str, Any]) -> str:
+    """The first output that moves in a mode, with its unit."""
+    for each in found.get("outputs", ()):
+        size = (row.get("outputs") or {}).get(each["key"])
+        if size is not None and size * each["unit_in_si"] > MOVES * row["modal_amplitude"]:
+            return f"{each['name']} {number(size, '.3g')} {each['unit']}"
+    return f"{number(row['modal_amplitude'], '.3g')} kg½ m½"
 
 
 def harmonic_table(found: Summary) -> Iterator[Table]:
@@ -159,14 +170,14 @@ def time_table(found: Summary) -> Iterator[Table]:
     """Steady states by time integration."""
     table = _table("Time domain")
     heading, wanted = shown(found)
-    for name in ("rho", "f, Hz", heading, "phase, rad", "dissipated, J/m", "cycles", "s"):
+    for name in ("rho", "f, Hz", heading, "phase, °", "dissipated, J/m", "cycles", "s"):
         table.add_column(name, justify="right", no_wrap=True)
     for row in found["time_domain"]:
         table.add_row(
             number(row["rho"], "g"),
             number(row["frequency_hz"], ".2f"),
             output(row, wanted),
-            number(row["phase_rad"], ".3f"),
+            number(row.get("phases_deg", {}).get(heading.split(", ")[0]), ".1f"),
             number(row["dissipated_energy_j_per_m"]),
             str(row["cycles"]) if row["converged"] else f"{row['cycles']}, not steady",
             number(row["seconds"], ".1f"),

@@ -13,10 +13,10 @@ import numpy as np
 
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.model.joint import bonded_modes
-from microslip.typing import Array, Complex
+from microslip.typing import Array, Complex, Mask
 
 RIGID = 1e-12
-"""Square of a frequency over that of the joint's mode below which a mode has no stiffness at all:
+"""Square of a frequency over that of the median mode below which a mode has no stiffness at all:
 loads on it are in equilibrium, and only rounding moves it."""
 
 
@@ -49,16 +49,46 @@ def direct_motion(joint: PreparedJoint, port: str, omega: Array) -> Complex:
     True
     """
     model, mode = joint.model, joint.principal()
-    bonded = joint.prestress.bonded(1)
-    omegas, shapes = bonded_modes(model, bonded)
+    omegas, shapes = bonded_modes(model, joint.prestress.bonded(1))
+    own = int(np.argmax(np.abs(shapes.T @ model.port_modes[:, model.port(mode.port)])))
+    others = np.arange(len(omegas)) != own
+    return _modal_sum(joint, port, np.asarray(omega, dtype=float), 1, others)
+
+
+def stuck_motion(joint: PreparedJoint, port: str) -> Array:
+    """Static outputs of all ports per unit load on one, with the touching pairs bonded in all directions.
+
+    Parameters
+    ----------
+    joint : PreparedJoint
+    port : str
+        Loaded port.
+
+    Returns
+    -------
+    (p,) array
+    """
+    every = np.ones(len(joint.model.omega), dtype=bool)
+    return _modal_sum(joint, port, np.zeros(1), joint.model.dimension, every)[0].real
+
+
+def _modal_sum(
+    joint: PreparedJoint, port: str, omega: Array, directions: int, modes: Mask
+) -> Complex:
+    """Outputs of all ports per unit load on one, with so many directions of the touching pairs bonded."""
+    model, bonded = joint.model, joint.prestress.bonded(directions)
+    compliance = joint.law.compliance if directions == model.dimension else None
+    omegas, shapes = bonded_modes(model, bonded, compliance)
+    W = model.residual[np.ix_(bonded, bonded)]
+    if compliance is not None:
+        W = W + np.diag(compliance[bonded])
     psi, V = model.mode_v[bonded], model.port_v[bonded]
-    held = np.linalg.solve(model.residual[np.ix_(bonded, bonded)], V)
+    held = np.linalg.solve(W, V)
     y = shapes.T @ (model.port_modes - psi.T @ held)
     residual = (model.port_port - V.T @ held)[:, model.port(port)]
-    own = int(np.argmax(np.abs(shapes.T @ model.port_modes[:, model.port(mode.port)])))
-    others = (omegas**2 > RIGID * mode.sliding_omega**2) & (np.arange(len(omegas)) != own)
+    kept = modes & (omegas**2 > RIGID * np.median(omegas) ** 2)
     alpha, beta = model.rayleigh
-    w, wn = np.asarray(omega, dtype=float)[:, None], omegas[others]
+    w, wn = omega[:, None], omegas[kept]
     give = 1 / (wn**2 - w**2 + 1j * w * (alpha + beta * wn**2))
-    push = y[others, model.port(port)]
-    return np.asarray((give * push) @ y[others] + residual / (1 + 1j * w * beta), dtype=complex)
+    push = y[kept, model.port(port)]
+    return np.asarray((give * push) @ y[kept] + residual / (1 + 1j * w * beta), dtype=complex)
