@@ -20,6 +20,7 @@ from microslip.describe.excitation import (
     SweptSine,
 )
 from microslip.describe.lap import LapJoint
+from microslip.describe.outputs import Output
 from microslip.describe.reading import load_joint, parse_joint
 from microslip.describe.requests import (
     CycleAnalysis,
@@ -47,7 +48,7 @@ def test_template_names_every_key():
     sections = [joint, *(getattr(joint, name) for name in type(joint).model_fields)]
     kinds = [type(section) for section in sections if isinstance(section, BaseModel)]
     kinds += [CycleAnalysis, ResponseAnalysis, HarmonicAnalysis, TimeAnalysis]
-    kinds += [Sine, SteppedSine, SweptSine, FreeDecay, MeasuredSignal]
+    kinds += [Sine, SteppedSine, SweptSine, FreeDecay, MeasuredSignal, Output]
     for kind in kinds:
         for name, info in kind.model_fields.items():
             assert (info.alias or name) in template

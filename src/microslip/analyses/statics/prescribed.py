@@ -36,7 +36,7 @@ from microslip.contact.solver import ContactSolver
 from microslip.model.flexibility import Flexibility
 from microslip.model.joint import JointModel, bonded_modes
 from microslip.numerics.fourier import harmonic, without_drift
-from microslip.typing import Array, Complex, Mask, Status
+from microslip.typing import Array, Complex, Indices, Mask, Status
 
 HOLD = 100.0
 """Stiffness that holds the mode to its course, over omega_sl²."""
@@ -204,7 +204,8 @@ def hold_port(
     inertia = w0**2 * (np.eye(len(g)) - still @ still.T)
     stiffness = np.diag(model.omega**2) - inertia + HOLD * w**2 * np.outer(g, g)
     values, vectors = np.linalg.eigh(stiffness)
-    soft = int(np.sum(values < 1e-4 * np.median(model.omega) ** 2))
+    order, soft = _unknowns_first(values, wide.mode_v @ vectors, np.median(model.omega))
+    values, vectors = values[order], vectors[:, order]
     mode_v, ports = wide.mode_v @ vectors, vectors.T @ wide.port_modes
     v, p, give = mode_v[:, soft:], ports[soft:], 1 / values[soft:]
     W = wide.residual + (v * give) @ v.T + np.diag(joint.law.compliance)
@@ -231,6 +232,18 @@ def hold_port(
         port=port,
         drive=joint.drive,
     )
+
+
+def _unknowns_first(values: Array, mode_v: Array, omega: float) -> tuple[Indices, int]:
+    """Order of the coordinates in which those that statics solves for come first, and their number.
+
+    These are the soft ones that move the bodies against each other; what moves them together is
+    held by its inertia, and contact says nothing of it.
+    """
+    soft = values < 1e-4 * omega**2
+    motion = np.abs(mode_v).max(axis=0, initial=0.0)
+    felt = soft & (motion > RELATIVE * motion[soft].max(initial=0.0))
+    return np.argsort(~felt, kind="stable"), int(felt.sum())
 
 
 def _sliding_past(model: JointModel, among: Mask) -> Array:
