@@ -26,6 +26,11 @@ def primary(run: Run) -> Output:
     return run.joint.outputs[0]
 
 
+def displacement(run: Run) -> Output | None:
+    """The first output that is no rate, which static cycles know as well; None where all are."""
+    return next((o for o in run.joint.outputs if o.measured.order == 0), None)
+
+
 def outputs_summary(run: Run) -> list[dict[str, Any]]:
     """What the outputs are, and what of each a unit of modal amplitude and of moment stands for."""
     return [
@@ -110,9 +115,9 @@ def output_variable(dims: Sequence[str], values: Any, label: str, per: str = "")
 
 
 def modal_factor(run: Run) -> dict[str, Any]:
-    """Attributes of a modal amplitude: what a unit of it is of the first output, in the mode."""
-    output = primary(run)
-    if output.measured.order:
+    """Attributes of a modal amplitude: what a unit of it is of the first displacement, in the mode."""
+    output = displacement(run)
+    if output is None:
         return {}
     size = abs(run.mode.load_on_sliding[output.port]) * output.measured.factor
     return {"per_unit": size, "per_unit_of": f"{output.measured.shown} of {output.name}"}

@@ -20,12 +20,10 @@ def number(value: float | None, form: str = ".4g") -> str:
     return "–" if value is None else format(value, form)
 
 
-def shown(found: Summary) -> tuple[str, str]:
-    """Name and unit of the output that tables show, and its key in the rows: the first of the file."""
+def shown(found: Summary) -> tuple[str, str, str]:
+    """Name, unit and key in the rows of the output that tables show: the first of the file."""
     first = next(iter(found.get("outputs", ())), None)
-    if first is None:
-        return "output", ""
-    return f"{first['name']}, {first['unit']}", first["key"]
+    return ("output", "", "") if first is None else (first["name"], first["unit"], first["key"])
 
 
 def output(row: dict[str, Any], key: str, form: str = ".4g", of: str = "outputs") -> str:
@@ -51,11 +49,9 @@ def _greatest_damping(found: Summary, drive: str, mine: list[dict[str, Any]]) ->
     """Where it is, and whether that lies inside the table."""
     best = max(mine, key=lambda row: row["gamma_eq"])
     edge = "" if best not in (mine[0], mine[-1]) else ", the end of the table: widen it"
-    name, key = shown(found)
-    label, _, unit = name.rpartition(", ")
     return (
-        f"  greatest damping   gamma_eq {number(best['gamma_eq'], '.4f')} at {label} "
-        f"{output(best, key, '.3g')} {unit}, M/(PL) = "
+        f"  greatest damping   gamma_eq {number(best['gamma_eq'], '.4f')} at "
+        f"{_moving(found, best)}, M/(PL) = "
         f"{number(best['moment_over_clamp_force_length'], '.3g')} ({drive}-driven{edge})"
     )
 
@@ -91,12 +87,12 @@ _COLUMNS: tuple[tuple[str, Callable[[dict[str, Any]], str]], ...] = (
 def response_table(found: Summary) -> Iterator[Table]:
     """Peaks of every load and variant, and where there is no answer."""
     table = _table("Forced response")
-    heading, key = shown(found)
+    label, unit, key = shown(found)
     for name, _ in _COLUMNS:
         table.add_column(
-            f"peak {heading}" if name == PEAK else name,
+            f"{label}\nat peak, {unit}" if name == PEAK else name,
             justify="left" if name in ("variant", "no answer") else "right",
-            no_wrap=True,
+            no_wrap=name != "no answer",
         )
     for row in (r | {"shown": output(r, key, of="peak_outputs")} for r in found["response"]):
         style = "yellow" if row["unconverged_points"] else None
@@ -111,7 +107,7 @@ def backbone_table(found: Summary) -> Iterator[Table]:
     table.add_column("mode", justify="right")
     table.add_column("method", no_wrap=True)
     for name in ("from, Hz", "to, Hz", "zeta", "greatest", "at"):
-        table.add_column(name, justify="right", no_wrap=True)
+        table.add_column(name, justify="right", no_wrap=name != "at")
     rows = found["backbone"]
     for key in dict.fromkeys((row["mode"], row["method"]) for row in rows):
         mine = [row for row in rows if (row["mode"], row["method"]) == key]
@@ -141,11 +137,12 @@ def _moving(found: Summary, row: dict[str, Any]) -> str:
 def harmonic_table(found: Summary) -> Iterator[Table]:
     """Per load: responses, the largest of the stable ones, folds, and what is not stable."""
     table = _table("Harmonic balance")
-    heading, wanted = shown(found)
-    for name in ("rho", "M/(PL)", "points", "peak, Hz", f"peak {heading}", "harmonics", "s"):
+    label, unit, wanted = shown(found)
+    peak = f"{label}\nat peak, {unit}"
+    for name in ("rho", "M/(PL)", "points", "peak, Hz", peak, "H", "s"):
         table.add_column(name, justify="right", no_wrap=True)
-    table.add_column("folds, Hz")
-    table.add_column("unstable", no_wrap=True)
+    table.add_column("folds, Hz", min_width=7)
+    table.add_column("not\nstable", no_wrap=True)
     rows, key = found["harmonic"], "moment_over_clamp_force_length"
     for load in dict.fromkeys(row[key] for row in rows):
         mine = [row for row in rows if row[key] == load]
@@ -169,15 +166,16 @@ def harmonic_table(found: Summary) -> Iterator[Table]:
 def time_table(found: Summary) -> Iterator[Table]:
     """Steady states by time integration."""
     table = _table("Time domain")
-    heading, wanted = shown(found)
-    for name in ("rho", "f, Hz", heading, "phase, °", "dissipated, J/m", "cycles", "s"):
+    label, unit, wanted = shown(found)
+    size, lost = f"{label},\n{unit}", "dissipated,\nJ/m"
+    for name in ("rho", "f, Hz", size, "phase, °", lost, "cycles", "s"):
         table.add_column(name, justify="right", no_wrap=True)
     for row in found["time_domain"]:
         table.add_row(
             number(row["rho"], "g"),
             number(row["frequency_hz"], ".2f"),
             output(row, wanted),
-            number(row.get("phases_deg", {}).get(heading.split(", ")[0]), ".1f"),
+            number(row.get("phases_deg", {}).get(label), ".1f"),
             number(row["dissipated_energy_j_per_m"]),
             str(row["cycles"]) if row["converged"] else f"{row['cycles']}, not steady",
             number(row["seconds"], ".1f"),
@@ -190,8 +188,8 @@ def history_table(found: Summary) -> Iterator[Table]:
     """Histories: largest value of the first output, and what friction took."""
     table = _table("Histories")
     table.add_column("name", no_wrap=True)
-    heading, wanted = shown(found)
-    for name in ("until, s", f"largest {heading}", "dissipated, J/m", "s"):
+    label, unit, wanted = shown(found)
+    for name in ("until, s", f"largest\n{label}, {unit}", "dissipated, J/m", "s"):
         table.add_column(name, justify="right", no_wrap=True)
     for row in found["history"]:
         table.add_row(

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from microslip.analyses.time.readings import equivalent
 from microslip.pipeline.run import Run
 from microslip.results.cycle import table_of
-from microslip.results.outputs import modal_factor, primary
+from microslip.results.outputs import displacement, modal_factor
 from microslip.show.plots.shown import label
 from microslip.show.plots.style import BLACK, COLUMN, DRIVES, MM, house_style, new_figure
 
@@ -66,16 +66,17 @@ def draw_equivalent(ax: Axes, run: Run, name: str) -> None:
 
 
 def per_modal(run: Run) -> float:
-    """First output per unit of the modal amplitude in the sliding mode; 1 where that has none."""
+    """First displacement per unit of the modal amplitude in the sliding mode; 1 where that has none."""
     size: float = modal_factor(run).get("per_unit", 0.0)
     return size or 1.0
 
 
 def amplitude_label(run: Run) -> str:
     """What the axis of `per_modal` is called."""
-    if per_modal(run) == 1.0:
+    output = displacement(run)
+    if output is None or per_modal(run) == 1.0:
         return AMPLITUDE
-    return f"{label(primary(run))[:-1]}, in the sliding mode)"
+    return f"{label(output)[:-1]}, in the sliding mode)"
 
 
 def modal_axis(ax: Axes, run: Run) -> None:

@@ -36,17 +36,19 @@ def harmonic_figure(run: Run) -> Figure | None:
         return None
     figure = new_figure(COLUMN, 130 * MM)
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[3, 2])
+    per_moment = any(entry.rho == 0 for entry in run.harmonic)
     for i, entry in enumerate(run.harmonic):
         style = SERIES[i % len(SERIES)]
         for (frequency, _), outputs in zip(entry.curves, branch_outputs(run, entry), strict=True):
             line = {"color": style["color"], "lw": 0.7, "ls": LINES[i % len(LINES)]}
             y = in_units(run, outputs)
-            top.plot(frequency, np.abs(y), **line)
+            unit = entry.load if per_moment else 1.0
+            top.plot(frequency, np.abs(y) / unit, **line)
             bottom.plot(frequency, lag(np.angle(y), below_resonance(run)), **line)
-        draw_points(top, run, entry, style, size)
+        draw_points(top, run, entry, style, size_over(unit))
         draw_points(bottom, run, entry, style, phase(run))
     amplitude_axis(top)
-    top.set_ylabel(label(primary(run)))
+    top.set_ylabel(label(primary(run), "N m/m" if per_moment else ""))
     phase_axis(bottom, run)
     bottom.set_xlabel("frequency (Hz)")
     loads = [
@@ -84,9 +86,9 @@ def draw_points(
             )
 
 
-def size(y: complex) -> float:
-    """Amplitude of a first harmonic."""
-    return abs(y)
+def size_over(unit: float) -> Callable[[complex], float]:
+    """Amplitude of a first harmonic over a unit."""
+    return lambda y: abs(y) / unit
 
 
 def phase(run: Run) -> Callable[[complex], float]:

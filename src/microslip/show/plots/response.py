@@ -82,7 +82,8 @@ def draw_response(ax: Axes, run: Run, variant: str) -> None:
     the other between two frequencies, a dotted line joins them.
     """
     for i, response in enumerate(r for r in run.responses if r.variant == variant):
-        size = np.abs(in_units(run, response.outputs))
+        unit = response.load if per_moment(run) else 1.0
+        size = np.abs(in_units(run, response.outputs)) / unit
         good = response.flag == CONVERGED
         line = np.where(good, size, np.nan)
         style = SERIES[i % len(SERIES)]
@@ -106,14 +107,20 @@ def draw_response(ax: Axes, run: Run, variant: str) -> None:
                 mew=0.7,
                 transform=ax.get_xaxis_transform(),
             )
-        _draw_points(ax, run, response.load, style, harmonic.size)
+        _draw_points(ax, run, response.load, style, harmonic.size_over(unit))
         for entry in _runs(run, response.load):
-            harmonic.draw_points(ax, run, entry, style, harmonic.size)
+            harmonic.draw_points(ax, run, entry, style, harmonic.size_over(unit))
     amplitude_axis(ax)
     band = run.responses[0].frequency
     ax.set_xlim(band[0], band[-1])
     ax.set_xlabel("frequency (Hz)")
-    ax.set_ylabel(label(primary(run)))
+    ax.set_ylabel(label(primary(run), "N m/m" if per_moment(run) else ""))
+
+
+def per_moment(run: Run) -> bool:
+    """Whether amplitudes are drawn per end moment: where a load stands for the joint without
+    friction, which is linear, and whose moment means nothing."""
+    return any(response.rho == 0 for response in run.responses)
 
 
 def draw_phase(ax: Axes, run: Run, variant: str) -> None:

@@ -13,16 +13,22 @@ from microslip.describe.outputs import Output
 from microslip.pipeline.run import Run
 from microslip.results.outputs import primary
 
+MANY = 300.0
+"""Ratio of the ends of a logarithmic axis beyond which only powers of ten have numbers."""
 
-def label(output: Output) -> str:
-    """What an axis says of an output.
+
+def label(output: Output, per: str = "") -> str:
+    """What an axis says of an output, divided by something of a unit.
 
     Examples
     --------
     >>> label(Output(name="tip", quantity="rotation"))
     'tip (mrad)'
+    >>> label(Output(name="tip"), "N m/m")
+    'tip per end moment\\n(mm per N m/m)'
     """
-    return f"{output.name.replace('_', ' ')} ({output.measured.shown})"
+    name, unit = output.name.replace("_", " "), output.measured.shown
+    return f"{name} per end moment\n({unit} per {per})" if per else f"{name} ({unit})"
 
 
 def in_units(run: Run, values: Mapping[str, Any], output: Output | None = None) -> Any:
@@ -33,10 +39,11 @@ def in_units(run: Run, values: Mapping[str, Any], output: Output | None = None) 
 
 def below_resonance(run: Run) -> float:
     """Phase of the first output to the load far below the resonance, degrees: 0 or 180 and, of a
-    rate, 90 for each derivative."""
+    rate, 90 more for each derivative; from -90 to 180."""
     output, mode = primary(run), run.mode
     ahead = mode.load_on_sliding[output.port] * mode.load_on_sliding[run.prepared.drive] >= 0
-    return (0.0 if ahead else 180.0) + 90.0 * output.measured.order
+    start = (0.0 if ahead else 180.0) + 90.0 * output.measured.order
+    return start if start <= 180 else start - 360
 
 
 def lag(angle: np.ndarray | float, start: float = 0.0) -> np.ndarray:
@@ -52,10 +59,13 @@ def lag(angle: np.ndarray | float, start: float = 0.0) -> np.ndarray:
 
 
 def amplitude_axis(ax: Axes) -> None:
-    """Logarithmic scale of amplitudes, with numbers as one says them: 0.1, 0.2, 0.5, 1 ..."""
+    """Logarithmic scale of amplitudes that are drawn, with numbers as one says them: 0.1, 0.2, 0.5,
+    1 ...; powers of ten alone where there would be too many."""
     ax.set_yscale("log")
-    ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    ax.yaxis.set_major_formatter("{x:g}")
+    low, high = ax.get_ylim()
+    if high < MANY * low:
+        ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        ax.yaxis.set_major_formatter("{x:g}")
     ax.yaxis.set_minor_formatter(NullFormatter())
 
 
