@@ -92,7 +92,9 @@ def test_without_friction_it_is_the_linear_joint(joint):
     response = forced_response(linear, None, frequency, load)
     found = response_motion(response, linear, None, free)
     solved = microslip.harmonic_response(free, load, frequency, harmonics=1)
-    for k, point in enumerate(solved.points):
+    assert len(solved.points) == len(frequency)
+    for point in solved.points:
+        k = int(np.argmin(np.abs(frequency - point.frequency)))
         for name in ("output middle", "output end", "output beside", "moment"):
             port = joint.model.port(name)
             # the mode of the structure and that of its model differ by the reduction
@@ -114,7 +116,8 @@ def test_outputs_are_as_good_as_the_amplitude(sections, share):
     motion = response_motion(response, model, table, joint)
     solved = microslip.harmonic_response(joint, load, frequency, harmonics=5)
     assert len(solved.points) == len(frequency)
-    for k, point in enumerate(solved.points):
+    for point in solved.points:  # branch by branch
+        k = int(np.argmin(np.abs(frequency - point.frequency)))
         own = response.amplitude[k] / point.amplitude
         for name in ("output middle", "output end", "output beside"):
             port = joint.model.port(name)
@@ -233,5 +236,7 @@ def test_bodies_that_move_together_have_their_inertia(joint):
     motion = response_motion(response, model, table, axial)
     k = axial.model.port("output a")
     solved = microslip.harmonic_response(axial, load, frequency, harmonics=3)
-    for found, point in zip(motion, solved.points, strict=True):
+    assert len(solved.points) == len(frequency)
+    for point in solved.points:
+        found = motion[int(np.argmin(np.abs(frequency - point.frequency)))]
         assert found[k] == pytest.approx(point.output[1, k], rel=0.02)
