@@ -174,6 +174,8 @@ ANALYSES: dict[str, Analysis] = {
                 "hysteresis": "microslip.show.plots.hysteresis:hysteresis_figure",
                 "equivalent": "microslip.show.plots.equivalent:equivalent_figure",
                 "dissipation": "microslip.show.plots.dissipation:dissipation_figure",
+                "moment_rotation": "microslip.show.plots.loops:moment_rotation_figure",
+                "energy": "microslip.show.plots.energy:energy_figure",
             },
         ),
         Analysis(

@@ -35,7 +35,7 @@ def test_every_key_says_what_it_means_and_where_it_matters(section, key):
 @pytest.mark.parametrize(("section", "key"), EVERY, ids=IDS)
 def test_a_default_is_what_reading_a_file_gives(section, key):
     """The default, written out, changes nothing."""
-    if key.default in ("", "–") or section.signal:
+    if key.default in ("", "–") or section.listed:
         return
     document = example_document()
     document["load"] = {"rho": [2.4]}

@@ -115,7 +115,7 @@ def test_summary_without_analyses(run: Run) -> None:
     found = summary(bare)
     assert found["cycles"] == []
     assert found["response"] == []
-    assert set(dataset(bare).children) == {"model", "prestress"}
+    assert set(dataset(bare).children) == {"model", "prestress", "outputs"}
 
 
 def test_response_over_frictionless_does_not_depend_on_the_load(found: dict) -> None:
@@ -270,7 +270,7 @@ def test_response_as_complex_number(tree: xr.DataTree, run: Run) -> None:
 def test_file_opens_group_by_group(run: Run, tree: xr.DataTree, tmp_path: Path) -> None:
     path = write_dataset(tree, tmp_path / "results.nc")
     with xr.open_dataset(path, engine="h5netcdf", group="cycles_mode") as cycles:
-        assert dict(cycles.sizes) == {"cycle": 3, "step": STEPS + 1, "pair": 51}
+        assert dict(cycles.sizes) == {"cycle": 3, "step": STEPS + 1, "pair": 51, "output": 3}
         for name in FIELDS:
             assert cycles[name].dtype == np.float32
             original = tree["cycles_mode"][name].values
@@ -283,6 +283,7 @@ def test_file_opens_group_by_group(run: Run, tree: xr.DataTree, tmp_path: Path) 
         assert set(whole.children) == {
             "model",
             "prestress",
+            "outputs",
             "cycles_moment",
             "cycles_mode",
             "tables",

@@ -22,6 +22,7 @@ from microslip.analyses.harmonic.response import Adaptive, HarmonicResponse, fre
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.prepared.joint_modes import joint_modes, pick_mode
 from microslip.analyses.prepared.prestress import opening_load as limit_load
+from microslip.analyses.reduced.outputs import response_motion
 from microslip.analyses.reduced.refined import load_offset, refined_table
 from microslip.analyses.reduced.response import Response, forced_response
 from microslip.analyses.reduced.trust import error_indicator
@@ -201,7 +202,7 @@ def reduced_response(
     """Forced response of the refined reduced model, with its error indicator at every point.
 
     The table of the modal contact force is computed first, up to 0.85 of the amplitude that opens the
-    joint; most of the time goes there.
+    joint; most of the time goes there. Its ``outputs`` are those of all ports, by their names.
 
     Parameters
     ----------
@@ -236,7 +237,12 @@ def reduced_response(
     response = forced_response(
         model, table, np.asarray(frequencies, dtype=float), load, variant="refined"
     )
-    return replace(response, error_indicator=error_indicator(response, model, table))
+    motion = response_motion(response, model, table, joint)
+    return replace(
+        response,
+        error_indicator=error_indicator(response, model, table),
+        outputs=dict(zip(joint.model.ports, motion.T, strict=True)),
+    )
 
 
 def backbone(

@@ -70,17 +70,20 @@ class SectionKeys:
     keys : tuple of Key
     signal : str
         Of a history: the kind of signal; else empty.
+    listed : bool
+        Whether there may be any number of them.
     """
 
     path: str
     meaning: str
     keys: tuple[Key, ...]
     signal: str = ""
+    listed: bool = False
 
     @property
     def heading(self) -> str:
         """As it is written in the file."""
-        if self.signal:
+        if self.listed:
             return f"[[{self.path}]]"
         return f"[{self.path}]" if self.path else ""
 
@@ -116,11 +119,13 @@ def sections(model: type[BaseModel] = LapJoint, path: str = "") -> Iterator[Sect
         inner = section_of(info)
         place = f"{path}.{name}" if path else name
         if inner is not None:
-            yield from sections(inner, place)
+            listed = get_origin(info.annotation) is tuple
+            for found in sections(inner, place):
+                yield replace(found, listed=found.listed or listed)
         elif name == "history":
             for signal, kind in SIGNALS.items():
                 for found in sections(kind, place):
-                    yield replace(found, signal=signal)
+                    yield replace(found, signal=signal, listed=True)
 
 
 def written_name(name: str, info: FieldInfo) -> str:

@@ -17,6 +17,7 @@ from pydantic import Field, model_validator
 from microslip.describe import units
 from microslip.describe.amplitude import Load
 from microslip.describe.excitation import Excitation, LoadedExcitation
+from microslip.describe.outputs import USUAL, Output, Outputs, check_outputs
 from microslip.describe.parts import (
     Beams,
     Clamp,
@@ -71,6 +72,21 @@ class LapJoint(Section):
     mesh: MeshInput = Field(default_factory=MeshInput)
     load: Load | None = None
     analysis: Requests = Field(default_factory=cycles_and_response)
+    output: Outputs = Field(default=())
+    """Points whose motion is reported, [[output]]; left out, the deflection of the middle, the
+    rotation of the right end, and the slip at the edge of the clamp. Tables and figures show the
+    first."""
+
+    @property
+    def outputs(self) -> tuple[Output, ...]:
+        """Points whose motion is reported; the first is the one that tables and figures show."""
+        return self.output or USUAL
+
+    @property
+    def extents(self) -> dict[str, tuple[float, float]]:
+        """Where each beam begins and ends, m from the middle of the overlap."""
+        half, (lower, upper) = self.beams.overlap_half_length, self.beams.lengths
+        return {"lower": (half - lower, half), "upper": (-half, upper - half)}
 
     @property
     def clamp_force_length(self) -> float:
@@ -189,6 +205,7 @@ class LapJoint(Section):
         _harmonic_has_its_inputs(self)
         _histories_have_their_inputs(self)
         _positions_are_on_the_overlap(self)
+        check_outputs(self.output, self.extents, self.clamp.edge)
         _joint_stays_closed(self)
         return self
 

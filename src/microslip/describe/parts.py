@@ -196,6 +196,11 @@ class Clamp(Section):
         return self.centre + self.pressure.integral(1) / self.pressure.integral()
 
     @property
+    def edge(self) -> float:
+        """Where its right end is, m from the middle of the overlap."""
+        return self.centre + self.half_length
+
+    @property
     def symmetric(self) -> bool:
         """Whether it looks the same from both ends."""
         if isinstance(self.pressure, str):

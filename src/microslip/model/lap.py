@@ -19,6 +19,7 @@ from microslip.model.elasticity import Body, Material, elastic_body, traction_st
 from microslip.model.end_loads import CLAMPED, FREE, PINNED, EndLoad, FarEnd, end_load
 from microslip.model.interface import matching_interface
 from microslip.model.lap_mesh import LapGeometry, MeshControl, lap_joint_meshes
+from microslip.model.points import with_outputs
 from microslip.model.pressing import Pressing, parabolic, pressed_load, tabulated, uniform
 from microslip.model.structure import Structure, constrain
 from microslip.typing import Array, Indices
@@ -64,8 +65,11 @@ def mesh_control(joint: LapJoint) -> MeshControl:
 
 
 def structure_of(joint: LapJoint) -> Structure:
-    """Matrices, interface and unit loads of a described joint, as `lap_joint_structure` says."""
-    return lap_joint_structure(
+    """Matrices, interface and unit loads of a described joint, as `lap_joint_structure` says.
+
+    Every output of the description is a load beside them, see `microslip.model.points`.
+    """
+    structure = lap_joint_structure(
         geometry(joint),
         materials(joint),
         mesh_control(joint),
@@ -74,6 +78,7 @@ def structure_of(joint: LapJoint) -> Structure:
         ends=(joint.support.left, joint.support.right),
         weak_spring=joint.weak_spring,
     )
+    return with_outputs(structure, joint.outputs, joint.clamp.edge)
 
 
 def lap_joint_structure(

@@ -33,6 +33,21 @@ def harmonic(y: Array, theta: Array, order: int = 1) -> Complex:
     return np.tensordot(weight, y[:-1], axes=(0, 0))
 
 
+def without_drift(y: Array, theta: Array) -> Array:
+    """Samples over one period less the straight line that they end off by.
+
+    A joint may walk: every cycle leaves it a little farther, with the same vibration about that.
+
+    Examples
+    --------
+    >>> theta = np.linspace(0, 2 * np.pi, 9)
+    >>> np.abs(without_drift(np.sin(theta) + 0.1 * theta, theta) - np.sin(theta)).max() < 1e-15
+    np.True_
+    """
+    share = (theta - theta[0]) / (theta[-1] - theta[0])
+    return np.asarray(y - np.multiply.outer(share, y[-1] - y[0]))
+
+
 EVEN, ODD = slice(0, None, 2), slice(1, None, 2)
 """Even and odd harmonics among all, from the mean on."""
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from microslip.analyses.harmonic.hill import HillExponents, hill_exponents
-from microslip.analyses.harmonic.peaks import amplitudes_along
+from microslip.analyses.harmonic.peaks import outputs_along
 from microslip.analyses.harmonic.points import HarmonicPoint
 from microslip.analyses.harmonic.problem import (
     HarmonicProblem,
@@ -44,6 +44,8 @@ class HarmonicRun(Brief):
         that it was followed with, and held by the supports where the joint walks.
     stability : tuple of (HillExponents or None)
         Of every point; None where it was not asked for or not found.
+    motions : tuple of (n, p) complex arrays
+        First harmonics of the outputs of all ports along each branch.
     """
 
     rho: float
@@ -52,6 +54,7 @@ class HarmonicRun(Brief):
     response: HarmonicResponse
     curves: tuple[tuple[Array, Complex], ...]
     stability: tuple[HillExponents | None, ...]
+    motions: tuple[Complex, ...] = ()
 
     @property
     def points(self) -> tuple[HarmonicPoint, ...]:
@@ -153,16 +156,19 @@ def follow(
             where = f"stability at {point.frequency:.6g} Hz"
             failures.append(Failure("harmonic", where, str(error)))
     meter.close()
+    motions = tuple(outputs_along(problem, load.moment, way) for way in response.branches)
+    coordinate = problem.model.port(problem.coordinate)
     return HarmonicRun(
         rho=load.rho,
         friction=friction,
         load=load.moment,
         response=replace(response, failures=tuple(failures)),
         curves=tuple(
-            (way.parameters, amplitudes_along(problem, load.moment, way))
-            for way in response.branches
+            (way.parameters, motion[:, coordinate])
+            for way, motion in zip(response.branches, motions, strict=True)
         ),
         stability=tuple(stability),
+        motions=motions,
     )
 
 

@@ -23,6 +23,7 @@ from microslip.pipeline.loads import (
     scale_of_file,
 )
 from microslip.pipeline.outcome import Outcome, until_interrupted, value_of
+from microslip.pipeline.outputs import with_outputs
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.progress import Progress
 from microslip.pipeline.reduced import tables_of
@@ -85,6 +86,7 @@ def run_responses(
             for load in loads:
                 for variant in models:
                     curve = _respond(assembly, models, variant, load, frequency)
+                    curve = with_outputs(assembly, models, curve)
                     found = replace(found, curves=(*found.curves, curve))
                     failures += _unanswered(curve)
                     progress.advance()

@@ -30,10 +30,30 @@ from microslip.pipeline.prepare import Assembly, assemble
 from microslip.pipeline.progress import NullProgress, Progress
 from microslip.pipeline.reduced import tables_of
 from microslip.pipeline.response import known_scale
+from microslip.pipeline.selection import Selection
 from microslip.registry import Analysis, column, resolved
 
 MOST_FAILURES = 3
 """So many are shown where a run is printed."""
+
+LOAD_KEYS: dict[str, Callable[[Any], Any]] = {
+    "moment": lambda entry: entry.load,
+    "rho": lambda entry: entry.rho,
+}
+RESPONSE_KEYS: dict[str, Callable[[Any], Any]] = {
+    "variant": lambda response: response.variant,
+    **LOAD_KEYS,
+}
+BACKBONE_KEYS: dict[str, Callable[[Any], Any]] = {
+    "mode": lambda backbone: backbone.mode.number,
+    "method": lambda backbone: backbone.method,
+}
+POINT_KEYS: dict[str, Callable[[Any], Any]] = {
+    "moment": lambda point: point.steady.load,
+    "frequency": lambda point: point.steady.frequency,
+    "rho": lambda point: point.rho,
+}
+"""What results are selected by, and where it stands."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -119,10 +139,13 @@ class Run:
         return np.nan if refined is None else refined.offset
 
     @property
-    def responses(self) -> tuple[Response, ...]:
-        """Forced responses, load by load."""
+    def responses(self) -> Selection[Response]:
+        """Forced responses, load by load; `sel` takes variant, moment and rho."""
         found = self.value("response")
-        return () if found is None else found.curves
+        return Selection(() if found is None else found.curves, RESPONSE_KEYS)
+
+    response = responses
+    """The same, to be read as ``run.response.sel(variant="refined", moment=50)``."""
 
     @property
     def frictionless(self) -> Response | None:
@@ -136,24 +159,24 @@ class Run:
         return known_scale(self.assembly, self.outcomes)
 
     @property
-    def backbones(self) -> tuple[Backbone, ...]:
-        """By mode, then method, as asked for."""
-        return self.value("backbone") or ()
+    def backbones(self) -> Selection[Backbone]:
+        """By mode, then method, as asked for; `sel` takes both."""
+        return Selection(self.value("backbone") or (), BACKBONE_KEYS)
 
     @property
-    def harmonic(self) -> tuple[HarmonicRun, ...]:
-        """Responses by harmonic balance, one entry per load."""
-        return self.value("harmonic") or ()
+    def harmonic(self) -> Selection[HarmonicRun]:
+        """Responses by harmonic balance, one entry per load; `sel` takes moment and rho."""
+        return Selection(self.value("harmonic") or (), LOAD_KEYS)
 
     @property
-    def time_domain(self) -> tuple[TimePoint, ...]:
-        """Steady states by time integration, by load and frequency."""
-        return self.value("time") or ()
+    def time_domain(self) -> Selection[TimePoint]:
+        """Steady states by time integration; `sel` takes moment, frequency and rho."""
+        return Selection(self.value("time") or (), POINT_KEYS)
 
     @property
-    def histories(self) -> tuple[History, ...]:
-        """In the order of the file."""
-        return self.value("history") or ()
+    def histories(self) -> Selection[History]:
+        """In the order of the file; `sel` takes name."""
+        return Selection(self.value("history") or (), {"name": lambda h: h.name})
 
     def __repr__(self) -> str:
         facts = (f"  {name}: {fact}" for name, fact in _facts(self).items())

@@ -7,9 +7,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from microslip.analyses.backbone.points import Backbone, material_damping
+from microslip.analyses.backbone.points import Backbone, BackbonePoint, material_damping
+from microslip.pipeline.outputs import harmonics_by_name
 from microslip.pipeline.run import Run
 from microslip.results.labels import MODAL, variable
+from microslip.results.outputs import PARTS, output_coordinates, output_variable, sizes, stacked
+from microslip.typing import Complex
 
 
 def backbone_rows(run: Run) -> list[dict[str, Any]]:
@@ -34,9 +37,17 @@ def _rows(run: Run, backbone: Backbone) -> list[dict[str, Any]]:
             "sliding_frequency_hz": mode.sliding_frequency,
             "stuck_frequency_hz": mode.stuck_frequency,
             "interface_matters": backbone.interface_matters,
+            "outputs": sizes(run, outputs_of(run, point)),
         }
         for point in backbone.points
     ]
+
+
+def outputs_of(run: Run, point: BackbonePoint) -> dict[str, Any]:
+    """First harmonics of the outputs at a point of a backbone, phase against the mode."""
+    if not len(point.motion):
+        return {}
+    return harmonics_by_name(run.assembly, point.motion, point.omega)
 
 
 def backbone_datasets(run: Run) -> dict[str, xr.Dataset]:
@@ -80,8 +91,25 @@ def _dataset(run: Run) -> xr.Dataset:
             "amplitude at which the inertia of the mode opens the joint",
         ),
     }
-    coords = {
+    if all(len(p.motion) for b in curves for p in b.points):
+        data["output_amplitude"] = output_variable(
+            (*grid, "output"),
+            _outputs(run, count),
+            "first harmonic of the output, phase against the mode",
+        )
+    coords = output_coordinates(run) | {
+        "part": PARTS,
         "mode": variable(each, [b.mode.number for b in curves], "1", "mode of the joint"),
         "method": variable(each, [b.method for b in curves], "1", "method"),
     }
     return xr.Dataset(data, coords)
+
+
+def _outputs(run: Run, count: int) -> Complex:
+    """Outputs of all curves, (curves, points, outputs); nan beyond the points of a curve."""
+    values = np.full((len(run.backbones), count, len(run.joint.outputs)), np.nan + 0j)
+    for row, backbone in zip(values, run.backbones, strict=True):
+        for k, point in enumerate(backbone.points):
+            found = {name: np.asarray(y) for name, y in outputs_of(run, point).items()}
+            row[k] = stacked(run, found, 0)
+    return values

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from microslip.analyses.reduced.table import EquivalentTable, equivalent_table, modal_quantities
+from microslip.analyses.statics.cycle import Cycle
 from microslip.contact.fields import contact_extent, contact_fields
 from microslip.contact.pairs import touches
+from microslip.numerics.fourier import without_drift
+from microslip.pipeline.outputs import static_by_name
+from microslip.pipeline.prepare import DRIVE
 from microslip.pipeline.run import Run
 from microslip.results.labels import (
     LOAD_UNIT,
@@ -18,9 +22,17 @@ from microslip.results.labels import (
     MODAL_FORCE,
     SLIP,
     field_variables,
+    output_label,
     pair_position,
     state_variable,
     variable,
+)
+from microslip.results.outputs import (
+    modal_variable,
+    output_coordinates,
+    output_variable,
+    sizes,
+    stacked,
 )
 from microslip.typing import Array, Mask
 
@@ -70,7 +82,14 @@ def rows_of_drive(run: Run, drive: str) -> Iterator[dict[str, Any]]:
             "cycles_computed": cycle.cycles,
             "closure": cycle.closure,
             "closed": wanted is not None and cycle.closure <= wanted.closure,
+            "outputs": half_ranges(run, cycle),
         }
+
+
+def half_ranges(run: Run, cycle: Cycle) -> dict[str, float]:
+    """Half the way of every output over a cycle, a walk left out."""
+    moved = static_by_name(run.assembly, without_drift(cycle.output, cycle.theta))
+    return sizes(run, {name: 0.5 * np.ptp(y) for name, y in moved.items()})
 
 
 def _outside(position: Array, touching: Mask, extent: tuple[float, float]) -> Mask:
@@ -114,6 +133,12 @@ def _cycles_dataset(run: Run, drive: str) -> xr.Dataset:
         "q": variable(
             trace, np.stack([q for q, _ in modal]), MODAL, "sliding coordinate from prestress"
         ),
+        "rotation": variable(
+            trace,
+            np.stack([c.output[:, model.port(DRIVE)] for c in cycles]),
+            *output_label(DRIVE),
+        ),
+        **_outputs(run, cycles),
         "f": variable(
             trace,
             np.stack([f for _, f in modal]),
@@ -150,8 +175,8 @@ def _cycles_dataset(run: Run, drive: str) -> xr.Dataset:
         "stored_energy": variable(
             each, per_cycle("stored_energy_j_per_m"), "J/m", "mean stored energy of the contact"
         ),
-        "modal_amplitude": variable(
-            each, per_cycle("modal_amplitude"), MODAL, "first harmonic of q"
+        "modal_amplitude": modal_variable(
+            run, each, per_cycle("modal_amplitude"), "first harmonic of q"
         ),
         "k_eq": variable(each, per_cycle("k_eq"), "1", "equivalent stiffness over omega_sl^2"),
         "gamma_eq": variable(
@@ -170,13 +195,29 @@ def _cycles_dataset(run: Run, drive: str) -> xr.Dataset:
             each, np.array([c.hard_steps for c in cycles]), "1", "steps that needed safeguards"
         ),
     }
-    coords = pair_position(run) | {
-        "theta": variable(("step",), cycles[0].theta, "rad", "phase of the load"),
-        "moment": variable(
-            each, np.array(run.moments[drive]), "N m/m", "end moment, or its equivalent"
-        ),
-    }
+    coords = (
+        pair_position(run)
+        | output_coordinates(run)
+        | {
+            "theta": variable(("step",), cycles[0].theta, "rad", "phase of the load"),
+            "moment": variable(
+                each, np.array(run.moments[drive]), "N m/m", "end moment, or its equivalent"
+            ),
+        }
+    )
     return xr.Dataset(data, coords, {"drive": drive})
+
+
+def _outputs(run: Run, cycles: Sequence[Cycle]) -> dict[str, xr.Variable]:
+    moved = [static_by_name(run.assembly, c.output) for c in cycles]
+    if not all(moved):
+        return {}
+    values = np.stack([stacked(run, each, -1) for each in moved])
+    return {
+        "output_value": output_variable(
+            ("cycle", "step", "output"), values, "output from prestress; nan for rates"
+        )
+    }
 
 
 def _tables_dataset(run: Run) -> xr.Dataset:

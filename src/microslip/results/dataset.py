@@ -8,6 +8,7 @@ from microslip.errors import MicroslipError
 from microslip.pipeline.run import Run
 from microslip.registry import column
 from microslip.results.joint import model_dataset, prestress_dataset
+from microslip.results.outputs import outputs_dataset
 from microslip.version import __version__
 
 
@@ -36,6 +37,7 @@ def dataset(run: Run) -> xr.DataTree:
     groups: dict[str, xr.Dataset] = {
         "model": model_dataset(run),
         "prestress": prestress_dataset(run),
+        "outputs": outputs_dataset(run),
     }
     for row, datasets in column("datasets"):
         if run.value(row.name) is None:

@@ -13,8 +13,19 @@ from microslip.analyses.harmonic.response import HarmonicPoint
 from microslip.analyses.time.readings import equivalent_of
 from microslip.contact.pairs import touches
 from microslip.pipeline.harmonic import HarmonicRun
+from microslip.pipeline.outputs import harmonics_by_name
 from microslip.pipeline.run import Run
 from microslip.results.labels import MODAL, pair_position, variable
+from microslip.results.outputs import (
+    PARTS,
+    lags,
+    modal_factor,
+    output_coordinates,
+    output_variable,
+    sizes,
+    stacked,
+)
+from microslip.typing import Complex
 
 Entry = tuple[HarmonicRun, int, HarmonicPoint, HillExponents | None]
 
@@ -43,6 +54,7 @@ def _row(
     stability: HillExponents | None,
 ) -> dict[str, Any]:
     found = equivalent_of(point.amplitude, point.frequency, point.load, run.prepared)
+    first = {name: y[1] for name, y in outputs_of(run, point).items()}
     slowest = None if stability is None or not len(stability.exponents) else _slowest(stability)
     return {
         "rho": entry.rho,
@@ -67,7 +79,16 @@ def _row(
         "residual_max": point.residual,
         "iterations": point.iterations,
         "seconds": point.seconds,
+        "outputs": sizes(run, first),
+        "phases_deg": lags(run, first),
     }
+
+
+def outputs_of(run: Run, point: HarmonicPoint) -> dict[str, Complex]:
+    """Mean and harmonics of every output of a response, by name."""
+    omega = 2 * np.pi * point.frequency
+    h = np.arange(point.harmonics + 1)
+    return harmonics_by_name(run.assembly, point.output, omega, h)
 
 
 def opens(point: HarmonicPoint) -> bool:
@@ -91,6 +112,7 @@ def fold_rows(run: Run) -> list[dict[str, Any]]:
             "phase_rad": fold.phase,
             "harmonics": fold.harmonics,
             "residual_max": fold.residual,
+            "outputs": sizes(run, {n: y[1] for n, y in outputs_of(run, fold).items()}),
         }
         for entry in run.harmonic
         for fold in entry.response.folds
@@ -140,6 +162,9 @@ def _dataset(run: Run) -> xr.Dataset:
     Q = np.full((len(points), most + 1), np.nan + 0j)
     for k, point in enumerate(points):
         Q[k, : point.harmonics + 1] = point.output[:, sliding]
+    Y = np.full((len(points), len(run.joint.outputs), most + 1), np.nan + 0j)
+    for k, point in enumerate(points):
+        Y[k, :, : point.harmonics + 1] = stacked(run, outputs_of(run, point), 0)
 
     def column(of: list[dict[str, Any]], key: str) -> Any:
         return np.array([np.nan if row[key] is None else row[key] for row in of], dtype=float)
@@ -147,7 +172,13 @@ def _dataset(run: Run) -> xr.Dataset:
     area = run.model.area
     data = {
         **{
-            name: variable(each, column(rows, key), unit, label)
+            name: variable(
+                each,
+                column(rows, key),
+                unit,
+                label,
+                **(modal_factor(run) if name == "modal_amplitude" else {}),
+            )
             for name, (key, unit, label) in _COLUMNS.items()
         },
         **{
@@ -174,6 +205,11 @@ def _dataset(run: Run) -> xr.Dataset:
             MODAL,
             "mean and harmonics of q: q = mean + sum Im(Q_h exp(i h theta)); nan beyond the last",
         ),
+        "output_harmonics": output_variable(
+            ("point", "output", "harmonic"),
+            Y,
+            "mean and harmonics of the output from prestress; nan beyond the last",
+        ),
         "dissipation": variable(
             ("point", "pair"),
             np.array([point.friction_work / area for point in points]).reshape(-1, len(area)),
@@ -186,27 +222,33 @@ def _dataset(run: Run) -> xr.Dataset:
         **_branches(run),
     }
     unit = run.assembly.moment_unit
-    coords = pair_position(run) | {
-        "frequency": variable(each, column(rows, "frequency_hz"), "Hz", "frequency of the load"),
-        "rho": variable(each, column(rows, "rho"), "1", "rho = C mu P L / M"),
-        "moment": variable(
-            each,
-            column(rows, "moment_over_clamp_force_length") * unit,
-            "N m/m",
-            "amplitude of the end moment",
-        ),
-        "harmonic": variable(("harmonic",), np.arange(most + 1), "1", "0 is the mean"),
-        "part": variable(("part",), ["real", "imaginary"], "1", "part of the complex number"),
-        "fold_frequency": variable(
-            ("fold",), column(folds, "frequency_hz"), "Hz", "frequency of the fold"
-        ),
-        "fold_moment": variable(
-            ("fold",),
-            column(folds, "moment_over_clamp_force_length") * unit,
-            "N m/m",
-            "amplitude of the end moment at the fold",
-        ),
-    }
+    coords = (
+        pair_position(run)
+        | output_coordinates(run)
+        | {
+            "frequency": variable(
+                each, column(rows, "frequency_hz"), "Hz", "frequency of the load"
+            ),
+            "rho": variable(each, column(rows, "rho"), "1", "rho = C mu P L / M"),
+            "moment": variable(
+                each,
+                column(rows, "moment_over_clamp_force_length") * unit,
+                "N m/m",
+                "amplitude of the end moment",
+            ),
+            "harmonic": variable(("harmonic",), np.arange(most + 1), "1", "0 is the mean"),
+            "part": PARTS,
+            "fold_frequency": variable(
+                ("fold",), column(folds, "frequency_hz"), "Hz", "frequency of the fold"
+            ),
+            "fold_moment": variable(
+                ("fold",),
+                column(folds, "moment_over_clamp_force_length") * unit,
+                "N m/m",
+                "amplitude of the end moment at the fold",
+            ),
+        }
+    )
     return xr.Dataset(data, coords)
 
 
@@ -238,4 +280,22 @@ def _branches(run: Run) -> dict[str, xr.Variable]:
             dims, np.abs(amplitude), MODAL, "first harmonic of q along the branch"
         ),
         "branch_phase": variable(dims, np.angle(amplitude), "rad", "phase of q along the branch"),
+        **_along_branches(run),
     }
+
+
+def branch_outputs(run: Run, entry: HarmonicRun) -> list[dict[str, Complex]]:
+    """First harmonics of every output along each branch of a load, by name."""
+    return [
+        harmonics_by_name(run.assembly, motion, 2 * np.pi * frequency)
+        for (frequency, _), motion in zip(entry.curves, entry.motions, strict=True)
+    ]
+
+
+def _along_branches(run: Run) -> dict[str, xr.Variable]:
+    if not all(entry.motions for entry in run.harmonic):
+        return {}
+    parts = [stacked(run, y, -1) for entry in run.harmonic for y in branch_outputs(run, entry)]
+    label = "first harmonic of the output along the branch"
+    dims = ("branch_point", "output")
+    return {"branch_output": output_variable(dims, np.concatenate(parts), label)}

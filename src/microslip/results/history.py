@@ -15,6 +15,8 @@ from microslip.analyses.time.decay import decay, dwell_response
 from microslip.analyses.time.history import History
 from microslip.contact.fields import contact_fields
 from microslip.describe.excitation import SteppedSine
+from microslip.describe.outputs import PREFIX
+from microslip.pipeline.outputs import samples_by_name
 from microslip.pipeline.run import Run
 from microslip.results.labels import (
     LOAD_UNIT,
@@ -28,6 +30,7 @@ from microslip.results.labels import (
     variable,
     watched_position,
 )
+from microslip.results.outputs import output_coordinates, output_variable, sizes, stacked
 from microslip.typing import Array
 
 
@@ -73,6 +76,7 @@ def history_row(run: Run, history: History) -> dict[str, Any]:
         "residual_max": history.residual,
         "unsolved_steps": 0,
         "seconds": history.seconds,
+        "peak_outputs": sizes(run, {n: _largest(y) for n, y in waveforms(run, history).items()}),
     }
     if history.kind == "free_decay":
         found = decay(history.time, q, history.cycle_steps)
@@ -82,6 +86,15 @@ def history_row(run: Run, history: History) -> dict[str, Any]:
             row[f"{name}_frequency_hz"] = found.frequency[k]
             row[f"{name}_damping_ratio"] = found.damping[k]
     return row
+
+
+def waveforms(run: Run, history: History) -> dict[str, Array]:
+    """Every output over a history, by name."""
+    return samples_by_name(run.assembly, history.output, history.dt)
+
+
+def _largest(y: Array) -> float:
+    return float(np.abs(y).max())
 
 
 def history_dataset(run: Run, history: History) -> xr.Dataset:
@@ -98,7 +111,11 @@ def history_dataset(run: Run, history: History) -> xr.Dataset:
         **{
             output_name(name): variable(trace, history.output[:, k], *output_label(name))
             for k, name in enumerate(model.ports)
+            if not name.startswith(PREFIX)
         },
+        "output_value": output_variable(
+            ("time", "output"), stacked(run, waveforms(run, history), -1), "output from prestress"
+        ),
         **local_variables(("time", "position"), history.slip, history.gap),
         "state": state_variable(field, history.status),
         **field_variables(
@@ -117,14 +134,18 @@ def history_dataset(run: Run, history: History) -> xr.Dataset:
             ("pair",), history.friction_work / model.area, "J/m^2", "friction work per area"
         ),
     }
-    coords = pair_position(run) | {
-        "time": variable(trace, history.time, "s", "time"),
-        "energy_time": variable(book, e.time, "s", "end of each cycle"),
-        "field_time": variable(
-            ("field_time",), history.dt * history.kept, "s", "when the contact was kept"
-        ),
-        "position": watched_position(run, history.watched),
-    }
+    coords = (
+        pair_position(run)
+        | output_coordinates(run)
+        | {
+            "time": variable(trace, history.time, "s", "time"),
+            "energy_time": variable(book, e.time, "s", "end of each cycle"),
+            "field_time": variable(
+                ("field_time",), history.dt * history.kept, "s", "when the contact was kept"
+            ),
+            "position": watched_position(run, history.watched),
+        }
+    )
     q = history.output[:, model.port("sliding")]
     if history.kind == "free_decay":
         data |= _decay_variables(history, q)

@@ -12,6 +12,14 @@ import xarray as xr
 from microslip.analyses.reduced.response import CONVERGED, Response
 from microslip.pipeline.run import Run
 from microslip.results.labels import MODAL, variable
+from microslip.results.outputs import (
+    PARTS,
+    modal_variable,
+    output_coordinates,
+    output_variable,
+    sizes,
+    stacked,
+)
 from microslip.typing import Array
 
 
@@ -54,7 +62,15 @@ def _row(run: Run, response: Response) -> dict[str, Any]:
         "error_indicator_at_peak": None
         if response.error_indicator is None or not any_answer
         else response.error_indicator[response.peak],
+        "peak_outputs": peak_outputs(run, response) if any_answer else {},
     }
+
+
+def peak_outputs(run: Run, response: Response) -> dict[str, float]:
+    """Outputs at the peak: of its largest point, in proportion to the peak between the points."""
+    size = abs(response.amplitude[response.peak])
+    grow = response.peak_amplitude / size if size else 1.0
+    return sizes(run, {n: grow * y[response.peak] for n, y in response.outputs.items()})
 
 
 def beside_unconverged(response: Response) -> bool:
@@ -76,9 +92,10 @@ def _dataset(run: Run) -> xr.Dataset:
         return np.stack([np.asarray(v) for v in values])
 
     data = {
-        "modal_amplitude": variable(
-            grid, stack([np.abs(r.amplitude) for r in responses]), MODAL, "amplitude of q"
+        "modal_amplitude": modal_variable(
+            run, grid, stack([np.abs(r.amplitude) for r in responses]), "amplitude of q"
         ),
+        **_outputs(run),
         "phase": variable(
             grid, stack([np.angle(r.amplitude) for r in responses]), "rad", "phase of q to the load"
         ),
@@ -111,7 +128,8 @@ def _dataset(run: Run) -> xr.Dataset:
             f"{MODAL} / (N m/m)",
             "amplitude of q per end moment without friction",
         )
-    coords = {
+    coords = output_coordinates(run) | {
+        "part": PARTS,
         "frequency": variable(("frequency",), responses[0].frequency, "Hz", "frequency"),
         "variant": variable(
             curves, [r.variant for r in responses], "1", "variant of the reduced model"
@@ -125,3 +143,20 @@ def _dataset(run: Run) -> xr.Dataset:
         ),
     }
     return xr.Dataset(data, coords, {"rho_scale": run.rho_scale})
+
+
+def _outputs(run: Run) -> dict[str, xr.Variable]:
+    """First harmonics of all outputs, absolute and per end moment."""
+    if not all(response.outputs for response in run.responses):
+        return {}
+    dims = ("curve", "output", "frequency")
+    values = np.stack([stacked(run, response.outputs, 0) for response in run.responses])
+    load = np.array([response.load for response in run.responses])[:, None, None]
+    return {
+        "output_amplitude": output_variable(
+            dims, values, "first harmonic of the output: y = Im(Y exp(i omega t)), load a sine"
+        ),
+        "output_per_moment": output_variable(
+            dims, values / load, "first harmonic of the output per end moment", "N m/m"
+        ),
+    }

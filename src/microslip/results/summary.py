@@ -9,6 +9,7 @@ from microslip.pipeline.run import Run
 from microslip.registry import ANALYSES, resolved
 from microslip.results.files import plain
 from microslip.results.joint import model_summary, prestress_summary
+from microslip.results.outputs import outputs_summary
 from microslip.version import __version__
 
 
@@ -22,11 +23,12 @@ def summary(run: Run) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``title``, ``version``, ``model``, ``prestress``; the rows of every analysis under its keys,
-        empty where it was not asked for: ``backbone``, ``cycles``, ``response``, ``harmonic``,
-        ``harmonic_folds``, ``time_domain``, ``history``; ``rho_scale``, ``stress``, ``warnings``,
-        ``failures``, ``interrupted``, ``timings_s``. Units are in the names; forces and energies are
-        per metre of width. A cycle is listed only where the solver certified every step, so its
+        ``title``, ``version``, ``model``, ``prestress``, ``outputs``; the rows of every analysis
+        under its keys, empty where it was not asked for: ``backbone``, ``cycles``, ``response``,
+        ``harmonic``, ``harmonic_folds``, ``time_domain``, ``history``; ``rho_scale``, ``stress``,
+        ``warnings``, ``failures``, ``interrupted``, ``timings_s``. Units are in the names; forces and
+        energies are per metre of width. A cycle is listed only where the solver certified every
+        step, so its
         ``unsolved_steps`` are 0; cycles that failed are among the ``failures``.
     """
     rows = {
@@ -41,6 +43,7 @@ def summary(run: Run) -> dict[str, Any]:
             "version": __version__,
             "model": model_summary(run),
             "prestress": prestress_summary(run),
+            "outputs": outputs_summary(run),
             **rows,
             "rho_scale": run.rho_scale,
             "stress": _stress(judged),

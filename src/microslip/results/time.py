@@ -16,6 +16,9 @@ from microslip.analyses.time.points import TimePoint
 from microslip.analyses.time.readings import equivalent, harmonics_of, modal_force, phases
 from microslip.analyses.time.scheme import March
 from microslip.contact.fields import contact_fields
+from microslip.describe.outputs import PREFIX
+from microslip.numerics.fourier import without_drift
+from microslip.pipeline.outputs import harmonics_by_name, samples_by_name
 from microslip.pipeline.run import Run
 from microslip.results.labels import (
     MODAL,
@@ -29,7 +32,16 @@ from microslip.results.labels import (
     variable,
     watched_position,
 )
-from microslip.typing import Array, Indices
+from microslip.results.outputs import (
+    PARTS,
+    lags,
+    modal_variable,
+    output_coordinates,
+    output_variable,
+    sizes,
+    stacked,
+)
+from microslip.typing import Array, Complex, Indices
 
 HARMONICS = 15
 """Harmonics of the waveforms that are stored."""
@@ -45,6 +57,7 @@ def time_row(run: Run, point: TimePoint) -> dict[str, Any]:
     steady = point.steady
     cycle = steady.cycle
     found = equivalent(point.steady, point.corrected_frequency, run.prepared)
+    first = {name: y[1] for name, y in outputs_of(run, point).items()}
     return {
         "rho": point.rho,
         "moment_over_clamp_force_length": steady.load / run.assembly.moment_unit,
@@ -65,7 +78,25 @@ def time_row(run: Run, point: TimePoint) -> dict[str, Any]:
         "residual_max": float(cycle.residual.max()),
         "unsolved_steps": 0,
         "seconds": steady.seconds,
+        "outputs": sizes(run, first),
+        "phases_deg": lags(run, first),
     }
+
+
+def outputs_of(run: Run, point: TimePoint) -> dict[str, Complex]:
+    """Mean and harmonics of every output of a steady state, by name; a walk is left out."""
+    theta = phases(point.steady)
+    vibration = without_drift(point.steady.cycle.output, theta)
+    omega = 2 * np.pi * point.steady.frequency
+    motion = harmonics_of(vibration, theta, HARMONICS)
+    return harmonics_by_name(run.assembly, motion, omega, np.arange(HARMONICS + 1))
+
+
+def waveforms(run: Run, point: TimePoint) -> dict[str, Array]:
+    """Every output over the last cycle of a steady state, by name."""
+    cycle = point.steady.cycle
+    dt = float(cycle.time[1] - cycle.time[0])
+    return samples_by_name(run.assembly, cycle.output, dt, periodic=True)
 
 
 def time_datasets(run: Run) -> dict[str, xr.Dataset]:
@@ -116,7 +147,18 @@ def _dataset(run: Run) -> xr.Dataset:
                 trace, np.stack([c.output[:, k] for c in cycles]), *output_label(name)
             )
             for name, k in port.items()
+            if not name.startswith(PREFIX)
         },
+        "output_value": output_variable(
+            ("point", "step", "output"),
+            np.stack([stacked(run, waveforms(run, p), -1) for p in points]),
+            "output from prestress",
+        ),
+        "output_harmonics": output_variable(
+            ("point", "output", "harmonic"),
+            np.stack([stacked(run, outputs_of(run, p), 0) for p in points]),
+            "mean and harmonics of the output",
+        ),
         **local_variables(
             local,
             np.stack([slip for _, slip, _ in motions]),
@@ -138,7 +180,9 @@ def _dataset(run: Run) -> xr.Dataset:
             "J/m^2",
             "friction work per cycle and area",
         ),
-        "modal_amplitude": scalar("modal_amplitude", MODAL, "first harmonic of q"),
+        "modal_amplitude": modal_variable(
+            run, each, [row["modal_amplitude"] for row in rows], "first harmonic of q"
+        ),
         "phase": scalar("phase_rad", "rad", "phase of q to the load"),
         "k_eq": scalar("k_eq", "1", "equivalent stiffness over omega_sl^2"),
         "gamma_eq": scalar("gamma_eq", "1", "equivalent damping over omega_sl^2"),
@@ -168,22 +212,29 @@ def _dataset(run: Run) -> xr.Dataset:
             flag_meanings="not_steady steady",
         ),
     }
-    coords = pair_position(run) | {
-        "frequency": variable(
-            each, np.array([p.steady.frequency for p in points]), "Hz", "frequency of the load"
-        ),
-        "corrected_frequency": scalar(
-            "corrected_frequency_hz", "Hz", "frequency without the period error of the steps"
-        ),
-        "rho": variable(each, np.array([p.rho for p in points]), "1", "rho = C mu P L / M"),
-        "moment": variable(
-            each, np.array([p.steady.load for p in points]), "N m/m", "amplitude of the end moment"
-        ),
-        "theta": variable(trace, theta, "rad", "phase of the load"),
-        "harmonic": variable(("harmonic",), np.arange(HARMONICS + 1), "1", "0 is the mean"),
-        "part": variable(("part",), ["real", "imaginary"], "1", "part of the complex number"),
-        "position": watched_position(run, watched),
-    }
+    coords = (
+        pair_position(run)
+        | output_coordinates(run)
+        | {
+            "frequency": variable(
+                each, np.array([p.steady.frequency for p in points]), "Hz", "frequency of the load"
+            ),
+            "corrected_frequency": scalar(
+                "corrected_frequency_hz", "Hz", "frequency without the period error of the steps"
+            ),
+            "rho": variable(each, np.array([p.rho for p in points]), "1", "rho = C mu P L / M"),
+            "moment": variable(
+                each,
+                np.array([p.steady.load for p in points]),
+                "N m/m",
+                "amplitude of the end moment",
+            ),
+            "theta": variable(trace, theta, "rad", "phase of the load"),
+            "harmonic": variable(("harmonic",), np.arange(HARMONICS + 1), "1", "0 is the mean"),
+            "part": PARTS,
+            "position": watched_position(run, watched),
+        }
+    )
     return xr.Dataset(data, coords)
 
 

@@ -8,6 +8,9 @@ from typing import Any
 from rich.markup import escape
 from rich.table import Table
 
+MOVES = 1e-6
+"""An output smaller than this share of the modal amplitude, in SI units, is said not to move."""
+
 Summary = dict[str, Any]
 """As `microslip.results.summary.summary` gives it, or as it was stored."""
 
@@ -15,6 +18,17 @@ Summary = dict[str, Any]
 def number(value: float | None, form: str = ".4g") -> str:
     """A number, or a dash where there is none."""
     return "–" if value is None else format(value, form)
+
+
+def shown(found: Summary) -> tuple[str, str, str]:
+    """Name, unit and key in the rows of the output that tables show: the first of the file."""
+    first = next(iter(found.get("outputs", ())), None)
+    return ("output", "", "") if first is None else (first["name"], first["unit"], first["key"])
+
+
+def output(row: dict[str, Any], key: str, form: str = ".4g", of: str = "outputs") -> str:
+    """Size of an output in a row; a dash where it has none."""
+    return number((row.get(of) or {}).get(key), form)
 
 
 def _table(title: str) -> Table:
@@ -25,19 +39,19 @@ def cycle_lines(found: Summary) -> Iterator[str]:
     """Greatest equivalent damping of each drive, and cycles that still changed."""
     rows = found["cycles"]
     for drive in dict.fromkeys(row["drive"] for row in rows):
-        yield _greatest_damping(drive, [row for row in rows if row["drive"] == drive])
+        yield _greatest_damping(found, drive, [row for row in rows if row["drive"] == drive])
     still = [row for row in rows if not row["closed"]]
     if still:
         yield _still_open(still, len(rows))
 
 
-def _greatest_damping(drive: str, mine: list[dict[str, Any]]) -> str:
+def _greatest_damping(found: Summary, drive: str, mine: list[dict[str, Any]]) -> str:
     """Where it is, and whether that lies inside the table."""
     best = max(mine, key=lambda row: row["gamma_eq"])
     edge = "" if best not in (mine[0], mine[-1]) else ", the end of the table: widen it"
     return (
-        f"  greatest damping   gamma_eq {number(best['gamma_eq'], '.4f')} at |q| = "
-        f"{number(best['modal_amplitude'], '.3g')} kg½ m½, M/(PL) = "
+        f"  greatest damping   gamma_eq {number(best['gamma_eq'], '.4f')} at "
+        f"{_moving(found, best)}, M/(PL) = "
         f"{number(best['moment_over_clamp_force_length'], '.3g')} ({drive}-driven{edge})"
     )
 
@@ -53,12 +67,15 @@ def _still_open(still: list[dict[str, Any]], count: int) -> str:
     )
 
 
+PEAK = "peak"
+"""Column of the output that tables show; its heading is what that is called."""
+
 _COLUMNS: tuple[tuple[str, Callable[[dict[str, Any]], str]], ...] = (
     ("rho", lambda row: number(row["rho"], "g")),
     ("variant", lambda row: row["variant"]),
     ("M, N m/m", lambda row: number(row["moment_n"])),
     ("peak, Hz", lambda row: number(row["peak_frequency_hz"], ".2f")),
-    ("peak |q|", lambda row: _bound(row) + number(row["peak_modal_amplitude"])),
+    (PEAK, lambda row: _bound(row) + row["shown"]),
     (
         "of mu = 0",
         lambda row: _bound(row) + number(row["peak_amplitude_over_frictionless"], ".3g"),
@@ -70,11 +87,14 @@ _COLUMNS: tuple[tuple[str, Callable[[dict[str, Any]], str]], ...] = (
 def response_table(found: Summary) -> Iterator[Table]:
     """Peaks of every load and variant, and where there is no answer."""
     table = _table("Forced response")
+    label, unit, key = shown(found)
     for name, _ in _COLUMNS:
         table.add_column(
-            name, justify="left" if name in ("variant", "no answer") else "right", no_wrap=True
+            f"{label}\nat peak, {unit}" if name == PEAK else name,
+            justify="left" if name in ("variant", "no answer") else "right",
+            no_wrap=name != "no answer",
         )
-    for row in found["response"]:
+    for row in (r | {"shown": output(r, key, of="peak_outputs")} for r in found["response"]):
         style = "yellow" if row["unconverged_points"] else None
         table.add_row(*(cell(row) for _, cell in _COLUMNS), style=style)
     yield table
@@ -86,8 +106,8 @@ def backbone_table(found: Summary) -> Iterator[Table]:
     table = _table("Backbones")
     table.add_column("mode", justify="right")
     table.add_column("method", no_wrap=True)
-    for name in ("from, Hz", "to, Hz", "zeta", "greatest", "at |q|"):
-        table.add_column(name, justify="right", no_wrap=True)
+    for name in ("from, Hz", "to, Hz", "zeta", "greatest", "at"):
+        table.add_column(name, justify="right", no_wrap=name != "at")
     rows = found["backbone"]
     for key in dict.fromkeys((row["mode"], row["method"]) for row in rows):
         mine = [row for row in rows if (row["mode"], row["method"]) == key]
@@ -100,18 +120,29 @@ def backbone_table(found: Summary) -> Iterator[Table]:
             number(mine[-1]["frequency_hz"], ".2f"),
             number(mine[0]["damping_ratio"], ".2e"),
             number(best["damping_ratio"], ".2e"),
-            number(best["modal_amplitude"], ".3g"),
+            _moving(found, best),
         )
     yield table
+
+
+def _moving(found: Summary, row: dict[str, Any]) -> str:
+    """The first output that moves in a mode, with its unit."""
+    for each in found.get("outputs", ()):
+        size = (row.get("outputs") or {}).get(each["key"])
+        if size is not None and size * each["unit_in_si"] > MOVES * row["modal_amplitude"]:
+            return f"{each['name']} {number(size, '.3g')} {each['unit']}"
+    return f"{number(row['modal_amplitude'], '.3g')} kg½ m½"
 
 
 def harmonic_table(found: Summary) -> Iterator[Table]:
     """Per load: responses, the largest of the stable ones, folds, and what is not stable."""
     table = _table("Harmonic balance")
-    for name in ("rho", "M/(PL)", "points", "peak, Hz", "peak |q|", "harmonics", "s"):
+    label, unit, wanted = shown(found)
+    peak = f"{label}\nat peak, {unit}"
+    for name in ("rho", "M/(PL)", "points", "peak, Hz", peak, "H", "s"):
         table.add_column(name, justify="right", no_wrap=True)
-    table.add_column("folds, Hz")
-    table.add_column("unstable", no_wrap=True)
+    table.add_column("folds, Hz", min_width=7)
+    table.add_column("not\nstable", no_wrap=True)
     rows, key = found["harmonic"], "moment_over_clamp_force_length"
     for load in dict.fromkeys(row[key] for row in rows):
         mine = [row for row in rows if row[key] == load]
@@ -123,7 +154,7 @@ def harmonic_table(found: Summary) -> Iterator[Table]:
             number(load, ".3g"),
             str(len(mine)),
             number(best["frequency_hz"], ".2f"),
-            number(best["modal_amplitude"]) + (", opens" if best["joint_opens"] else ""),
+            output(best, wanted) + (", opens" if best["joint_opens"] else ""),
             str(max(row["harmonics"] for row in mine)),
             number(sum(row["seconds"] for row in mine), ".1f"),
             ", ".join(number(fold, ".2f") for fold in folds),
@@ -135,14 +166,16 @@ def harmonic_table(found: Summary) -> Iterator[Table]:
 def time_table(found: Summary) -> Iterator[Table]:
     """Steady states by time integration."""
     table = _table("Time domain")
-    for name in ("rho", "f, Hz", "|q|", "phase, rad", "dissipated, J/m", "cycles", "s"):
+    label, unit, wanted = shown(found)
+    size, lost = f"{label},\n{unit}", "dissipated,\nJ/m"
+    for name in ("rho", "f, Hz", size, "phase, °", lost, "cycles", "s"):
         table.add_column(name, justify="right", no_wrap=True)
     for row in found["time_domain"]:
         table.add_row(
             number(row["rho"], "g"),
             number(row["frequency_hz"], ".2f"),
-            number(row["modal_amplitude"]),
-            number(row["phase_rad"], ".3f"),
+            output(row, wanted),
+            number(row.get("phases_deg", {}).get(label), ".1f"),
             number(row["dissipated_energy_j_per_m"]),
             str(row["cycles"]) if row["converged"] else f"{row['cycles']}, not steady",
             number(row["seconds"], ".1f"),
@@ -152,17 +185,17 @@ def time_table(found: Summary) -> Iterator[Table]:
 
 
 def history_table(found: Summary) -> Iterator[Table]:
-    """Histories: largest sliding coordinate, and what friction took."""
+    """Histories: largest value of the first output, and what friction took."""
     table = _table("Histories")
     table.add_column("name", no_wrap=True)
-    for name in ("until, s", "largest |q|", "at, s", "dissipated, J/m", "s"):
+    label, unit, wanted = shown(found)
+    for name in ("until, s", f"largest\n{label}, {unit}", "dissipated, J/m", "s"):
         table.add_column(name, justify="right", no_wrap=True)
     for row in found["history"]:
         table.add_row(
             escape(row["name"]) + ("" if row["complete"] else ", ended early"),
             number(row["duration_s"]),
-            number(abs(row["peak_modal_coordinate"])),
-            number(row["time_of_peak_s"], ".3g"),
+            output(row, wanted, of="peak_outputs"),
             number(row["dissipated_energy_j_per_m"]),
             number(row["seconds"], ".1f"),
             style=None if row["complete"] else "yellow",

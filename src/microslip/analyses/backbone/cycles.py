@@ -45,6 +45,7 @@ from microslip.analyses.statics.cycle import quasi_static_cycle
 from microslip.analyses.statics.prescribed import hold_port, prescribed_cycle
 from microslip.errors import ContactError, Failure
 from microslip.numerics.execute import Executor, each, threads
+from microslip.numerics.fourier import harmonic, without_drift
 from microslip.typing import Array
 
 OWN_FREQUENCY = 1e-6
@@ -118,6 +119,7 @@ def quasi_static_backbone(
         )
         reach = float(np.ptp(cycle.output[:, port]))
         omega2 = float(np.ptp(cycle.load)) / reach
+        first = harmonic(without_drift(cycle.output, cycle.theta), cycle.theta)
         friction_loss = cycle.dissipated / (2 * np.pi * omega2 * (reach / 2) ** 2)
         omega = float(np.sqrt(omega2))
         return BackbonePoint(
@@ -127,6 +129,7 @@ def quasi_static_backbone(
             dissipated=cycle.dissipated,
             residual=float(cycle.residual.max()),
             closure=cycle.closure,
+            motion=first[: len(joint.model.ports)] / first[port] * (reach / 2),
         )
 
     return _collect(joint, mode, "quasi_static", amplitudes, one, executor, advance)
@@ -194,6 +197,7 @@ def prescribed_backbone(
             dissipated=cycle.dissipated,
             residual=cycle.residual,
             closure=cycle.closure,
+            motion=cycle.output[: len(joint.model.ports)] * (abs(cycle.q) / cycle.q),
         )
 
     return _collect(joint, mode, "prescribed", amplitudes, one, executor, advance)

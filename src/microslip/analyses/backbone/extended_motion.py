@@ -309,6 +309,8 @@ def harmonic_backbone(
                     dissipated=motion.point.dissipated,
                     residual=motion.point.residual,
                     closure=0.0,
+                    motion=motion.point.output[1, : len(joint.model.ports)]
+                    * (abs(motion.amplitude) / motion.amplitude),
                 )
             )
         advance()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from microslip.analyses.prepared.prestress import opening_load
 from microslip.brief import Brief
 from microslip.errors import Failure, MicroslipError
 from microslip.model.joint import JointModel
-from microslip.typing import Array
+from microslip.typing import Array, Complex
 
 METHODS = ("quasi_static", "prescribed", "harmonic")
 
@@ -37,6 +37,9 @@ class BackbonePoint:
     closure : float
         Change of the reactions over the last cycle, over the largest prestress reaction; 0 where
         the method is periodic by construction.
+    motion : (p,) complex array
+        First harmonics of the outputs of all ports, phase against the modal coordinate; empty where they
+        were not kept.
     """
 
     amplitude: float
@@ -45,6 +48,7 @@ class BackbonePoint:
     dissipated: float
     residual: float
     closure: float
+    motion: Complex = field(default_factory=lambda: np.zeros(0, complex), compare=False, repr=False)
 
 
 @dataclass(frozen=True, repr=False)

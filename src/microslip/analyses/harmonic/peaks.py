@@ -66,16 +66,20 @@ def resonance_locus(
     return peaks, failures
 
 
-def amplitudes_along(problem: HarmonicProblem, load: float, branch: Branch) -> Complex:
-    """First harmonic of the modal coordinate at every point of a branch over frequency."""
+def outputs_along(problem: HarmonicProblem, load: float, branch: Branch) -> Complex:
+    """First harmonics of the outputs of all ports at every point of a branch over frequency, (n, p)."""
     path = FrequencyPath(problem, load)
-    return np.array([_amplitude(path, point) for point in branch.points])
+    return np.array([_first_harmonics(path, point) for point in branch.points])
 
 
 def _amplitude(path: FrequencyPath, point: BranchPoint) -> complex:
+    """Of the modal coordinate."""
+    return complex(_first_harmonics(path, point)[path.problem.model.port(path.problem.coordinate)])
+
+
+def _first_harmonics(path: FrequencyPath, point: BranchPoint) -> Complex:
     operator = linear_operator(path.problem, 2 * np.pi * point.p)
-    output = operator.outputs(*path.problem.split(point.u), path.load)
-    return complex(output[1, path.problem.model.port(path.problem.coordinate)])
+    return operator.outputs(*path.problem.split(point.u), path.load)[1]
 
 
 def _growth_of_amplitude(path: FrequencyPath, point: BranchPoint) -> float:

@@ -161,6 +161,7 @@ def refined_table(
         stored=0.5 * size**2 * kappa.real * w2,
         uncertainty=missed(np.log(size), kappa),
         upper=_upper_harmonics(held, solved, band, knots, max(steps // 2, 4 * HIGHEST), where),
+        motion=np.array([c.output / c.q for c in solved]),
     )
     return table, failures
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
@@ -42,6 +43,9 @@ class Response(Brief):
         0 converged, 1 not converged, 2 amplitude above the table.
     error_indicator : (n,) array, optional
         Estimated relative error of the amplitude, see `trust.py`.
+    outputs : mapping of str to (n,) complex array
+        First harmonic of every output by name, change from prestress, phase against the load's sine;
+        m, rad, m/s, ... (`microslip.describe.outputs`).
     """
 
     variant: str
@@ -55,6 +59,7 @@ class Response(Brief):
     contraction: Array
     flag: Indices
     error_indicator: Array | None = None
+    outputs: Mapping[str, Complex] = field(default_factory=dict)
 
     @property
     def peak(self) -> int:

@@ -18,10 +18,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from microslip.analyses.prepared.direct import direct_motion
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.statics.cycle import Cycle
 from microslip.brief import Brief
-from microslip.numerics.fourier import harmonic
+from microslip.numerics.fourier import harmonic, without_drift
 from microslip.typing import Array, Complex, Indices
 
 
@@ -83,6 +84,9 @@ class EquivalentTable(Brief):
         Of the refined model.
     uncertainty : (n,) array, optional
         Error of interpolation of ``k_eq + i gamma_eq``; of the refined model.
+    motion : (n, p) complex array, optional
+        First harmonics of the outputs of all ports over Q_1, without what the driving load moves
+        besides the mode, see `outputs.py`.
     """
 
     drive: str
@@ -97,6 +101,7 @@ class EquivalentTable(Brief):
     stored: Array
     upper: UpperHarmonics | None = None
     uncertainty: Array | None = None
+    motion: Complex | None = None
 
 
 def modal_quantities(cycle: Cycle, joint: PreparedJoint) -> tuple[Array, Array]:
@@ -125,6 +130,7 @@ def equivalent_table(cycles: Sequence[Cycle], joint: PreparedJoint, drive: str) 
     omega2 = mode.sliding_omega**2
     second2 = (mode.stuck_omega**2 - c**2 * omega2) / s**2
     stuck = joint.model.port(mode.stuck_port)
+    direct: dict[str, Complex] = {}
     rows = []
     for cycle in cycles:
         q, f = modal_quantities(cycle, joint)
@@ -137,11 +143,20 @@ def equivalent_table(cycles: Sequence[Cycle], joint: PreparedJoint, drive: str) 
         ratio = F / Q / omega2
         cross = harmonic(f_other, cycle.theta) / Q / omega2
         stored = 0.5 * abs(Q) ** 2 * ratio.real * omega2
+        if cycle.port not in direct:
+            direct[cycle.port] = direct_motion(joint, cycle.port, np.zeros(1))[0]
+        first = harmonic(without_drift(cycle.output, cycle.theta), cycle.theta)
+        motion = (first - direct[cycle.port] * cycle.amplitude) / Q
         rows.append(
-            (cycle.amplitude, abs(Q), ratio.real, ratio.imag, cross, cycle.dissipated, stored)
+            (
+                *(cycle.amplitude, abs(Q), ratio.real, ratio.imag, cross),
+                *(cycle.dissipated, stored, motion),
+            )
         )
     rows.sort(key=lambda row: row[1])
-    load, amplitude, k, g, cross, dissipated, stored = map(np.array, zip(*rows, strict=True))
+    load, amplitude, k, g, cross, dissipated, stored, motions = map(
+        np.array, zip(*rows, strict=True)
+    )
     return EquivalentTable(
         drive,
         joint.prestress.force,
@@ -153,4 +168,5 @@ def equivalent_table(cycles: Sequence[Cycle], joint: PreparedJoint, drive: str) 
         cross,
         dissipated,
         stored,
+        motion=motions,
     )

@@ -30,19 +30,22 @@ from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.prepared.joint_modes import walking_modes
 from microslip.analyses.prepared.prestress import Prestress
 from microslip.brief import Brief
-from microslip.contact.pairs import tangential
+from microslip.contact.pairs import tangential, tangential_rows
 from microslip.contact.path import FRICTION, PathRecord, follow_path
 from microslip.contact.solver import ContactSolver
 from microslip.model.flexibility import Flexibility
 from microslip.model.joint import JointModel, bonded_modes
-from microslip.numerics.fourier import harmonic
-from microslip.typing import Array, Complex, Mask, Status
+from microslip.numerics.fourier import harmonic, without_drift
+from microslip.typing import Array, Complex, Indices, Mask, Status
 
 HOLD = 100.0
 """Stiffness that holds the mode to its course, over omega_sl²."""
 
 RAMP = 10
 """Load steps from one cycle's start to another's."""
+
+RELATIVE = 1e-2
+"""Share of the largest relative motion of the bodies below which they move together."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -117,6 +120,8 @@ class PrescribedCycle(Brief):
         ``Q_1`` and the modal contact force ``F_1``.
     upper : (u, h) complex array
         Harmonics of the upper modes, column ``h - 1`` for harmonic h.
+    output : (p,) complex array
+        First harmonics of the outputs of the joint's own ports.
     dissipated : float
         Friction work, J per metre of width.
     closure : float
@@ -129,6 +134,7 @@ class PrescribedCycle(Brief):
     q: complex
     force: complex
     upper: Complex
+    output: Complex
     dissipated: float
     closure: float
     residual: float
@@ -194,10 +200,12 @@ def hold_port(
     own = int(np.argmax(np.abs(shapes.T @ g)))
     chosen = np.arange(len(omegas))[own + 1 : own + 1 + upper]
     wide = model.with_modal_ports({f"upper {i}": shapes[:, n] for i, n in enumerate(chosen)})
-    inertia = np.where(walking_modes(model) if static is None else static, 0.0, w0**2)
-    stiffness = np.diag(model.omega**2 - inertia) + HOLD * w**2 * np.outer(g, g)
+    still = _sliding_past(model, walking_modes(model) if static is None else static)
+    inertia = w0**2 * (np.eye(len(g)) - still @ still.T)
+    stiffness = np.diag(model.omega**2) - inertia + HOLD * w**2 * np.outer(g, g)
     values, vectors = np.linalg.eigh(stiffness)
-    soft = int(np.sum(values < 1e-4 * np.median(model.omega) ** 2))
+    order, soft = _unknowns_first(values, wide.mode_v @ vectors, np.median(model.omega))
+    values, vectors = values[order], vectors[:, order]
     mode_v, ports = wide.mode_v @ vectors, vectors.T @ wide.port_modes
     v, p, give = mode_v[:, soft:], ports[soft:], 1 / values[soft:]
     W = wide.residual + (v * give) @ v.T + np.diag(joint.law.compliance)
@@ -224,6 +232,34 @@ def hold_port(
         port=port,
         drive=joint.drive,
     )
+
+
+def _unknowns_first(values: Array, mode_v: Array, omega: float) -> tuple[Indices, int]:
+    """Order of the coordinates in which those that statics solves for come first, and their number.
+
+    These are the soft ones that move the bodies against each other; what moves them together is
+    held by its inertia, and contact says nothing of it.
+    """
+    soft = values < 1e-4 * omega**2
+    motion = np.abs(mode_v).max(axis=0, initial=0.0)
+    felt = soft & (motion > RELATIVE * motion[soft].max(initial=0.0))
+    return np.argsort(~felt, kind="stable"), int(felt.sum())
+
+
+def _sliding_past(model: JointModel, among: Mask) -> Array:
+    """Combinations (k, c) of modes that slide the bodies past each other: orthonormal columns.
+
+    Two rigid motions of one frequency may come in any mixture. That in which the bodies move together is
+    not among them: nothing holds it but its inertia.
+    """
+    chosen = np.flatnonzero(among)
+    _, size, directions = np.linalg.svd(
+        model.mode_v[tangential_rows()][:, chosen], full_matrices=False
+    )
+    moving = directions[size > RELATIVE * size.max(initial=1e-300)]
+    still = np.zeros((len(model.omega), len(moving)))
+    still[chosen] = moving.T
+    return still
 
 
 def modal_rest(joint: PreparedJoint) -> Array:
@@ -336,6 +372,7 @@ def prescribed_cycle(
         q=complex(harmonic(y, theta)),
         force=complex(harmonic(force, theta)),
         upper=np.array(tops).T,
+        output=harmonic(without_drift(output[:, :first], theta), theta),
         dissipated=float(record.work[1:, :, FRICTION].sum()),
         closure=change,
         residual=float(record.residual.max()),

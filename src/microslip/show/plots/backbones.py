@@ -9,8 +9,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from microslip.analyses.backbone.cycles import Backbone
+from microslip.describe.outputs import Output
 from microslip.pipeline.run import Run
+from microslip.results.backbone import outputs_of
 from microslip.show.plots.equivalent import AMPLITUDE
+from microslip.show.plots.shown import in_units, label
 from microslip.show.plots.style import (
     BLACK,
     BLUE,
@@ -23,6 +26,7 @@ from microslip.show.plots.style import (
     letters,
     new_figure,
 )
+from microslip.show.tables import MOVES
 
 MOST_MODES = 4
 """Columns of the figure; further modes are in the results only."""
@@ -66,10 +70,11 @@ def backbones_figure(run: Run) -> Figure | None:
     grid = figure.subplots(2, len(numbers), sharex="col", squeeze=False)
     for k, number in enumerate(numbers):
         mine = [b for b in solved if b.mode.number == number]
-        draw_frequency(grid[0, k], mine)
-        draw_damping(grid[1, k], mine)
+        output = moving_output(run, mine[0])
+        draw_frequency(grid[0, k], run, mine, output)
+        draw_damping(grid[1, k], run, mine, output)
         grid[0, k].set_title(f"mode {number}", loc="left")
-        grid[1, k].set_xlabel(AMPLITUDE if len(numbers) < 3 else r"$|q|$  (kg$^{1/2}$ m$^{1/2}$)")
+        grid[1, k].set_xlabel(AMPLITUDE if output is None else label(output))
     grid[0, 0].set_ylabel("natural frequency (Hz)")
     grid[1, 0].set_ylabel("damping ratio (%)")
     if len(numbers) > 1:
@@ -84,20 +89,38 @@ def backbones_figure(run: Run) -> Figure | None:
     return figure
 
 
-def draw_frequency(ax: Axes, backbones: list[Backbone]) -> None:
+def moving_output(run: Run, backbone: Backbone) -> Output | None:
+    """The first output that moves in a mode; None where none does."""
+    largest = backbone.points[-1]
+    found = outputs_of(run, largest)
+    for output in run.joint.outputs:
+        if output.name in found and abs(found[output.name]) > MOVES * largest.amplitude:
+            return output
+    return None
+
+
+def amplitude(run: Run, backbone: Backbone, output: Output | None) -> np.ndarray:
+    """Amplitude of an output along a backbone, in its unit; modal where there is none."""
+    if output is None:
+        return backbone.amplitude
+    sizes = [abs(in_units(run, outputs_of(run, point), output)) for point in backbone.points]
+    return np.array(sizes, dtype=float)
+
+
+def draw_frequency(ax: Axes, run: Run, backbones: list[Backbone], output: Output | None) -> None:
     """Natural frequency, Hz, and those of the two linear states."""
     for backbone in backbones:
-        ax.plot(backbone.amplitude, backbone.frequency, **_style(backbone))
+        ax.plot(amplitude(run, backbone, output), backbone.frequency, **_style(backbone))
     mode = backbones[0].mode
     ax.axhline(mode.stuck_frequency, color=GREY, lw=0.8, ls="-.", label="stuck joint")
     ax.axhline(mode.sliding_frequency, color=GREY, lw=0.8, ls=":", label="sliding joint")
     ax.set_xscale("log")
 
 
-def draw_damping(ax: Axes, backbones: list[Backbone]) -> None:
+def draw_damping(ax: Axes, run: Run, backbones: list[Backbone], output: Output | None) -> None:
     """Damping ratio, %, logarithmic where it spans more than a factor of `WIDE`."""
     for backbone in backbones:
-        ax.plot(backbone.amplitude, 100 * backbone.damping_ratio, **_style(backbone))
+        ax.plot(amplitude(run, backbone, output), 100 * backbone.damping_ratio, **_style(backbone))
     ax.set_xscale("log")
     values = np.concatenate([backbone.damping_ratio for backbone in backbones])
     if values.max() > WIDE * values.min() > 0:

@@ -13,6 +13,8 @@ from matplotlib.figure import Figure
 from microslip.analyses.time.readings import equivalent
 from microslip.pipeline.run import Run
 from microslip.results.cycle import table_of
+from microslip.results.outputs import displacement, modal_factor
+from microslip.show.plots.shown import label
 from microslip.show.plots.style import BLACK, COLUMN, DRIVES, MM, house_style, new_figure
 
 AMPLITUDE = r"modal amplitude $|q|$  (kg$^{1/2}$ m$^{1/2}$)"
@@ -20,15 +22,15 @@ AMPLITUDE = r"modal amplitude $|q|$  (kg$^{1/2}$ m$^{1/2}$)"
 
 @house_style
 def equivalent_figure(run: Run) -> Figure | None:
-    """Both against modal amplitude; on top the deflection of the joint's middle it stands for."""
+    """Both against the first output in the sliding mode; on top the modal amplitude."""
     if not any(run.cycles.values()):
         return None
     figure = new_figure(COLUMN, 110 * MM)
     top, bottom = figure.subplots(2, 1, sharex=True)
     draw_equivalent(top, run, "k_eq")
     draw_equivalent(bottom, run, "gamma_eq")
-    deflection_axis(top, run)
-    bottom.set_xlabel(AMPLITUDE)
+    modal_axis(top, run)
+    bottom.set_xlabel(amplitude_label(run))
     handles, labels = top.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=1)
     return figure
@@ -45,12 +47,12 @@ def draw_equivalent(ax: Axes, run: Run, name: str) -> None:
     for drive in run.cycles:
         table = table_of(run, drive)
         if table is not None:
-            ax.plot(table.amplitude, getattr(table, name), **DRIVES[drive])
+            ax.plot(per_modal(run) * table.amplitude, getattr(table, name), **DRIVES[drive])
     points = [p for p in run.time_domain if p.steady.converged and p.friction > 0]
     if points:
         found = [equivalent(p.steady, p.corrected_frequency, run.prepared) for p in points]
         ax.plot(
-            [abs(p.steady.amplitude) for p in points],
+            [per_modal(run) * abs(p.steady.amplitude) for p in points],
             [getattr(e, name) for e in found],
             "o",
             color=BLACK,
@@ -63,18 +65,32 @@ def draw_equivalent(ax: Axes, run: Run, name: str) -> None:
     ax.set_ylabel(_LABELS[name])
 
 
-def deflection_axis(ax: Axes, run: Run) -> None:
-    """Second axis on top: vertical deflection of the middle of the joint in the sliding mode."""
-    lift = abs(run.mode.load_on_sliding.get("lift", 0.0))
-    if not lift:
+def per_modal(run: Run) -> float:
+    """First displacement per unit of the modal amplitude in the sliding mode; 1 where that has none."""
+    size: float = modal_factor(run).get("per_unit", 0.0)
+    return size or 1.0
+
+
+def amplitude_label(run: Run) -> str:
+    """What the axis of `per_modal` is called."""
+    output = displacement(run)
+    if output is None or per_modal(run) == 1.0:
+        return AMPLITUDE
+    return f"{label(output)[:-1]}, in the sliding mode)"
+
+
+def modal_axis(ax: Axes, run: Run) -> None:
+    """Second axis on top: the modal amplitude."""
+    factor = per_modal(run)
+    if factor == 1.0:
         return
 
-    def deflection(q: Any) -> Any:
-        return 1e3 * lift * q
+    def amplitude(y: Any) -> Any:
+        return y / factor
 
-    def amplitude(mm: Any) -> Any:
-        return mm / (1e3 * lift)
+    def output(q: Any) -> Any:
+        return q * factor
 
-    second = ax.secondary_xaxis("top", functions=(deflection, amplitude))
+    second = ax.secondary_xaxis("top", functions=(amplitude, output))
     force = run.joint.clamp.force / 1e6
-    second.set_xlabel(rf"deflection of the middle (mm), $P$ = {force:g} MN/m")
+    second.set_xlabel(rf"{AMPLITUDE}, $P$ = {force:g} MN/m")

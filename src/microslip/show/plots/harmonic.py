@@ -12,7 +12,17 @@ from matplotlib.lines import Line2D
 
 from microslip.pipeline.harmonic import HarmonicRun
 from microslip.pipeline.run import Run
+from microslip.results.harmonic import branch_outputs, outputs_of
+from microslip.results.outputs import primary
 from microslip.show.plots.selection import scientific
+from microslip.show.plots.shown import (
+    amplitude_axis,
+    below_resonance,
+    in_units,
+    label,
+    lag,
+    phase_axis,
+)
 from microslip.show.plots.style import COLUMN, GREY, LINES, MM, SERIES, house_style, new_figure
 
 STABLE: dict[str, Any] = {"marker": "+", "ls": "none", "ms": 6, "mew": 1.0}
@@ -26,19 +36,20 @@ def harmonic_figure(run: Run) -> Figure | None:
         return None
     figure = new_figure(COLUMN, 130 * MM)
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[3, 2])
+    per_moment = any(entry.rho == 0 for entry in run.harmonic)
     for i, entry in enumerate(run.harmonic):
         style = SERIES[i % len(SERIES)]
-        for frequency, amplitude in entry.curves:
+        for (frequency, _), outputs in zip(entry.curves, branch_outputs(run, entry), strict=True):
             line = {"color": style["color"], "lw": 0.7, "ls": LINES[i % len(LINES)]}
-            top.plot(frequency, np.abs(amplitude) / entry.load, **line)
-            bottom.plot(frequency, lag(np.angle(amplitude)), **line)
-        draw_points(top, entry, style, size_over(entry.load))
-        draw_points(bottom, entry, style, lambda q: float(lag(np.angle(q))))
-    top.set_yscale("log")
-    top.set_ylabel(r"$|q|/M$  (kg$^{1/2}$ m$^{1/2}$ per N m/m)")
-    bottom.set_ylabel("phase of $q$ (degrees)")
-    bottom.set_yticks(-np.array([0, 45, 90, 135, 180]))
-    bottom.set_ylim(-190, 10)
+            y = in_units(run, outputs)
+            unit = entry.load if per_moment else 1.0
+            top.plot(frequency, np.abs(y) / unit, **line)
+            bottom.plot(frequency, lag(np.angle(y), below_resonance(run)), **line)
+        draw_points(top, run, entry, style, size_over(unit))
+        draw_points(bottom, run, entry, style, phase(run))
+    amplitude_axis(top)
+    top.set_ylabel(label(primary(run), "N m/m" if per_moment else ""))
+    phase_axis(bottom, run)
     bottom.set_xlabel("frequency (Hz)")
     loads = [
         Line2D(
@@ -55,9 +66,13 @@ def harmonic_figure(run: Run) -> Figure | None:
 
 
 def draw_points(
-    ax: Axes, entry: HarmonicRun, style: dict[str, Any], value: Callable[[complex], float]
+    ax: Axes,
+    run: Run,
+    entry: HarmonicRun,
+    style: dict[str, Any],
+    value: Callable[[complex], float],
 ) -> None:
-    """Responses of one load: crosses, and open diamonds where they are not stable."""
+    """First output of the responses of one load: crosses, and open diamonds where they are not stable."""
     for unstable, mark in ((False, STABLE), (True, UNSTABLE)):
         shown = [
             p for p, bad in zip(entry.points, _unstable(entry), strict=True) if bad == unstable
@@ -65,15 +80,21 @@ def draw_points(
         if shown:
             ax.plot(
                 [p.frequency for p in shown],
-                [value(p.amplitude) for p in shown],
+                [value(complex(in_units(run, outputs_of(run, p))[1])) for p in shown],
                 color=style["color"],
                 **mark,
             )
 
 
 def size_over(unit: float) -> Callable[[complex], float]:
-    """Amplitude over a unit."""
-    return lambda q: abs(q) / unit
+    """Amplitude of a first harmonic over a unit."""
+    return lambda y: abs(y) / unit
+
+
+def phase(run: Run) -> Callable[[complex], float]:
+    """Phase of a first harmonic of the first output, degrees."""
+    start = below_resonance(run)
+    return lambda y: float(lag(np.angle(y), start))
 
 
 def _unstable(entry: HarmonicRun) -> list[bool]:
@@ -89,11 +110,6 @@ def handles(run: Run) -> list[Line2D]:
     if any(found):
         entries.append(Line2D([], [], color=GREY, **UNSTABLE, label="harmonic balance, unstable"))
     return entries
-
-
-def lag(angle: np.ndarray | float) -> np.ndarray:
-    """Radians to degrees between -270 and 90, so that a lag of half a turn does not jump."""
-    return (np.degrees(angle) + 270) % 360 - 270
 
 
 def _load(run: Run, entry: HarmonicRun) -> str:

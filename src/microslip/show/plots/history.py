@@ -9,7 +9,10 @@ from matplotlib.figure import Figure
 from microslip.analyses.time.decay import extremes
 from microslip.analyses.time.history import History
 from microslip.pipeline.run import Run
+from microslip.results.history import waveforms
+from microslip.results.outputs import primary
 from microslip.show.plots.selection import unit_position
+from microslip.show.plots.shown import in_units, label
 from microslip.show.plots.style import (
     BLACK,
     BLUE,
@@ -35,16 +38,16 @@ def history_figures(run: Run) -> dict[str, Figure]:
 
 @house_style
 def history_figure(run: Run, history: History) -> Figure:
-    """Sliding coordinate, slip at the first chosen position, energies, all over time."""
+    """First output, slip at the first chosen position, energies, all over time."""
     figure = new_figure(DOUBLE, 145 * MM)
     axes = figure.subplots(3, 1, sharex=True)
-    q = history.output[:, run.model.port("sliding")]
-    _draw_trace(axes[0], history, q, BLUE)
-    at, top = extremes(history.time, q, history.cycle_steps)
+    y = in_units(run, waveforms(run, history))
+    _draw_trace(axes[0], history, y, BLUE)
+    at, top = extremes(history.time, y, history.cycle_steps)
     for side in (slice(0, None, 2), slice(1, None, 2)):
         axes[0].plot(at[side], top[side], color=BLACK, lw=0.9)
-    axes[0].set_ylabel(r"$q$ (kg$^{1/2}$ m$^{1/2}$)")
-    axes[0].set_title("sliding coordinate and its envelope", loc="left")
+    axes[0].set_ylabel(label(primary(run)))
+    axes[0].set_title(f"{primary(run).name} and its envelope", loc="left")
     x = unit_position(run)[history.watched[0]]
     _draw_trace(axes[1], history, 1e6 * history.slip[:, 0], GREEN)
     axes[1].set_ylabel("slip (µm)")
@@ -80,13 +83,13 @@ def _draw_trace(ax: Axes, history: History, y: np.ndarray, colour: str) -> None:
 def _draw_energies(ax: Axes, history: History) -> None:
     e = history.energies
     material = e.modal_damping + e.residual_damping
-    for y, label, style in (
+    for y, name, style in (
         (e.external, "work of the load", {"color": BLACK, "ls": "-"}),
         (e.friction, "friction", {"color": VERMILLION, "ls": "--"}),
         (material, "material damping", {"color": ORANGE, "ls": "-."}),
         (e.mechanical, "kinetic and strain energy", {"color": BLUE, "ls": ":"}),
         (e.scheme + e.normal, "time steps", {"color": GREY, "ls": (0, (1, 3))}),
     ):
-        ax.plot(e.time, y, label=label, **style)
+        ax.plot(e.time, y, label=name, **style)
     ax.set_ylabel("energy (J/m)")
     ax.set_title("energies since $t$ = 0", loc="left")

@@ -10,7 +10,7 @@ from matplotlib.gridspec import SubplotSpec
 
 from microslip.pipeline.judge import judge
 from microslip.pipeline.run import Run
-from microslip.show.plots.equivalent import AMPLITUDE, draw_equivalent
+from microslip.show.plots.equivalent import amplitude_label, draw_equivalent
 from microslip.show.plots.model import draw_model, draw_overlap
 from microslip.show.plots.response import TITLES, draw_response
 from microslip.show.plots.response import handles as response_handles
@@ -83,5 +83,5 @@ def _equivalent(figure: Figure, place: SubplotSpec, run: Run) -> None:
     draw_equivalent(bottom, run, "gamma_eq")
     top.set_title("(c)  stiffness and damping against amplitude", loc="left")
     top.tick_params(labelbottom=False)
-    bottom.set_xlabel(AMPLITUDE)
+    bottom.set_xlabel(amplitude_label(run))
     bottom.legend(*top.get_legend_handles_labels(), loc="upper center", bbox_to_anchor=(0.5, -0.36))

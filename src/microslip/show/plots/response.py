@@ -1,4 +1,4 @@
-"""Forced response over frequency, per unit load (the paper's figures 11 and 13).
+"""Forced response over frequency: size and phase of the first output under every load.
 
 Where steady states were found by time integration or by harmonic balance they are laid over the
 curves, with the phase below; those of the time domain at their frequency corrected for the period
@@ -17,13 +17,20 @@ from matplotlib.lines import Line2D
 
 from microslip.analyses.reduced.response import Response
 from microslip.analyses.reduced.sweep import CONVERGED
-from microslip.analyses.time.points import TimePoint
 from microslip.pipeline.harmonic import HarmonicRun
 from microslip.pipeline.run import Run
-from microslip.results.response import frictionless_peak
+from microslip.results.outputs import primary
+from microslip.results.time import outputs_of
 from microslip.show.plots import harmonic
-from microslip.show.plots.harmonic import lag
 from microslip.show.plots.selection import scientific
+from microslip.show.plots.shown import (
+    amplitude_axis,
+    below_resonance,
+    in_units,
+    label,
+    lag,
+    phase_axis,
+)
 from microslip.show.plots.style import (
     COLUMN,
     DOUBLE,
@@ -44,28 +51,26 @@ TITLES = {
 
 @house_style
 def response_figure(run: Run) -> Figure | None:
-    """One panel per variant, every load, over the frictionless peak."""
+    """One column per variant, every load: amplitude of the first output, and its phase."""
     variants = list(dict.fromkeys(r.variant for r in run.responses))
     if not variants or run.frictionless is None:
         return None
-    rows = 2 if run.time_domain or run.harmonic else 1
-    figure = new_figure(DOUBLE if len(variants) > 1 else COLUMN, (90 if rows == 1 else 140) * MM)
+    figure = new_figure(DOUBLE if len(variants) > 1 else COLUMN, 140 * MM)
     grid = figure.subplots(
-        rows, len(variants), sharex=True, sharey="row", squeeze=False, height_ratios=[3, 2][:rows]
+        2, len(variants), sharex=True, sharey="row", squeeze=False, height_ratios=[3, 2]
     )
     for k, variant in enumerate(variants):
         draw_response(grid[0, k], run, variant)
         grid[0, k].set_title(TITLES.get(variant, variant), loc="left")
-        if rows == 2:
-            draw_phase(grid[1, k], run, variant)
-            grid[1, k].set_title("phase", loc="left")
-            grid[0, k].set_xlabel("")
+        draw_phase(grid[1, k], run, variant)
+        grid[1, k].set_title("phase", loc="left")
+        grid[0, k].set_xlabel("")
     for ax in grid[:, 1:].ravel():
         ax.set_ylabel("")
     if grid.size > 1:
         letters(grid.ravel())
     entries = handles(run)
-    columns = 2 if len(variants) == 1 else 6 if len(entries) < 6 else 3
+    columns = 2 if len(variants) == 1 else 4
     figure.legend(handles=entries, loc="outside lower center", ncols=columns)
     return figure
 
@@ -77,7 +82,8 @@ def draw_response(ax: Axes, run: Run, variant: str) -> None:
     the other between two frequencies, a dotted line joins them.
     """
     for i, response in enumerate(r for r in run.responses if r.variant == variant):
-        size = np.abs(response.amplitude) / frictionless_peak(run, response.load)
+        unit = response.load if per_moment(run) else 1.0
+        size = np.abs(in_units(run, response.outputs)) / unit
         good = response.flag == CONVERGED
         line = np.where(good, size, np.nan)
         style = SERIES[i % len(SERIES)]
@@ -101,46 +107,45 @@ def draw_response(ax: Axes, run: Run, variant: str) -> None:
                 mew=0.7,
                 transform=ax.get_xaxis_transform(),
             )
-        peak = frictionless_peak(run, response.load)
-        _draw_points(ax, run, response.load, style, _over(peak))
+        _draw_points(ax, run, response.load, style, harmonic.size_over(unit))
         for entry in _runs(run, response.load):
-            harmonic.draw_points(ax, entry, style, harmonic.size_over(peak))
-    ax.set_yscale("log")
+            harmonic.draw_points(ax, run, entry, style, harmonic.size_over(unit))
+    amplitude_axis(ax)
     band = run.responses[0].frequency
     ax.set_xlim(band[0], band[-1])
     ax.set_xlabel("frequency (Hz)")
-    ax.set_ylabel("$|q|/M$ over its frictionless peak")
+    ax.set_ylabel(label(primary(run), "N m/m" if per_moment(run) else ""))
+
+
+def per_moment(run: Run) -> bool:
+    """Whether amplitudes are drawn per end moment: where a load stands for the joint without
+    friction, which is linear, and whose moment means nothing."""
+    return any(response.rho == 0 for response in run.responses)
 
 
 def draw_phase(ax: Axes, run: Run, variant: str) -> None:
-    """Phase of the sliding coordinate to the load, curves of one variant and time domain."""
+    """Phase of the first output to the load, curves of one variant and time domain."""
+    phase = harmonic.phase(run)
     for i, response in enumerate(r for r in run.responses if r.variant == variant):
         style = SERIES[i % len(SERIES)]
         good = response.flag == CONVERGED
-        phase = np.where(good, lag(np.angle(response.amplitude)), np.nan)
+        angle = np.angle(in_units(run, response.outputs))
+        turned = np.where(good, lag(angle, below_resonance(run)), np.nan)
         ax.plot(
-            *_broken(response.frequency, phase, _jumps(response)),
+            *_broken(response.frequency, turned, _jumps(response)),
             color=style["color"],
             marker=style["marker"],
-            markevery=(7 * i, max(len(phase) // 9, 1)),
+            markevery=(7 * i, max(len(turned) // 9, 1)),
         )
-        _draw_points(
-            ax, run, response.load, style, lambda p: float(lag(np.angle(p.steady.amplitude)))
-        )
+        _draw_points(ax, run, response.load, style, phase)
         for entry in _runs(run, response.load):
-            harmonic.draw_points(ax, entry, style, lambda q: float(lag(np.angle(q))))
-    ax.set_yticks(-np.array([0, 45, 90, 135, 180]))
-    ax.set_ylim(-190, 10)
+            harmonic.draw_points(ax, run, entry, style, phase)
+    phase_axis(ax, run)
     ax.set_xlabel("frequency (Hz)")
-    ax.set_ylabel("phase of $q$ (degrees)")
 
 
 def _runs(run: Run, load: float) -> list[HarmonicRun]:
     return [entry for entry in run.harmonic if entry.load == load]
-
-
-def _over(peak: float) -> Callable[[TimePoint], float]:
-    return lambda point: abs(point.steady.amplitude) / peak
 
 
 def _draw_points(
@@ -148,16 +153,16 @@ def _draw_points(
     run: Run,
     load: float,
     style: dict[str, Any],
-    value: Callable[[TimePoint], float],
+    value: Callable[[complex], float],
 ) -> None:
-    """Steady states of one load: open circles; open squares where they are not steady."""
+    """First output of the steady states of one load: open circles; open squares where they are not steady."""
     points = [p for p in run.time_domain if p.steady.load == load]
     for steady, mark in ((True, STEADY), (False, NOT_STEADY)):
         shown = [p for p in points if p.steady.converged == steady]
         if shown:
             ax.plot(
                 [p.corrected_frequency for p in shown],
-                [value(p) for p in shown],
+                [value(complex(in_units(run, outputs_of(run, p))[1])) for p in shown],
                 color=style["color"],
                 **mark,
             )

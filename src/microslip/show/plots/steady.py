@@ -11,8 +11,10 @@ from matplotlib.figure import Figure
 from microslip.analyses.time.points import TimePoint
 from microslip.analyses.time.readings import modal_force, phases
 from microslip.pipeline.run import Run
-from microslip.results.time import HARMONICS, local_motion
+from microslip.results.outputs import primary
+from microslip.results.time import HARMONICS, local_motion, waveforms
 from microslip.show.plots.selection import unit_centre, unit_position
+from microslip.show.plots.shown import in_units
 from microslip.show.plots.states import draw_state_map, handles
 from microslip.show.plots.style import (
     BLACK,
@@ -76,22 +78,23 @@ def _from_zero(point: TimePoint) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _draw_waves(ax: Axes, run: Run, point: TimePoint, theta: np.ndarray, order: np.ndarray) -> None:
-    """Load, sliding coordinate and slip, each over its own largest value."""
+    """Load, first output and slip, each over its own largest value."""
     cycle = point.steady.cycle
-    q = cycle.output[order, run.model.port("sliding")]
+    y = in_units(run, waveforms(run, point))[order]
+    largest, unit = np.abs(y).max(), primary(run).measured.shown
     watched, slip, _ = local_motion(run, cycle)
     x = unit_position(run)[watched[0]]
     curves: tuple[tuple[np.ndarray, str, dict[str, Any]], ...] = (
         (point.steady.load * np.sin(theta), "load $M$", {"color": BLACK, "ls": ":"}),
-        (q, "sliding coordinate $q$", {"color": BLUE, "ls": "-"}),
+        (y, f"{primary(run).name}, at most {largest:.3g} {unit}", {"color": BLUE, "ls": "-"}),
         (
             slip[order, 0] - slip[order[:-1], 0].mean(),
             rf"slip at $x$ = {x:.3g} $L_p$ less its mean",
             {"color": VERMILLION, "ls": "--"},
         ),
     )
-    for y, label, style in curves:
-        ax.plot(theta / np.pi, y / max(np.abs(y).max(), 1e-300), label=label, **style)
+    for wave, label, style in curves:
+        ax.plot(theta / np.pi, wave / max(np.abs(wave).max(), 1e-300), label=label, **style)
     ax.set_xticks(TURN, NAMES)
     ax.set_xlim(0, 2)
     ax.set_ylim(-1.15, 2.75)

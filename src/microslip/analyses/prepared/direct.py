@@ -1,0 +1,94 @@
+"""What a load moves besides the joint's own mode: all other modes of the sliding state.
+
+In the sliding state, where the pairs that touch at prestress are bonded in the normal direction and free
+to slide, the motion under a harmonic load is a sum over its modes. The one that reduced models keep
+is theirs; the others, and the flexibility of everything truncated, follow the load at once:
+
+    h(omega) = sum_{n != own} phi_n^T y phi_n^T p / (omega_n² - omega² + i omega c_n) + residual.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from microslip.analyses.prepared.joint import PreparedJoint
+from microslip.model.joint import bonded_modes
+from microslip.typing import Array, Complex, Mask
+
+RIGID = 1e-12
+"""Square of a frequency over that of the median mode below which a mode has no stiffness at all:
+loads on it are in equilibrium, and only rounding moves it."""
+
+
+def direct_motion(joint: PreparedJoint, port: str, omega: Array) -> Complex:
+    """Outputs of all ports per unit load on one, without the part of the joint's mode.
+
+    Parameters
+    ----------
+    joint : PreparedJoint
+        With a mode.
+    port : str
+        Loaded port.
+    omega : (n,) array
+        Circular frequencies, rad/s; 0 for a static load.
+
+    Returns
+    -------
+    (n, p) complex array
+        First harmonics against the sine of the load.
+
+    Examples
+    --------
+    The inertia load of the mode moves nothing else, up to what the reduction leaves out:
+
+    >>> import microslip
+    >>> joint = microslip.prepare(microslip.reference_joint(pairs=21))
+    >>> lift = joint.model.port("lift")
+    >>> own = joint.mode.load_on_sliding["lift"] / joint.mode.sliding_omega**2
+    >>> bool(abs(direct_motion(joint, "sliding", np.zeros(1))[0, lift]) < 1e-6 * abs(own))
+    True
+    """
+    model, mode = joint.model, joint.principal()
+    omegas, shapes = bonded_modes(model, joint.prestress.bonded(1))
+    own = int(np.argmax(np.abs(shapes.T @ model.port_modes[:, model.port(mode.port)])))
+    others = np.arange(len(omegas)) != own
+    return _modal_sum(joint, port, np.asarray(omega, dtype=float), 1, others)
+
+
+def stuck_motion(joint: PreparedJoint, port: str) -> Array:
+    """Static outputs of all ports per unit load on one, with the touching pairs bonded in all directions.
+
+    Parameters
+    ----------
+    joint : PreparedJoint
+    port : str
+        Loaded port.
+
+    Returns
+    -------
+    (p,) array
+    """
+    every = np.ones(len(joint.model.omega), dtype=bool)
+    return _modal_sum(joint, port, np.zeros(1), joint.model.dimension, every)[0].real
+
+
+def _modal_sum(
+    joint: PreparedJoint, port: str, omega: Array, directions: int, modes: Mask
+) -> Complex:
+    """Outputs of all ports per unit load on one, with so many directions of the touching pairs bonded."""
+    model, bonded = joint.model, joint.prestress.bonded(directions)
+    compliance = joint.law.compliance if directions == model.dimension else None
+    omegas, shapes = bonded_modes(model, bonded, compliance)
+    W = model.residual[np.ix_(bonded, bonded)]
+    if compliance is not None:
+        W = W + np.diag(compliance[bonded])
+    psi, V = model.mode_v[bonded], model.port_v[bonded]
+    held = np.linalg.solve(W, V)
+    y = shapes.T @ (model.port_modes - psi.T @ held)
+    residual = (model.port_port - V.T @ held)[:, model.port(port)]
+    kept = modes & (omegas**2 > RIGID * np.median(omegas) ** 2)
+    alpha, beta = model.rayleigh
+    w, wn = omega[:, None], omegas[kept]
+    give = 1 / (wn**2 - w**2 + 1j * w * (alpha + beta * wn**2))
+    push = y[kept, model.port(port)]
+    return np.asarray((give * push) @ y[kept] + residual / (1 + 1j * w * beta), dtype=complex)
