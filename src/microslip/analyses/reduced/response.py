@@ -17,6 +17,9 @@ from microslip.typing import Array, Complex, Indices
 
 _NO_ANSWER = 1e3
 
+MOST_UNEVEN = 4.5
+"""Spacings between which a parabola is laid differ by this factor at most."""
+
 
 @dataclass(frozen=True, repr=False)
 class Response(Brief):
@@ -62,6 +65,11 @@ class Response(Brief):
         return int(np.argmax(np.where(self.flag == CONVERGED, np.abs(self.amplitude), -1.0)))
 
     @property
+    def peak_at_edge(self) -> bool:
+        """Whether the largest amplitude lies at an end of the band, where it is no peak."""
+        return self.peak in (0, len(self.frequency) - 1)
+
+    @property
     def peak_frequency(self) -> float:
         """Frequency of the peak, Hz: parabola through the largest point and its neighbours."""
         return self._vertex()[0]
@@ -77,18 +85,22 @@ class Response(Brief):
         return self.frequency[self.flag != CONVERGED]
 
     def _vertex(self) -> tuple[float, float]:
-        i, size = self.peak, np.abs(self.amplitude)
+        """Of the parabola through three points, which may be unevenly spaced.
+
+        Beside a jump, where the spacing is far finer to one side, it is the largest point.
+        """
+        i, size, f = self.peak, np.abs(self.amplitude), self.frequency
         if 0 < i < len(size) - 1 and (self.flag[i - 1 : i + 2] == CONVERGED).all():
-            left, top, right = size[i - 1 : i + 2]
-            bend = left - 2 * top + right
-            if bend < 0 and max(left, right) > 0.5 * top:
-                shift = 0.5 * (left - right) / bend
-                step = self.frequency[i + 1] - self.frequency[i]
-                return (
-                    float(self.frequency[i] + shift * step),
-                    float(top - 0.25 * (left - right) * shift),
-                )
-        return float(self.frequency[i]), float(size[i])
+            left, right = size[i] - size[i - 1], size[i] - size[i + 1]
+            before, after = f[i] - f[i - 1], f[i + 1] - f[i]
+            bend = left / before + right / after
+            alike = max(before, after) <= MOST_UNEVEN * min(before, after)
+            if bend > 0 and alike and max(size[i - 1], size[i + 1]) > 0.5 * size[i]:
+                slope = (left * after / before - right * before / after) / (before + after)
+                curvature = bend / (before + after)
+                shift = slope / (2 * curvature)
+                return float(f[i] + shift), float(size[i] + 0.5 * slope * shift)
+        return float(f[i]), float(size[i])
 
 
 def forced_response(
