@@ -179,7 +179,10 @@ ANALYSES: dict[str, Analysis] = {
             run="microslip.pipeline.response:run_responses",
             after=("cycle", "reduced"),
             cost="microslip.pipeline.cost:response_seconds",
-            rows={"response": "microslip.results.response:response_rows"},
+            rows={
+                "response": "microslip.results.response:response_rows",
+                "response_band": "microslip.results.response:band_rows",
+            },
             datasets="microslip.results.response:response_datasets",
             table="microslip.show.tables:response_table",
             figures={"response": "microslip.show.plots.response:response_figure"},

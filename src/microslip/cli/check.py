@@ -97,14 +97,21 @@ def _loads(joint: LapJoint) -> Iterator[Row]:
         amplitudes = joint.cycle_amplitudes()
         listed = ", ".join(f"{value:.3g}" for value in amplitudes)
         yield f"{len(amplitudes)} cycle amplitudes M/(P L)", listed
-        yield "driven by", ", ".join(joint.analysis.cycle.drives)
+        yield "driven by", ", ".join(joint.drives)
 
 
 def _frequency_analyses(joint: LapJoint) -> Iterator[Row]:
     asked = joint.analysis
     if asked.response is not None:
         r = asked.response
-        yield "response", f"{r.count} frequencies, {r.from_:g} to {r.to:g} Hz"
+        ends = tuple("the joint's" if end is None else f"{end:g} Hz" for end in (r.from_, r.to))
+        if r.from_ is None and r.to is None:
+            yield (
+                "response",
+                f"{r.count} frequencies and more, in a band that follows from the joint",
+            )
+        else:
+            yield "response", f"{r.count} frequencies, {ends[0]} to {ends[1]}"
     if asked.backbone is not None:
         b = asked.backbone
         numbers = ", ".join(map(str, b.modes))

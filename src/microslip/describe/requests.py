@@ -13,7 +13,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar
 from pydantic import BaseModel, BeforeValidator, Field, model_validator
 from pydantic.fields import FieldInfo
 
-from microslip.describe.band import AscendingBand, check_ascending, evenly
+from microslip.describe.band import AscendingBand, check_ascending
 from microslip.describe.excitation import AnyExcitation
 from microslip.describe.quantities import (
     Count,
@@ -57,9 +57,12 @@ Harmonics = Annotated[int | Literal["adaptive"], BeforeValidator(_harmonics)]
 
 
 class CycleAnalysis(Section):
-    """Quasi-static cycles: stiffness and damping against amplitude M/(PL)."""
+    """Quasi-static cycles: stiffness and damping against amplitude M/(PL).
 
-    drives: Drives = ("moment", "mode")
+    `drives` left out are the end moment and what the forced response reads: `LapJoint.drives`.
+    """
+
+    drives: Drives | None = None
     smallest: Number = Field(default=5e-5, gt=0)
     largest: Number | None = Field(default=None, gt=0)
     count: Count = Field(default=25, ge=2, le=1000)
@@ -85,7 +88,7 @@ class CycleAnalysis(Section):
 
     @model_validator(mode="after")
     def _one_list(self) -> Self:
-        check_distinct("drives", self.drives)
+        check_distinct("drives", self.drives or ())
         range_keys = {"smallest", "largest", "count"} & self.model_fields_set
         if self.moment_over_clamp_force_length is not None and range_keys:
             raise Rule(
@@ -98,24 +101,18 @@ class CycleAnalysis(Section):
 
 
 class ResponseAnalysis(Section):
-    """Frequency response of the reduced model, over a band in Hz."""
+    """Frequency response of the reduced model, over a band in Hz.
 
-    from_: Frequency = Field(default=165.0, gt=0, alias="from")
-    to: Frequency = Field(default=190.0, gt=0)
+    An end of the band that is left out follows from the joint and its loads, and frequencies are
+    added to the `count` where a curve is steep.
+    """
+
+    from_: Frequency | None = Field(default=None, gt=0, alias="from")
+    to: Frequency | None = Field(default=None, gt=0)
     count: Count = Field(default=501, ge=2, le=1_000_000)
-    variants: Variants = ("printed", "consistent", "refined")
+    variants: Variants = ("refined",)
     tolerance: Number = Field(default=1e-10, gt=0, lt=0.1)
     max_iterations: Count = Field(default=500, ge=1, le=1_000_000)
-
-    def band(self) -> tuple[float, ...]:
-        """Frequencies, Hz, ascending.
-
-        Examples
-        --------
-        >>> ResponseAnalysis(from_=170, to=171, count=3).band()
-        (170.0, 170.5, 171.0)
-        """
-        return evenly(self.from_, self.to, self.count)
 
     @model_validator(mode="after")
     def _ascending(self) -> Self:

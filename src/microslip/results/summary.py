@@ -22,10 +22,10 @@ def summary(run: Run) -> dict[str, Any]:
     -------
     dict
         ``title``, ``version``, ``model``, ``prestress``; the rows of every analysis under its keys,
-        empty where it was not asked for: ``backbone``, ``cycles``, ``response``, ``harmonic``,
-        ``harmonic_folds``, ``time_domain``, ``history``; ``rho_scale``, ``failures``,
-        ``interrupted``, ``timings_s``. Units are in the names; forces and energies are per metre of
-        width. A cycle is listed only where the solver certified every step, so its
+        empty where it was not asked for: ``backbone``, ``cycles``, ``response``, ``response_band``,
+        ``harmonic``, ``harmonic_folds``, ``time_domain``, ``history``; ``rho_scale`` where a load is
+        given by rho; ``failures``, ``interrupted``, ``timings_s``. Units are in the names; forces and
+        energies are per metre of width. A cycle is listed only where the solver certified every step, so its
         ``unsolved_steps`` are 0; cycles that failed are among the ``failures``.
     """
     rows = {
@@ -40,7 +40,7 @@ def summary(run: Run) -> dict[str, Any]:
             "model": model_summary(run),
             "prestress": prestress_summary(run),
             **rows,
-            "rho_scale": run.rho_scale,
+            **({"rho_scale": run.rho_scale} if run.joint.says_rho else {}),
             "failures": [str(failure) for failure in run.failures],
             "interrupted": run.interrupted,
             "timings_s": dict(run.timings),

@@ -54,10 +54,9 @@ def _still_open(still: list[dict[str, Any]], count: int) -> str:
 
 
 _COLUMNS: tuple[tuple[str, Callable[[dict[str, Any]], str]], ...] = (
-    ("rho", lambda row: number(row["rho"], "g")),
     ("variant", lambda row: row["variant"]),
     ("M, N m/m", lambda row: number(row["moment_n"])),
-    ("peak, Hz", lambda row: number(row["peak_frequency_hz"], ".2f")),
+    ("peak, Hz", lambda row: _peak(row)),
     ("peak |q|", lambda row: _bound(row) + number(row["peak_modal_amplitude"])),
     (
         "of mu = 0",
@@ -67,17 +66,31 @@ _COLUMNS: tuple[tuple[str, Callable[[dict[str, Any]], str]], ...] = (
 )
 
 
-def response_table(found: Summary) -> Iterator[Table]:
-    """Peaks of every load and variant, and where there is no answer."""
+def response_table(found: Summary) -> Iterator[str | Table]:
+    """Band, peaks of every load and variant, and where there is no answer."""
+    rows = found["response"]
     table = _table("Forced response")
+    with_rho = says_rho(rows)
+    if with_rho:
+        table.add_column("rho", justify="right", no_wrap=True)
     for name, _ in _COLUMNS:
-        table.add_column(
-            name, justify="left" if name in ("variant", "no answer") else "right", no_wrap=True
-        )
-    for row in found["response"]:
-        style = "yellow" if row["unconverged_points"] else None
-        table.add_row(*(cell(row) for _, cell in _COLUMNS), style=style)
+        left = name in ("variant", "no answer")
+        table.add_column(name, justify="left" if left else "right", no_wrap=name != "no answer")
+    for row in rows:
+        style = "yellow" if row["unconverged_points"] or row["peak_at_edge"] else None
+        rho = [number(row["rho"], "g")] if with_rho else []
+        table.add_row(*rho, *(cell(row) for _, cell in _COLUMNS), style=style)
     yield table
+    for band in found["response_band"]:
+        yield (
+            f"  band {number(band['from_hz'], '.6g')} to {number(band['to_hz'], '.6g')} Hz, "
+            f"{band['origin']}"
+        )
+
+
+def says_rho(rows: list[dict[str, Any]]) -> bool:
+    """Whether loads were given by rho."""
+    return any("rho" in row for row in rows)
 
 
 def backbone_table(found: Summary) -> Iterator[Table]:
@@ -108,18 +121,20 @@ def backbone_table(found: Summary) -> Iterator[Table]:
 def harmonic_table(found: Summary) -> Iterator[Table]:
     """Per load: responses, the largest of the stable ones, folds, and what is not stable."""
     table = _table("Harmonic balance")
-    for name in ("rho", "M/(PL)", "points", "peak, Hz", "peak |q|", "harmonics", "s"):
+    rows, key = found["harmonic"], "moment_over_clamp_force_length"
+    with_rho = says_rho(rows)
+    names = ("M/(PL)", "points", "peak, Hz", "peak |q|", "harmonics", "s")
+    for name in ("rho", *names) if with_rho else names:
         table.add_column(name, justify="right", no_wrap=True)
     table.add_column("folds, Hz")
     table.add_column("unstable", no_wrap=True)
-    rows, key = found["harmonic"], "moment_over_clamp_force_length"
     for load in dict.fromkeys(row[key] for row in rows):
         mine = [row for row in rows if row[key] == load]
         stable = [row for row in mine if row["stable"] is not False]
         best = max(stable or mine, key=lambda row: row["modal_amplitude"])
         folds = [fold["frequency_hz"] for fold in found["harmonic_folds"] if fold[key] == load]
         table.add_row(
-            number(best["rho"], "g"),
+            *([number(best["rho"], "g")] if with_rho else []),
             number(load, ".3g"),
             str(len(mine)),
             number(best["frequency_hz"], ".2f"),
@@ -135,11 +150,16 @@ def harmonic_table(found: Summary) -> Iterator[Table]:
 def time_table(found: Summary) -> Iterator[Table]:
     """Steady states by time integration."""
     table = _table("Time domain")
-    for name in ("rho", "f, Hz", "|q|", "phase, rad", "dissipated, J/m", "cycles", "s"):
+    rows = found["time_domain"]
+    with_rho = says_rho(rows)
+    names = ("f, Hz", "|q|", "phase, rad", "dissipated, J/m", "cycles", "s")
+    for name in ("rho" if with_rho else "M/(PL)", *names):
         table.add_column(name, justify="right", no_wrap=True)
-    for row in found["time_domain"]:
+    for row in rows:
         table.add_row(
-            number(row["rho"], "g"),
+            number(row["rho"], "g")
+            if with_rho
+            else number(row["moment_over_clamp_force_length"], ".3g"),
             number(row["frequency_hz"], ".2f"),
             number(row["modal_amplitude"]),
             number(row["phase_rad"], ".3f"),
@@ -173,6 +193,13 @@ def history_table(found: Summary) -> Iterator[Table]:
 def _bound(row: dict[str, Any]) -> str:
     """Mark of a peak that may go on where there is no answer."""
     return "≥ " if row["peak_beside_unconverged"] else ""
+
+
+def _peak(row: dict[str, Any]) -> str:
+    """Its frequency; an amplitude that is largest at an end of the band is none."""
+    if row["peak_at_edge"]:
+        return f"none, rises to {number(row['largest_at_hz'], '.5g')}"
+    return number(row["peak_frequency_hz"], ".2f")
 
 
 def _unanswered(row: dict[str, Any]) -> str:

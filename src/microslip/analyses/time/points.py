@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -29,7 +30,7 @@ class Request:
     Attributes
     ----------
     rho, friction : float
-        Labels; `friction` is also used.
+        Labels, rho nan where the load was not given by it; `friction` is also used.
     frequency, load : float
         Hz, amplitude of the driving load.
     guess : complex
@@ -51,6 +52,12 @@ class Request:
     max_cycles: int = 400
     accelerate: bool = True
     stability: bool = False
+
+    @property
+    def place(self) -> str:
+        """Load and frequency, in messages."""
+        load = f"rho = {self.rho:g}" if math.isfinite(self.rho) else f"M = {self.load:.4g} N m/m"
+        return f"{load}, {self.frequency:g} Hz"
 
 
 @dataclass(frozen=True)
@@ -148,7 +155,6 @@ def steady_states(
         try:
             return solve_request(joint, request)
         except MicroslipError as error:
-            where = f"rho = {request.rho:g}, {request.frequency:g} Hz"
-            return Failure("time", where, str(error))
+            return Failure("time", request.place, str(error))
 
     return each(work, requests, executor or threads())

@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 
 from microslip.pipeline.harmonic import HarmonicRun
 from microslip.pipeline.run import Run
-from microslip.show.plots.selection import scientific
+from microslip.show.plots.selection import load_label
 from microslip.show.plots.style import COLUMN, GREY, LINES, MM, SERIES, house_style, new_figure
 
 STABLE: dict[str, Any] = {"marker": "+", "ls": "none", "ms": 6, "mew": 1.0}
@@ -46,7 +46,7 @@ def harmonic_figure(run: Run) -> Figure | None:
             [],
             color=SERIES[i % len(SERIES)]["color"],
             ls=LINES[i % len(LINES)],
-            label=_load(run, entry),
+            label=load_label(run, entry.rho, entry.load),
         )
         for i, entry in enumerate(run.harmonic)
     ]
@@ -94,11 +94,3 @@ def handles(run: Run) -> list[Line2D]:
 def lag(angle: np.ndarray | float) -> np.ndarray:
     """Radians to degrees between -270 and 90, so that a lag of half a turn does not jump."""
     return (np.degrees(angle) + 270) % 360 - 270
-
-
-def _load(run: Run, entry: HarmonicRun) -> str:
-    """What the user called this load."""
-    load = run.joint.load
-    if load is not None and load.rho is not None:
-        return rf"$\rho$ = {entry.rho:g}"
-    return rf"$M/(PL)={scientific(entry.load / run.assembly.moment_unit)}$"

@@ -20,10 +20,10 @@ from microslip.analyses.reduced.sweep import CONVERGED
 from microslip.analyses.time.points import TimePoint
 from microslip.pipeline.harmonic import HarmonicRun
 from microslip.pipeline.run import Run
-from microslip.results.response import frictionless_peak
+from microslip.results.response import frictionless_peak, has_peak
 from microslip.show.plots import harmonic
 from microslip.show.plots.harmonic import lag
-from microslip.show.plots.selection import scientific
+from microslip.show.plots.selection import load_label
 from microslip.show.plots.style import (
     COLUMN,
     DOUBLE,
@@ -74,10 +74,12 @@ def draw_response(ax: Axes, run: Run, variant: str) -> None:
     """Curves of one variant.
 
     Points without an answer are crosses below; where the answer jumps from one branch of a fold to
-    the other between two frequencies, a dotted line joins them.
+    the other between two frequencies, a dotted line joins them. A curve that is largest at an end of
+    the band, and so has no peak in it, is marked there.
     """
     for i, response in enumerate(r for r in run.responses if r.variant == variant):
-        size = np.abs(response.amplitude) / frictionless_peak(run, response.load)
+        unit = unit_of(run, response.load)
+        size = np.abs(response.amplitude) / unit
         good = response.flag == CONVERGED
         line = np.where(good, size, np.nan)
         style = SERIES[i % len(SERIES)]
@@ -101,15 +103,25 @@ def draw_response(ax: Axes, run: Run, variant: str) -> None:
                 mew=0.7,
                 transform=ax.get_xaxis_transform(),
             )
-        peak = frictionless_peak(run, response.load)
-        _draw_points(ax, run, response.load, style, _over(peak))
+        if _no_peak(response):
+            k = response.peak
+            ax.plot(response.frequency[k], size[k], color=style["color"], **AT_EDGE)
+        _draw_points(ax, run, response.load, style, _over(unit))
         for entry in _runs(run, response.load):
-            harmonic.draw_points(ax, entry, style, harmonic.size_over(peak))
+            harmonic.draw_points(ax, entry, style, harmonic.size_over(unit))
     ax.set_yscale("log")
     band = run.responses[0].frequency
     ax.set_xlim(band[0], band[-1])
     ax.set_xlabel("frequency (Hz)")
-    ax.set_ylabel("$|q|/M$ over its frictionless peak")
+    bounded = np.isfinite(frictionless_peak(run, 1.0))
+    over = "over its frictionless peak" if bounded else r"(kg$^{1/2}$ m$^{1/2}$ per N m/m)"
+    ax.set_ylabel(f"$|q|/M$ {over}")
+
+
+def unit_of(run: Run, load: float) -> float:
+    """What amplitudes under a load are drawn over: its frictionless peak, else the load itself."""
+    peak = frictionless_peak(run, load)
+    return peak if np.isfinite(peak) else load
 
 
 def draw_phase(ax: Axes, run: Run, variant: str) -> None:
@@ -167,6 +179,14 @@ STEADY: dict[str, Any] = {"marker": "o", "mfc": "none", "ls": "none", "ms": 5, "
 NOT_STEADY: dict[str, Any] = {"marker": "s", "mfc": "none", "ls": "none", "ms": 7, "mew": 1.1}
 
 
+AT_EDGE: dict[str, Any] = {"marker": "^", "mfc": "none", "ms": 8, "mew": 1.1, "clip_on": False}
+
+
+def _no_peak(response: Response) -> bool:
+    """Whether there are answers, and none of them is a peak."""
+    return bool((response.flag == CONVERGED).any()) and not has_peak(response)
+
+
 def _jumps(response: Response) -> np.ndarray:
     """Indices of points after which a response with friction changes by more than a factor 2."""
     if not response.drive:
@@ -186,22 +206,18 @@ def handles(run: Run) -> list[Line2D]:
     first = run.responses[0].variant
     shown = [r for r in run.responses if r.variant == first]
     entries = [
-        Line2D([], [], **SERIES[i % len(SERIES)], label=_load(run, r)) for i, r in enumerate(shown)
+        Line2D([], [], **SERIES[i % len(SERIES)], label=load_label(run, r.rho, r.load))
+        for i, r in enumerate(shown)
     ]
     if any(len(r.unconverged) for r in run.responses):
         entries.append(
             Line2D([], [], color=GREY, marker="x", ls="none", ms=4, label="no answer in the table")
         )
+    if any(_no_peak(r) for r in run.responses):
+        label = "largest at the edge of the band: no peak"
+        entries.append(Line2D([], [], color=GREY, ls="none", **AT_EDGE, label=label))
     if run.time_domain:
         entries.append(Line2D([], [], color=GREY, **STEADY, label="time domain"))
     if not all(p.steady.converged for p in run.time_domain):
         entries.append(Line2D([], [], color=GREY, **NOT_STEADY, label="time domain, not steady"))
     return entries + harmonic.handles(run)
-
-
-def _load(run: Run, response: Response) -> str:
-    """What the user called this load."""
-    load = run.joint.load
-    if load is not None and load.rho is not None and np.isfinite(response.rho):
-        return rf"$\rho$ = {response.rho:g}"
-    return rf"$M/(PL)={scientific(response.load / run.assembly.moment_unit)}$"
