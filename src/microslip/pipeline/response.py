@@ -127,6 +127,7 @@ def _case(assembly: Assembly, models: Mapping[str, Model], variant: str, load: L
             variant=variant,
             tolerance=settings.tolerance,
             max_iterations=settings.max_iterations,
+            downward=None if settings.from_ and settings.to else True,
         )
         opened = np.abs(found.amplitude) > limit
         return replace(found, flag=np.where(opened, OUTSIDE, found.flag)) if opened.any() else found

@@ -16,6 +16,9 @@ WIDEN = (
     "widen analysis.response.from and to, or leave them out: the band then follows from the joint"
 )
 
+NEARLY = 0.98
+"""A table that ends at this share of the opening amplitude ends there: q is held to that."""
+
 
 def response_failures(
     assembly: Assembly, response: Response, curve: Curve, axis: Axis
@@ -46,7 +49,7 @@ def _unanswered(assembly: Assembly, response: Response, curve: Curve) -> tuple[s
         reason = f"without friction the vibration opens the joint, {span}"
         return reason, _weaker(response.load, largest)
     resonances = resonance_of(curve.model, curve.table)
-    if curve.table.amplitude[-1] >= opening_amplitude(assembly) * (1 - 1e-6):
+    if curve.table.amplitude[-1] >= NEARLY * opening_amplitude(assembly):
         largest = resonances.largest_load
         if response.load > largest:
             k = int(np.argmax(resonances.load))

@@ -187,7 +187,7 @@ def test_a_fold_is_not_halved_for_ever():
     assert any(len(all_amplitudes(model, soft, f, load)) == 3 for f in np.linspace(165, 185, 81))
 
     def respond(f):
-        return [forced_response(model, soft, f, load)]
+        return [forced_response(model, soft, f, load, downward=True)]
 
     low, high = widened(
         respond, band_around([Peak(peak, 0.5), Peak(183.5, 0.5)]), (True, True), 201
@@ -223,3 +223,18 @@ def test_bands_are_round_and_wide_enough():
         low, high = band_around(peaks)
         assert 0 < low < min(p.frequency for p in peaks)
         assert high > max(p.frequency + 3 * p.width for p in peaks)
+
+
+def test_a_downward_sweep_follows_the_larger_amplitudes():
+    """Of a softening fold, whichever end of the band is farther from the sliding frequency."""
+    model, soft = oscillator(1e-4), softening()
+    load = 0.5 * resonance_of(model, soft).largest_load
+    for band in (np.linspace(150, 190, 1601), np.linspace(160, 200, 1601)):
+        found = forced_response(model, soft, band, load, downward=True)
+        peak = found.peak
+        others = all_amplitudes(model, soft, band[peak + 1], load)
+        assert abs(found.amplitude[peak + 1]) == pytest.approx(others.max(), rel=1e-6)
+    down = forced_response(model, soft, band, load, downward=True)
+    up = forced_response(model, soft, band, load, downward=False)
+    assert up.peak_amplitude < down.peak_amplitude
+    assert (forced_response(model, soft, band, load).amplitude == down.amplitude).all()

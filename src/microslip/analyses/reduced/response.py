@@ -115,10 +115,12 @@ def forced_response(
     variant: str = "",
     tolerance: float = 1e-10,
     max_iterations: int = 500,
+    downward: bool | None = None,
 ) -> Response:
     """Forced response over frequency; `table` None is the linear frictionless joint, eq. (18).
 
-    The sweep starts at the end of the band farther from resonance.
+    Each point starts from its neighbour's answer, so that where a curve folds the direction of the
+    sweep chooses the branch.
 
     Parameters
     ----------
@@ -136,13 +138,18 @@ def forced_response(
         Relative change of amplitude at which a point is converged.
     max_iterations : int
         Evaluations of the fixed-point map per frequency.
+    downward : bool, optional
+        Whether to sweep from the upper end, which on a softening joint follows the branch of the
+        larger amplitudes; by default from the end of the band farther from the sliding frequency.
     """
     frequency = np.ascontiguousarray(frequency, dtype=float)
     curve = None if table is None else table_curve(table)
     if preload is None:
         preload = 1.0 if table is None else table.preload
     centre = model.omega / (2 * np.pi)
-    backward = abs(frequency[-1] - centre) > abs(frequency[0] - centre)
+    backward = downward
+    if downward is None:
+        backward = abs(frequency[-1] - centre) > abs(frequency[0] - centre)
     order = slice(None, None, -1 if backward else 1)
     n = len(frequency)
     found = Answers(

@@ -1,6 +1,7 @@
 """Equivalent stiffness and damping against amplitude (the paper's figure 10).
 
-Lines from the quasi-static cycles; open circles from the steady states of the time domain.
+Lines from the quasi-static cycles and from those of the refined model; open circles from the steady
+states of the time domain.
 """
 
 from __future__ import annotations
@@ -46,6 +47,9 @@ def draw_equivalent(ax: Axes, run: Run, name: str) -> None:
         table = table_of(run, drive)
         if table is not None:
             ax.plot(table.amplitude, getattr(table, name), **DRIVES[drive])
+    if "prescribed" in run.tables:
+        table = run.tables["prescribed"]
+        ax.plot(table.amplitude, getattr(table, name), **DRIVES["prescribed"])
     points = [p for p in run.time_domain if p.steady.converged and p.friction > 0]
     if points:
         found = [equivalent(p.steady, p.corrected_frequency, run.prepared) for p in points]

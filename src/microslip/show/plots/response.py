@@ -105,7 +105,8 @@ def draw_response(ax: Axes, run: Run, variant: str) -> None:
             )
         if _no_peak(response):
             k = response.peak
-            ax.plot(response.frequency[k], size[k], color=style["color"], **AT_EDGE)
+            mark = "<" if k == 0 else ">"
+            ax.plot(response.frequency[k], size[k], mark, color=style["color"], **AT_EDGE)
         _draw_points(ax, run, response.load, style, _over(unit))
         for entry in _runs(run, response.load):
             harmonic.draw_points(ax, entry, style, harmonic.size_over(unit))
@@ -179,7 +180,7 @@ STEADY: dict[str, Any] = {"marker": "o", "mfc": "none", "ls": "none", "ms": 5, "
 NOT_STEADY: dict[str, Any] = {"marker": "s", "mfc": "none", "ls": "none", "ms": 7, "mew": 1.1}
 
 
-AT_EDGE: dict[str, Any] = {"marker": "^", "mfc": "none", "ms": 8, "mew": 1.1, "clip_on": False}
+AT_EDGE: dict[str, Any] = {"mfc": "none", "ms": 8, "mew": 1.1, "clip_on": False}
 
 
 def _no_peak(response: Response) -> bool:
@@ -214,8 +215,9 @@ def handles(run: Run) -> list[Line2D]:
             Line2D([], [], color=GREY, marker="x", ls="none", ms=4, label="no answer in the table")
         )
     if any(_no_peak(r) for r in run.responses):
-        label = "largest at the edge of the band: no peak"
-        entries.append(Line2D([], [], color=GREY, ls="none", **AT_EDGE, label=label))
+        mark = Line2D([], [], color=GREY, ls="none", marker=">", **AT_EDGE)
+        mark.set_label("no peak in the band")
+        entries.append(mark)
     if run.time_domain:
         entries.append(Line2D([], [], color=GREY, **STEADY, label="time domain"))
     if not all(p.steady.converged for p in run.time_domain):
