@@ -123,7 +123,7 @@ def test_a_resonance_that_opens_the_joint_says_from_which_moment_on() -> None:
     over = asked({"moment": 200})
     limit = limit_of(over)
     opening = opening_amplitude(over.assembly)
-    assert over.tables["prescribed"].amplitude[-1] == pytest.approx(opening, rel=5e-3)
+    assert over.tables["prescribed"].amplitude[-1] == pytest.approx(0.97 * opening, rel=5e-3)
     below = asked({"moment": 0.95 * limit})
     assert not below.failures
     assert len(below.responses[0].unconverged) == 0

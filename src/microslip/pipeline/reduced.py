@@ -24,6 +24,9 @@ from microslip.pipeline.progress import Progress
 BELOW = 0.1
 """Smallest amplitude of the refined table over that of mode-driven cycles: there the joint sticks."""
 
+ALMOST = 0.97
+"""As close as the table comes to the opening amplitude, where contact is lost at an instant."""
+
 ROOM = 1.1
 """The table is made to hold the resonance of this many times the largest load."""
 
@@ -69,7 +72,7 @@ def table_range(assembly: Assembly, driven: EquivalentTable | None) -> tuple[flo
     """Modal amplitudes between which to tabulate: from sticking up to where the loads resonate.
 
     Upward it ends with the mode-driven cycles, or where there are none at `MOST_OF_OPENING` of the
-    amplitude whose inertia opens the joint; at that amplitude where the largest load needs more.
+    amplitude whose inertia opens the joint; at `ALMOST` of it where the largest load needs more.
 
     Parameters
     ----------
@@ -91,8 +94,8 @@ def table_range(assembly: Assembly, driven: EquivalentTable | None) -> tuple[flo
     if driven is not None:
         smallest, largest = float(driven.amplitude[0]), float(driven.amplitude[-1])
     needed = ROOM * max(assembly.joint.load_moments(), default=0.0)
-    if largest < opening and _resonant_load(assembly, largest) < needed:
-        largest = opening
+    if largest < ALMOST * opening and _resonant_load(assembly, largest) < needed:
+        largest = ALMOST * opening
     return BELOW * smallest, largest
 
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from microslip.analyses.reduced.response import Response, forced_response
+from microslip.analyses.reduced.response import Response, forced_response, swept_down
 from microslip.analyses.reduced.sweep import OUTSIDE
 from microslip.analyses.reduced.table import EquivalentTable
 from microslip.analyses.reduced.trust import error_indicator
@@ -116,7 +117,9 @@ def _case(assembly: Assembly, models: Mapping[str, Model], variant: str, load: L
     frictionless = table is None or load.rho == 0 or friction == 0
     limit = opening_amplitude(assembly) if frictionless else np.inf
 
-    def respond(frequency: Array) -> Response:
+    given = settings.from_ is not None and settings.to is not None
+
+    def sweep(frequency: Array, downward: bool | None) -> Response:
         found = forced_response(
             model,
             None if frictionless else table,
@@ -127,10 +130,15 @@ def _case(assembly: Assembly, models: Mapping[str, Model], variant: str, load: L
             variant=variant,
             tolerance=settings.tolerance,
             max_iterations=settings.max_iterations,
-            downward=None if settings.from_ and settings.to else True,
+            downward=downward,
         )
         opened = np.abs(found.amplitude) > limit
         return replace(found, flag=np.where(opened, OUTSIDE, found.flag)) if opened.any() else found
+
+    def respond(frequency: Array) -> Response:
+        if given:
+            return sweep(frequency, None)
+        return swept_down(partial(sweep, frequency))
 
     return Curve(load, model, None if frictionless else table, respond)
 

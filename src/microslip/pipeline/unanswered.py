@@ -16,8 +16,8 @@ WIDEN = (
     "widen analysis.response.from and to, or leave them out: the band then follows from the joint"
 )
 
-NEARLY = 0.98
-"""A table that ends at this share of the opening amplitude ends there: q is held to that."""
+NEARLY = 0.95
+"""A table that goes to this share of the opening amplitude reaches as far as one can."""
 
 
 def response_failures(
@@ -26,7 +26,7 @@ def response_failures(
     """Failures of one curve: points without an answer, and no peak in the band."""
     place = f"{response.variant}, {curve.load}"
     found = []
-    if len(response.unconverged):
+    if len(response.unconverged) or _outgrown(response):
         found.append(Failure("response", place, *_unanswered(assembly, response, curve)))
     elif response.peak_at_edge:
         end = axis.low if response.peak == 0 else axis.high
@@ -35,12 +35,20 @@ def response_failures(
     return found
 
 
+def _outgrown(response: Response) -> bool:
+    """Whether the branch of the larger amplitudes leaves the table."""
+    return response.outgrown is not None and bool(response.outgrown.any())
+
+
 def _unanswered(assembly: Assembly, response: Response, curve: Curve) -> tuple[str, str]:
     """Reason and remedy of points without an answer."""
     bad = response.unconverged
+    if not len(bad):
+        assert response.outgrown is not None
+        bad = response.frequency[response.outgrown]
     points = f"{len(bad)} of {len(response.frequency)} points"
     span = f"{bad.min():.6g} to {bad.max():.6g} Hz"
-    if not (response.flag == OUTSIDE).any():
+    if not (response.flag == OUTSIDE).any() and not _outgrown(response):
         reason = f"{points} did not converge, {span}"
         return reason, "raise analysis.response.max_iterations"
     if curve.table is None:
@@ -56,13 +64,18 @@ def _unanswered(assembly: Assembly, response: Response, curve: Curve) -> tuple[s
             at = resonances.omega[k] / (2 * np.pi)
             reason = (
                 f"its resonance opens the joint: from a moment of {largest:.4g} N m/m on it "
-                f"outgrows what the clamp holds, near {at:.5g} Hz; no answer from {span}"
+                f"outgrows what the clamp holds, near {at:.5g} Hz; {_what(response)} from {span}"
             )
             return reason, _weaker(response.load, largest)
         reason = f"the vibration opens the joint: {points} have no answer, {span}"
         return reason, "lower the load, or raise clamp.force"
     reason = f"{points} have no answer in the table, {span}"
     return reason, "lower the load; the refined model's table reaches further"
+
+
+def _what(response: Response) -> str:
+    """What there is in the frequencies that are named."""
+    return "no answer" if len(response.unconverged) else "the smaller of two answers"
 
 
 def _weaker(load: float, largest: float) -> str:

@@ -86,9 +86,13 @@ def _row(run: Run, response: Response) -> dict[str, Any]:
 
 
 def beside_unconverged(response: Response) -> bool:
-    """Whether the largest answer is next to a point without one, and so only a lower bound."""
+    """Whether the largest answer is next to a point without one, and so only a lower bound.
+
+    Or next to one where only the smaller of two answers is known.
+    """
     around = slice(max(response.peak - 1, 0), response.peak + 2)
-    return bool((response.flag[around] != CONVERGED).any())
+    outgrown = response.outgrown is not None and response.outgrown[around].any()
+    return bool((response.flag[around] != CONVERGED).any() or outgrown)
 
 
 def response_datasets(run: Run) -> dict[str, xr.Dataset]:

@@ -2,7 +2,7 @@
 
 A band begins as the reach of the resonances, from the softest to the stiffest that the loads meet
 with the sliding and the stuck state among them, and `WIDTHS` half-power widths to either side. An end
-at which a curve is largest, or has no answer, is moved outward, `MOVES` times at most.
+at which a curve is largest is moved outward, `MOVES` times at most.
 
 In between, intervals are halved where neighbouring complex amplitudes of a curve differ by more than
 `STEP` of its peak. A fold is a jump, which no halving makes smaller: it ends at `FINEST` of the band,
@@ -80,7 +80,7 @@ def _plain(value: float) -> float:
 def widened(
     respond: Respond, band: tuple[float, float], free: tuple[bool, bool], count: int
 ) -> tuple[float, float]:
-    """A band whose free ends no curve is largest at or without an answer, Hz.
+    """A band at whose free ends no curve is largest, Hz.
 
     Parameters
     ----------
@@ -106,8 +106,9 @@ def widened(
 
 
 def _goes_on(curve: Response, end: int) -> bool:
-    """Whether a curve is largest at an end of its band, or has no answer there."""
-    return bool(curve.flag[end] != CONVERGED or curve.peak == range(len(curve.frequency))[end])
+    """Whether a curve has its largest answer at an end of its band."""
+    answered = curve.flag[end] == CONVERGED
+    return bool(answered and curve.peak == range(len(curve.frequency))[end])
 
 
 def refined(respond: Respond, frequency: Array) -> Array:

@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
 from microslip.analyses.reduced.curve import table_curve
-from microslip.analyses.reduced.sweep import CONVERGED, Answers, fixed_point, next_amplitude, sweep
+from microslip.analyses.reduced.sweep import (
+    CONVERGED,
+    OUTSIDE,
+    Answers,
+    fixed_point,
+    next_amplitude,
+    sweep,
+)
 from microslip.analyses.reduced.table import EquivalentTable
 from microslip.analyses.reduced.two_mode import TwoModeModel
 from microslip.brief import Brief
 from microslip.errors import MicroslipError
-from microslip.typing import Array, Complex, Indices
+from microslip.typing import Array, Complex, Indices, Mask
 
 _NO_ANSWER = 1e3
 
@@ -45,6 +53,9 @@ class Response(Brief):
         0 converged, 1 not converged, 2 amplitude above the table.
     error_indicator : (n,) array, optional
         Estimated relative error of the amplitude, see `trust.py`.
+    outgrown : (n,) bool array, optional
+        Where the answer is the smaller of those that a fold has, as the larger left the table: see
+        `swept_down`.
     """
 
     variant: str
@@ -58,6 +69,7 @@ class Response(Brief):
     contraction: Array
     flag: Indices
     error_indicator: Array | None = None
+    outgrown: Mask | None = None
 
     @property
     def peak(self) -> int:
@@ -178,6 +190,25 @@ def forced_response(
         contraction=found.contraction[order],
         flag=found.flag[order],
     )
+
+
+def swept_down(respond: Callable[[bool], Response]) -> Response:
+    """Response on the branch of the larger amplitudes; where that leaves the table, of the smaller.
+
+    Parameters
+    ----------
+    respond : callable
+        The response swept downward (True) or upward (False) over the same frequencies.
+    """
+    down = respond(True)
+    outside = down.flag == OUTSIDE
+    if not outside.any():
+        return down
+    up = respond(False)
+    taken = outside & (up.flag == CONVERGED)
+    parts = ("amplitude", "iterations", "contraction", "flag")
+    mixed = {name: np.where(taken, getattr(up, name), getattr(down, name)) for name in parts}
+    return replace(down, outgrown=taken, **mixed)
 
 
 def all_amplitudes(

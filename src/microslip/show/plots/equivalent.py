@@ -14,7 +14,15 @@ from matplotlib.figure import Figure
 from microslip.analyses.time.readings import equivalent
 from microslip.pipeline.run import Run
 from microslip.results.cycle import table_of
-from microslip.show.plots.style import BLACK, COLUMN, DRIVES, MM, house_style, new_figure
+from microslip.show.plots.style import (
+    BLACK,
+    COLUMN,
+    DRIVES,
+    MM,
+    PRESCRIBED,
+    house_style,
+    new_figure,
+)
 
 AMPLITUDE = r"modal amplitude $|q|$  (kg$^{1/2}$ m$^{1/2}$)"
 
@@ -49,7 +57,7 @@ def draw_equivalent(ax: Axes, run: Run, name: str) -> None:
             ax.plot(table.amplitude, getattr(table, name), **DRIVES[drive])
     if "prescribed" in run.tables:
         table = run.tables["prescribed"]
-        ax.plot(table.amplitude, getattr(table, name), **DRIVES["prescribed"])
+        ax.plot(table.amplitude, getattr(table, name), **PRESCRIBED)
     points = [p for p in run.time_domain if p.steady.converged and p.friction > 0]
     if points:
         found = [equivalent(p.steady, p.corrected_frequency, run.prepared) for p in points]

@@ -45,12 +45,12 @@ LINES = ("-", "--", "-.", ":")
 DRIVES: dict[str, dict[str, Any]] = {
     "moment": {"color": BLUE, "marker": "s", "linestyle": "--", "label": "driven by end moments"},
     "mode": {"color": VERMILLION, "marker": "o", "linestyle": "-", "label": "driven by the mode"},
-    "prescribed": {
-        "color": BLACK,
-        "marker": "",
-        "linestyle": "-",
-        "label": "mode prescribed (refined model)",
-    },
+}
+
+PRESCRIBED: dict[str, Any] = {
+    "color": BLACK,
+    "linestyle": "-",
+    "label": "mode prescribed (refined model)",
 }
 
 STYLE: dict[str, Any] = {
