@@ -70,6 +70,8 @@ def _unanswered(assembly: Assembly, response: Response, curve: Curve) -> tuple[s
         reason = f"the vibration opens the joint: {points} have no answer, {span}"
         return reason, "lower the load, or raise clamp.force"
     reason = f"{points} have no answer in the table, {span}"
+    if response.variant == "refined":
+        return reason, "lower the load, or see why the table's cycles above were not solved"
     return reason, "lower the load; the refined model's table reaches further"
 
 

@@ -17,7 +17,12 @@ from microslip.analyses.reduced.band import (
     widened,
 )
 from microslip.analyses.reduced.resonance import linear_resonance, resonance, resonance_of
-from microslip.analyses.reduced.response import Response, all_amplitudes, forced_response
+from microslip.analyses.reduced.response import (
+    Response,
+    all_amplitudes,
+    forced_response,
+    swept_down,
+)
 from microslip.analyses.reduced.sweep import CONVERGED
 from microslip.analyses.reduced.table import EquivalentTable
 from microslip.analyses.reduced.two_mode import TwoModeModel
@@ -238,3 +243,26 @@ def test_a_downward_sweep_follows_the_larger_amplitudes():
     up = forced_response(model, soft, band, load, downward=False)
     assert up.peak_amplitude < down.peak_amplitude
     assert (forced_response(model, soft, band, load).amplitude == down.amplitude).all()
+
+
+def test_where_the_larger_answer_leaves_the_table_the_smaller_is_given():
+    """Every point with a root inside the table has an answer, and it is one of the roots."""
+    model, whole = oscillator(1e-4), softening()
+    short = replace(
+        whole,
+        **{
+            name: getattr(whole, name)[:150]
+            for name in ("load", "amplitude", "k_eq", "gamma_eq", "cross", "dissipated", "stored")
+        },
+    )
+    load = 6 * resonance_of(model, short).largest_load
+    band = np.linspace(150, 195, 181)
+    found = swept_down(lambda down: forced_response(model, short, band, load, downward=down))
+    assert found.outgrown is not None
+    assert 0 < found.outgrown.sum() < len(band)
+    assert not (found.outgrown & (found.flag != CONVERGED)).any()
+    for k in np.flatnonzero(found.outgrown)[::5]:
+        roots = all_amplitudes(model, short, band[k], load)
+        assert abs(found.amplitude[k]) == pytest.approx(roots.min(), rel=1e-6)
+    held = swept_down(lambda down: forced_response(model, whole, band, load / 1000, downward=down))
+    assert held.outgrown is None
