@@ -6,9 +6,8 @@ SERIAL := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 
 .PHONY: demo test validate lint docs bench bench-calculix clean
 
-# Exit code 3: results are there, and say what has no answer.
 demo: $(VENV)/installed
-	$(BIN)/microslip run examples/lap_joint.toml --out demo-output --force || test $$? -eq 3
+	$(BIN)/microslip run examples/lap_joint.toml --out demo-output --force
 
 test: $(VENV)/installed-test
 	$(BIN)/python -m pytest -n 2

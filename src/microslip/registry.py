@@ -194,7 +194,10 @@ ANALYSES: dict[str, Analysis] = {
             request="microslip.pipeline.asked:response_request",
             cost="microslip.pipeline.cost:response_seconds",
             motions="microslip.pipeline.motions:response_motions",
-            rows={"response": "microslip.results.response:response_rows"},
+            rows={
+                "response": "microslip.results.response:response_rows",
+                "response_band": "microslip.results.response:band_rows",
+            },
             datasets="microslip.results.response:response_datasets",
             table="microslip.show.tables:response_table",
             figures={"response": "microslip.show.plots.response:response_figure"},

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from joint_files import example_document, refused
 
+from microslip.describe.amplitude import RHO_CONSTANT
 from microslip.describe.reading import parse_joint
 
 
@@ -91,15 +92,22 @@ def test_histories_are_told_apart_by_name(document):
     assert labels == ["sine", "again"]
 
 
-def test_rho_of_a_history_needs_its_constant(document):
+def test_rho_of_a_history_is_that_of_the_loads(document):
+    """It needs no load beside it; the constant of one counts for all."""
     history = {**SINE, "rho": 2.4}
     del history["moment"]
-    document["analysis"]["history"] = [history]
-    assert parse_joint(document).analysis.history[0].label == "sine"
-    del document["analysis"]["response"], document["analysis"]["cycle"]
-    assert "needs load.rho_scale, or analysis.response" in refused(document)
-    document["load"] = {"moment": 5}
-    assert "needs the constant of load.rho" in refused(document)
+    document["analysis"] = {"history": [history]}
+    document["load"] = {"rho": 2.4, "rho_scale": 3e-3}
+    joint = parse_joint(document)
+    assert joint.end_moment("rho", joint.analysis.history[0].rho) == joint.load_moments()[0]
+    del document["load"]
+    alone = parse_joint(document)
+    assert alone.says_rho
+    assert alone.end_moment("rho", 2.4) == pytest.approx(RHO_CONSTANT * 0.25 * 251.5e3 / 2.4)
+    document["analysis"]["history"] = [{**history, "rho": 1e-3}]
+    assert "opens the joint" in refused(document)
+    document["contact"]["friction"] = 0
+    assert "without contact.friction rho is 0" in refused(document)
 
 
 def test_steps_are_counted_at_the_highest_frequency(document):

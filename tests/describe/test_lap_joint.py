@@ -31,8 +31,7 @@ def test_example_is_the_reference_joint():
     assert joint.support.horizontal_spring == 1e5
     assert (joint.damping.alpha, joint.damping.beta) == (0.0, 7.3e-7)
     assert joint.load is not None
-    assert (joint.load.kind, joint.load.values) == ("rho", (0.0, 0.8, 2.4, 5.0))
-    assert joint.load.greatest_damping_at == 2.4
+    assert (joint.load.kind, joint.load.values) == ("moment", (20.0, 50.0, 100.0))
     assert joint.analysis.cycle is not None
     assert joint.analysis.response is not None
 
@@ -100,10 +99,11 @@ def test_cycles_alone_need_no_load(document):
         ("load", "rho", [], ["load.rho = []", "list of 1 to 1000"]),
         ("load", "rho", [1, "two"], ['load.rho[1] = "two"', "a plain number"]),
         ("load", "rho", -1, ["load.rho = -1", "greater than or equal to 0"]),
-        ("load", "greatest_damping_at", 0, ["load.greatest_damping_at = 0"]),
+        ("load", "rho_scale", 0, ["load.rho_scale = 0"]),
     ],
 )
 def test_a_wrong_value_is_named(document, section, key, value, parts):
+    document["load"] = {"rho": 2.4}
     document[section][key] = value
     message = refused(document)
     assert "\n" not in message
@@ -138,18 +138,36 @@ def test_a_cycle_that_opens_the_joint_states_the_limit(document, cycle):
 
 
 def test_rho_needs_friction(document):
+    document["load"] = {"rho": 2.4}
     document["contact"]["friction"] = 0
     assert "load.rho" in refused(document)
     document["load"]["rho"] = 0
     assert parse_joint(document).contact.friction == 0
 
 
-def test_a_response_needs_loads_and_cycles(document):
-    without_load = {**document}
-    del without_load["load"]
-    assert "my.toml: load" in refused(without_load)
+def test_a_response_needs_loads(document):
+    del document["load"]
+    assert "my.toml: load" in refused(document)
+
+
+@pytest.mark.parametrize("variant", ["printed", "consistent"])
+def test_models_of_the_cycles_need_cycles(document, variant):
     del document["analysis"]["cycle"]
-    assert "[analysis.cycle]" in refused(document)
+    assert parse_joint(document).variants == ("refined",)
+    document["analysis"]["response"] = {"variants": ["refined", variant]}
+    message = refused(document)
+    assert f"the {variant} model" in message
+    assert "[analysis.cycle]" in message
+
+
+def test_cycles_are_driven_by_what_is_needed(document):
+    assert parse_joint(document).drives == ("moment",)
+    document["analysis"]["response"] = {"variants": ["printed", "consistent"]}
+    assert parse_joint(document).drives == ("moment", "mode")
+    document["analysis"]["cycle"] = {"drives": "mode"}
+    assert parse_joint(document).drives == ("mode",)
+    del document["analysis"]["cycle"], document["analysis"]["response"]
+    assert parse_joint(document).drives == ()
 
 
 def test_variants_stand_in_one_place():
@@ -189,7 +207,7 @@ def test_a_notebook_shows_a_table_of_two_columns(document):
     assert rows["length of a beam"] == "251.5 mm"
     assert rows["clamp force"] == "1 MN/m"
     assert rows["friction"] == "0.25"
-    assert rows["load: rho"] == "0, 0.8, 2.4, 5"
+    assert rows["load: moment"] == "20, 50, 100 N m/m"
     assert rows["analyses"] == "cycle, response"
     document["load"] = {"moment": ["50 N*m/m", "0.1 kN*m/m"]}
     assert "<td>load: moment</td><td>50, 100 N m/m</td>" in parse_joint(document)._repr_html_()

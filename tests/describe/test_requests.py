@@ -38,7 +38,11 @@ def test_frequencies_run_from_end_to_end(document):
     document["analysis"]["response"] = {"from": "0.17 kHz", "to": 180, "count": 5}
     response = parse_joint(document).analysis.response
     assert response is not None
-    assert response.band() == (170.0, 172.5, 175.0, 177.5, 180.0)
+    assert (response.from_, response.to, response.count) == (170.0, 180.0, 5)
+    document["analysis"]["response"] = {"to": 180}
+    response = parse_joint(document).analysis.response
+    assert response is not None
+    assert (response.from_, response.to) == (None, 180.0)
 
 
 @pytest.mark.parametrize(
@@ -55,7 +59,7 @@ def test_frequencies_run_from_end_to_end(document):
         ("cycle", {"drives": ["modes"]}, "'moment' or 'mode'"),
         ("cycle", {"steps": 10}, "analysis.cycle.steps = 10"),
         ("cycle", {"moment_over_clamp_force_length": 0.01, "count": 3}, "remove count"),
-        ("response", {"to": 100}, "analysis.response.to = 100: must be above"),
+        ("response", {"from": 120, "to": 100}, "analysis.response.to = 100: must be above"),
         ("response", {"from": "-1 Hz"}, 'analysis.response.from = "-1 Hz"'),
         ("response", {"from": "60 rpm"}, "angular frequency"),
         ("response", {"variants": ["other"]}, "'printed', 'consistent' or 'refined'"),

@@ -79,7 +79,11 @@ def test_the_largest_of_all_moments_counts():
     assert estimate.largest_moment(parse_joint(document)) == pytest.approx(1e-3 * 1e6 * 0.2515)
     document["load"] = {"moment": [50, 300]}
     assert estimate.largest_moment(parse_joint(document)) == 300
-    assert math.isnan(estimate.largest_moment(joint(lambda t: t.replace("moment = ", "rho = 2 #"))))
+    by_rho = joint(lambda t: t.replace("moment = ", "rho = 2 #"))
+    assert estimate.largest_moment(by_rho) == pytest.approx(1.985e-3 * 0.25 * 1e6 * 0.2515 / 2)
+    document["load"] = {"rho": 0}
+    del document["analysis"]["history"]
+    assert math.isnan(estimate.largest_moment(parse_joint(document)))
 
 
 @pytest.mark.parametrize(

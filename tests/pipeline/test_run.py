@@ -56,7 +56,7 @@ def test_a_bare_run_has_nothing_in_it(found: Run) -> None:
 def test_a_load_beyond_the_table_is_a_failure(found: Run) -> None:
     """rho = 0.1 slides far beyond the largest cycle."""
     assert {failure.stage for failure in found.failures} == {"response"}
-    assert "consistent, M = " in found.failures[0].where
+    assert found.failures[0].where == "consistent, rho = 0.1"
     assert "points have no answer in the table" in found.failures[0].reason
 
 
@@ -86,7 +86,8 @@ def test_a_notebook_shows_the_summary_escaped(found: Run) -> None:
     assert page.startswith("<h4>Run of Joint &lt;b&gt;</h4>")
     assert "cycles (6)" in page
     assert "response (3)" in page
-    assert page.count("<table>") == page.count("</table>") == 2
+    assert "response_band (1)" in page
+    assert page.count("<table>") == page.count("</table>") == 3
 
 
 def test_tables_of_a_notebook() -> None:

@@ -37,7 +37,11 @@ def run() -> Run:
         "load": {"moment": [20, 50]},
         "output": OUTPUTS,
         "analysis": {
-            "cycle": {"moment_over_clamp_force_length": [2e-4, 1e-3, 1e-2], "steps": 60},
+            "cycle": {
+                "moment_over_clamp_force_length": [2e-4, 1e-3, 1e-2],
+                "steps": 60,
+                "drives": ["moment", "mode"],
+            },
             "response": {"from": 160, "to": 190, "count": 31, "variants": ["refined"]},
             "reduced": {"amplitudes": 12, "steps": 80},
             "harmonic": {"frequencies": [165, 170], "harmonics": 3, "stability": False},

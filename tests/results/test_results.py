@@ -22,6 +22,7 @@ from microslip.describe.reading import parse_joint
 from microslip.errors import Failure, InputError
 from microslip.numerics import execute
 from microslip.pipeline.cycle import DrivenCycles
+from microslip.pipeline.loads import frictionless_resonance, frictionless_response
 from microslip.pipeline.run import Run
 from microslip.pipeline.run import run as run_joint
 from microslip.results.dataset import dataset
@@ -31,6 +32,7 @@ from microslip.results.files import (
     write_summary,
 )
 from microslip.results.summary import summary
+from microslip.show.plots.response import response_figure
 from microslip.show.terminal import print_summary
 from microslip.show.write import write_results
 
@@ -43,7 +45,12 @@ SMALL_JOINT = description(
     load={"rho": [0, 2.4], "rho_scale": 0.0023},
     analysis={
         "cycle": {"moment_over_clamp_force_length": AMPLITUDES, "steps": STEPS, "max_cycles": 8},
-        "response": {"from": "170 Hz", "to": "185 Hz", "count": 61},
+        "response": {
+            "from": "170 Hz",
+            "to": "185 Hz",
+            "count": 61,
+            "variants": ["printed", "consistent", "refined"],
+        },
     },
 )
 """Few pairs, steps and amplitudes: seconds."""
@@ -105,9 +112,23 @@ def test_missing_numbers_become_none(run: Run) -> None:
     response = replace(run.responses[0], rho=np.nan)
     joint = run.joint.model_copy(update={"load": Load(moment=(1.0,))})
     by_moment = replace(run, assembly=replace(run.assembly, joint=joint))
-    row = summary(with_responses(by_moment, response, rho_scale=np.nan))
-    assert row["rho_scale"] is None
-    assert row["response"][0]["rho"] is None
+    row = summary(with_responses(by_moment, replace(response, flag=np.ones_like(response.flag))))
+    assert row["response"][0]["peak_frequency_hz"] is None
+    assert row["response"][0]["largest_modal_amplitude"] is None
+
+
+def test_with_moments_nothing_is_said_of_rho(run: Run) -> None:
+    curves = [replace(response, rho=np.nan) for response in run.responses]
+    joint = run.joint.model_copy(update={"load": Load(moment=(1.0,))})
+    by_moment = replace(run, assembly=replace(run.assembly, joint=joint))
+    by_moment = with_responses(by_moment, *curves)
+    assert "rho" not in json.dumps(summary(by_moment)).replace("threshold", "")
+    group = dataset(by_moment)["response"]
+    assert "rho" not in group.coords
+    assert "rho_scale" not in group.attrs
+    text = io.StringIO()
+    print_summary(by_moment, Console(file=text, width=120))
+    assert "rho" not in text.getvalue()
 
 
 def test_summary_without_analyses(run: Run) -> None:
@@ -118,11 +139,44 @@ def test_summary_without_analyses(run: Run) -> None:
     assert set(dataset(bare).children) == {"model", "prestress", "outputs"}
 
 
-def test_response_over_frictionless_does_not_depend_on_the_load(found: dict) -> None:
-    """Without friction the joint is linear."""
+def test_response_over_frictionless_is_one_without_friction(found: dict, run: Run) -> None:
+    """Of every model; to what the points of a coarse band miss of a sharp peak."""
     rows = [row for row in found["response"] if row["rho"] == 0]
-    for row in rows:
-        assert row["peak_amplitude_over_frictionless"] == pytest.approx(1, rel=1e-9)
+    ratios = [row["peak_amplitude_over_frictionless"] for row in rows]
+    assert ratios == pytest.approx([ratios[0]] * 3, rel=1e-9)
+    assert 0.9 < ratios[0] <= 1
+    frequency, amplitude = frictionless_resonance(run.assembly, rows[0]["moment_n"])
+    fine = np.linspace(frequency - 0.5, frequency + 0.5, 1001)
+    exact = frictionless_response(run.assembly, fine, rows[0]["moment_n"]).peak_amplitude
+    assert exact == pytest.approx(amplitude, rel=1e-5)
+
+
+def test_a_peak_at_the_edge_is_none(run: Run) -> None:
+    """A band that ends below the resonance: said in the summary, the terminal and the figure."""
+    cut = slice(0, 12)
+    response = run.responses[-1]
+    cut_off = replace(
+        response,
+        **{
+            name: getattr(response, name)[cut]
+            for name in ("frequency", "amplitude", "iterations", "contraction", "flag")
+        },
+        error_indicator=response.error_indicator[cut],
+    )
+    assert cut_off.peak_at_edge
+    edged = with_responses(run, cut_off)
+    row = summary(edged)["response"][0]
+    assert row["peak_at_edge"] is True
+    assert row["peak_frequency_hz"] is None
+    assert row["peak_modal_amplitude"] is None
+    assert row["largest_at_hz"] == response.frequency[11]
+    text = io.StringIO()
+    print_summary(edged, Console(file=text, width=120))
+    assert f"none, rises to {response.frequency[11]:.5g}" in text.getvalue()
+    figure = response_figure(edged)
+    assert figure is not None
+    labels = [entry.get_text() for entry in figure.legends[0].get_texts()]
+    assert "no peak in the band" in labels
 
 
 def test_summary_counts_points_without_answer(run: Run) -> None:

@@ -37,7 +37,12 @@ JOINT = description(
     load={"rho": [0, 2.4], "rho_scale": 0.0023},
     analysis={
         "cycle": {"moment_over_clamp_force_length": [1e-3, 4e-3, 1.2e-2], "steps": 60},
-        "response": {"from": "170 Hz", "to": "185 Hz", "count": 61},
+        "response": {
+            "from": "170 Hz",
+            "to": "185 Hz",
+            "count": 61,
+            "variants": ["printed", "consistent", "refined"],
+        },
     },
 )
 
@@ -227,7 +232,7 @@ def timed() -> Run:
         "load": {"rho": [2.4, 5], "rho_scale": 0.0023},
         "analysis": {
             "cycle": {"moment_over_clamp_force_length": [1e-3, 4e-3, 1.2e-2], "steps": 60},
-            "response": {"from": "170 Hz", "to": "185 Hz", "count": 61},
+            "response": {**JOINT["analysis"]["response"]},
             "time": {"frequencies": [172, 177, 179], "steps": 60, "max_cycles": 11},
             "history": {
                 "signal": "free_decay",

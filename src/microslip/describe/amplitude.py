@@ -1,10 +1,8 @@
 """How large a load is: a moment, its ratio to P L, or rho. Exactly one of three keys says it.
 
-    moment                              M, N m per metre of width
-    moment_over_clamp_force_length      M / (P L), P the clamp force per width, L the beams' length
-    rho                                 C mu P L / M
-
-The constant C is the joint's: given, or calibrated by the forced response.
+moment                              M, N m per metre of width
+moment_over_clamp_force_length      M / (P L), P the clamp force per width, L the beams' length
+rho                                 C mu P L / M, with one constant C for every joint
 """
 
 from __future__ import annotations
@@ -28,8 +26,9 @@ LoadKey = Literal["moment", "moment_over_clamp_force_length", "rho"]
 LOAD_KEYS: tuple[LoadKey, ...] = get_args(LoadKey)
 """The keys that can give a load, in the order that messages name them."""
 
-PAPER_GREATEST_DAMPING = 2.4
-"""The rho at which the paper finds the greatest damping."""
+RHO_CONSTANT = 1.985e-3
+"""C in ``rho = C mu P L / M``: with it the reference joint is damped most at rho = 2.4, as the paper
+finds (``microslip reproduce``, which calibrates it). A file may give another, `Load.rho_scale`."""
 
 
 class Amplitude(Section):
@@ -67,9 +66,8 @@ class OneAmplitude(Amplitude):
 class Load(Amplitude):
     """Amplitudes of the end moment: exactly one of `moment`, its ratio to P L, and `rho`.
 
-    ``rho = C mu P L / M``. The constant C is given by `rho_scale`, or else fixed such that the
-    greatest damping falls at ``rho = greatest_damping_at``. ``rho = 0`` is the joint without
-    friction.
+    ``rho = C mu P L / M`` with C = `RHO_CONSTANT`, unless `rho_scale` gives another. ``rho = 0`` is
+    the joint without friction.
     """
 
     moment: Moments | None = None
@@ -81,8 +79,6 @@ class Load(Amplitude):
     rho: Rhos | None = None
     """The same as rho = C mu P L / M; 0 is the joint without friction. For those who follow the
     paper."""
-    greatest_damping_at: Number = Field(default=PAPER_GREATEST_DAMPING, gt=0)
-    """C is such that the greatest damping comes at this rho. Only for loads by rho."""
     rho_scale: Number | None = Field(default=None, gt=0)
     """C itself, instead. Only for loads by rho."""
 
@@ -100,9 +96,6 @@ class Load(Amplitude):
     @model_validator(mode="after")
     def _one_load(self) -> Self:
         kind = self.check_load()
-        for key in ("greatest_damping_at", "rho_scale"):
-            if kind != "rho" and key in self.model_fields_set:
-                raise Rule(key, f"only belongs to load.rho, and the load is given by {kind}")
-        if self.rho_scale is not None and "greatest_damping_at" in self.model_fields_set:
-            raise Rule("rho_scale", "fixes what greatest_damping_at would calibrate: give one")
+        if kind != "rho" and "rho_scale" in self.model_fields_set:
+            raise Rule("rho_scale", f"only belongs to load.rho, and the load is given by {kind}")
         return self

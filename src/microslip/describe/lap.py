@@ -15,7 +15,7 @@ from typing import Self
 from pydantic import Field, model_validator
 
 from microslip.describe import units
-from microslip.describe.amplitude import Load
+from microslip.describe.amplitude import RHO_CONSTANT, Load, LoadKey
 from microslip.describe.excitation import Excitation, LoadedExcitation
 from microslip.describe.outputs import USUAL, Output, Outputs, check_outputs
 from microslip.describe.parts import (
@@ -140,20 +140,61 @@ class LapJoint(Section):
             return ()
         return response.variants if reduced.variant is None else reduced.variant
 
+    @property
+    def drives(self) -> tuple[str, ...]:
+        """What drives the quasi-static cycles; none where they are not asked for.
+
+        Left out it is the end moment, and the mode where the consistent model reads its table.
+        """
+        cycle = self.analysis.cycle
+        if cycle is None:
+            return ()
+        needed = ("moment", "mode") if "consistent" in self.variants else ("moment",)
+        return needed if cycle.drives is None else cycle.drives
+
     def cycle_amplitudes(self) -> tuple[float, ...]:
         """M/(PL) of every quasi-static cycle, ascending; none where cycles are not asked for."""
         cycle = self.analysis.cycle
         return () if cycle is None else cycle.amplitudes(self.opening_ratio)
 
-    def load_moments(self) -> tuple[float, ...]:
-        """End moments of the loads, N m per metre of width, as far as the file alone tells.
+    @property
+    def friction_moment(self) -> float:
+        """``mu P L``, N m per metre of width: what rho compares moments with."""
+        return self.friction * self.clamp_force_length
 
-        Loads given by rho need the constant C and give none.
+    @property
+    def rho_scale(self) -> float:
+        """C in ``rho = C mu P L / M``: that of the file, else the same for every joint."""
+        load = self.load
+        return RHO_CONSTANT if load is None or load.rho_scale is None else load.rho_scale
+
+    @property
+    def says_rho(self) -> bool:
+        """Whether a load of this description is given by rho."""
+        sections = (self.load, *self.analysis.history)
+        return any(getattr(section, "rho", None) is not None for section in sections)
+
+    def end_moment(self, key: LoadKey, value: float) -> float:
+        """End moment that a key gives, N m per metre of width.
+
+        Parameters
+        ----------
+        key : {"moment", "moment_over_clamp_force_length", "rho"}
+        value : float
+            Positive.
         """
-        if self.load is None or self.load.kind == "rho":
+        if key == "moment":
+            return value
+        if key == "moment_over_clamp_force_length":
+            return value * self.clamp_force_length
+        return self.rho_scale * self.friction_moment / value
+
+    def load_moments(self) -> tuple[float, ...]:
+        """End moments of the loads, N m per metre of width; rho = 0 has none and is left out."""
+        if self.load is None:
             return ()
-        scale = 1.0 if self.load.kind == "moment" else self.clamp_force_length
-        return tuple(scale * value for value in self.load.values)
+        kind = self.load.kind
+        return tuple(self.end_moment(kind, value) for value in self.load.values if value > 0)
 
     def __repr__(self) -> str:
         title = [repr(self.title)] if self.title else []
@@ -240,16 +281,18 @@ def _mesh_is_reasonable(joint: LapJoint) -> None:
 
 
 def _response_has_its_inputs(joint: LapJoint) -> None:
-    if joint.analysis.response is not None and joint.analysis.cycle is None:
+    from_cycles = [variant for variant in joint.variants if variant != "refined"]
+    if from_cycles and joint.analysis.cycle is None:
         raise Rule(
             "analysis.response",
-            "is computed from the cycles: add a section [analysis.cycle]; it may be empty",
+            f"the {from_cycles[0]} model is computed from the cycles: add a section "
+            "[analysis.cycle]; it may be empty",
         )
     if joint.analysis.response is not None and joint.load is None:
         raise Rule(
             "load",
             "the section is missing and analysis.response needs it: write for example [load] "
-            "with rho = 2.4, or leave analysis.response out",
+            'with moment = "50 N*m/m", or leave analysis.response out',
         )
     if joint.load is not None and joint.friction == 0 and any(joint.load.rho or ()):
         raise Rule(
@@ -291,31 +334,17 @@ def _harmonic_has_its_inputs(joint: LapJoint) -> None:
             "the section is missing and analysis.harmonic needs it: write for example [load] "
             'with moment = "50 N*m/m"',
         )
-    if load.rho is None or analysis.response is not None or not any(load.rho):
-        return
-    if load.rho_scale is None:
-        raise Rule("load.rho", "needs load.rho_scale, or analysis.response, which calibrates it")
 
 
 def _histories_have_their_inputs(joint: LapJoint) -> None:
-    load = joint.load
     for k, entry in enumerate(joint.analysis.history):
-        key = f"analysis.history.{k}"
         if not isinstance(entry, LoadedExcitation) or entry.load_key is None:
             continue
-        if entry.rho is None:
-            size = joint.clamp_force_length if entry.moment is not None else 1.0
-            amplitude = entry.moment or entry.moment_over_clamp_force_length
-            assert amplitude is not None
-            _holds(joint, f"{key}.{entry.load_key}", amplitude / size)
-        elif joint.friction == 0:
-            raise Rule(f"{key}.rho", "without contact.friction rho is 0: give the moment")
-        elif load is None or load.rho is None:
-            raise Rule(f"{key}.rho", "needs the constant of load.rho: give load.rho, or the moment")
-        elif load.rho_scale is None and joint.analysis.response is None:
-            raise Rule(
-                f"{key}.rho", "needs load.rho_scale, or analysis.response, which calibrates it"
-            )
+        key = f"analysis.history.{k}.{entry.load_key}"
+        if entry.rho is not None and joint.friction == 0:
+            raise Rule(key, "without contact.friction rho is 0: give the moment")
+        moment = joint.end_moment(entry.load_key, getattr(entry, entry.load_key))
+        _holds(joint, key, moment / joint.clamp_force_length)
 
 
 def _positions_are_on_the_overlap(joint: LapJoint) -> None:
@@ -346,14 +375,9 @@ def _joint_stays_closed(joint: LapJoint) -> None:
         listed = cycle.moment_over_clamp_force_length is not None
         key = "moment_over_clamp_force_length" if listed else "largest"
         _holds(joint, f"analysis.cycle.{key}", max(joint.cycle_amplitudes()))
-    if load is None:
-        return
-    if load.kind != "rho":
-        size = joint.clamp_force_length
-        _holds(joint, f"load.{load.kind}", max(joint.load_moments()) / size)
-    elif load.rho_scale is not None and any(load.values):
-        smallest = min(rho for rho in load.values if rho > 0)
-        _holds(joint, "load.rho", load.rho_scale * joint.friction / smallest)
+    moments = joint.load_moments()
+    if load is not None and moments:
+        _holds(joint, f"load.{load.kind}", max(moments) / joint.clamp_force_length)
 
 
 def _holds(joint: LapJoint, key: str, ratio: float) -> None:

@@ -13,7 +13,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar
 from pydantic import BaseModel, BeforeValidator, Field, model_validator
 from pydantic.fields import FieldInfo
 
-from microslip.describe.band import AscendingBand, check_ascending, evenly
+from microslip.describe.band import AscendingBand, check_ascending
 from microslip.describe.excitation import AnyExcitation
 from microslip.describe.quantities import (
     Count,
@@ -57,11 +57,14 @@ Harmonics = Annotated[int | Literal["adaptive"], BeforeValidator(_harmonics)]
 
 
 class CycleAnalysis(Section):
-    """Quasi-static cycles: stiffness and damping against amplitude M/(PL)."""
+    """Quasi-static cycles: stiffness and damping against amplitude M/(PL).
 
-    drives: Drives = ("moment", "mode")
-    """Driven by the end moments, or by the inertia of the sliding mode. Each is a table of its
-    own; the reduced models read that of the mode."""
+    `drives` left out are the end moment and what the forced response reads: `LapJoint.drives`.
+    """
+
+    drives: Drives | None = None
+    """Driven by the end moments, "moment", or by the inertia of the sliding mode, "mode". Left out,
+    the end moments, and the mode where a forced response reads its table."""
     smallest: Number = Field(default=5e-5, gt=0)
     """Smallest amplitude M/(P L); amplitudes are evenly spaced in their logarithm. Begin of the
     table."""
@@ -96,7 +99,7 @@ class CycleAnalysis(Section):
 
     @model_validator(mode="after")
     def _one_list(self) -> Self:
-        check_distinct("drives", self.drives)
+        check_distinct("drives", self.drives or ())
         range_keys = {"smallest", "largest", "count"} & self.model_fields_set
         if self.moment_over_clamp_force_length is not None and range_keys:
             raise Rule(
@@ -109,31 +112,27 @@ class CycleAnalysis(Section):
 
 
 class ResponseAnalysis(Section):
-    """Frequency response of the reduced model, over a band in Hz."""
+    """Frequency response of the reduced model, over a band in Hz.
 
-    from_: Frequency = Field(default=165.0, gt=0, alias="from")
-    """Lowest frequency. The peak must lie inside the band."""
-    to: Frequency = Field(default=190.0, gt=0)
+    An end of the band that is left out follows from the joint and its loads, and frequencies are
+    added to the `count` where a curve is steep.
+    """
+
+    from_: Frequency | None = Field(default=None, gt=0, alias="from")
+    """Lowest frequency. Left out, it follows from the joint and its loads, so that every peak is
+    inside."""
+    to: Frequency | None = Field(default=None, gt=0)
     """Highest frequency. As from."""
     count: Count = Field(default=501, ge=2, le=1_000_000)
-    """How many frequencies, evenly spaced. How well the peak is resolved."""
-    variants: Variants = ("printed", "consistent", "refined")
-    """Reduced models: as the paper prints it; put right; made accurate. Each gives a curve per
-    load."""
+    """How many frequencies, evenly spaced; more where a curve is steep, if from or to is left out.
+    How well the peak is resolved."""
+    variants: Variants = ("refined",)
+    """Reduced models: the accurate one, "refined"; as the paper prints it, "printed"; put right,
+    "consistent". Each gives a curve per load."""
     tolerance: Number = Field(default=1e-10, gt=0, lt=0.1)
     """Of the fixed-point iteration at each frequency. Hardly any time."""
     max_iterations: Count = Field(default=500, ge=1, le=1_000_000)
     """Of that iteration. Points that need more have no answer."""
-
-    def band(self) -> tuple[float, ...]:
-        """Frequencies, Hz, ascending.
-
-        Examples
-        --------
-        >>> ResponseAnalysis(from_=170, to=171, count=3).band()
-        (170.0, 170.5, 171.0)
-        """
-        return evenly(self.from_, self.to, self.count)
 
     @model_validator(mode="after")
     def _ascending(self) -> Self:

@@ -21,9 +21,7 @@ def cycle_request(joint: LapJoint) -> Iterator[Line]:
     """Amplitudes of the quasi-static cycles, and what drives them."""
     amplitudes = joint.cycle_amplitudes()
     low, high = amplitudes[0], amplitudes[-1]
-    asked = joint.analysis.cycle
-    assert asked is not None
-    drives = " and ".join(asked.drives)
+    drives = " and ".join(joint.drives)
     yield (
         "quasi-static cycles",
         f"{len(amplitudes)} amplitudes, M/(P L) {low:.3g} to {high:.3g}, driven by {drives}",
@@ -34,7 +32,12 @@ def response_request(joint: LapJoint) -> Iterator[Line]:
     """Band and variants of the reduced models."""
     asked = joint.analysis.response
     assert asked is not None
-    yield "response", f"{asked.count} frequencies, {asked.from_:g} to {asked.to:g} Hz"
+    if asked.from_ is None and asked.to is None:
+        band = f"{asked.count} frequencies and more, in a band that follows from the joint"
+    else:
+        ends = ["the joint's" if end is None else f"{end:g} Hz" for end in (asked.from_, asked.to)]
+        band = f"{asked.count} frequencies, {ends[0]} to {ends[1]}"
+    yield "response", band
     yield "reduced models", ", ".join(joint.variants)
 
 

@@ -82,7 +82,7 @@ def cycle_seconds(joint: LapJoint) -> float:
     asked = joint.analysis.cycle
     if asked is None:
         return 0.0
-    cycles = len(asked.drives) * len(joint.cycle_amplitudes()) * min(5, asked.max_cycles)
+    cycles = len(joint.drives) * len(joint.cycle_amplitudes()) * min(5, asked.max_cycles)
     return _cycle(joint, asked.steps) * cycles
 
 

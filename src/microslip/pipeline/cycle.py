@@ -50,7 +50,7 @@ def run_cycles(
     failures: tuple[Failure, ...] = ()
     timings: dict[str, float] = {}
     with until_interrupted() as stop:
-        for drive in settings.drives:
+        for drive in assembly.joint.drives:
             start = time.perf_counter()
             outcome = drive_cycles(assembly, drive, progress)
             found[drive], timings[drive] = outcome.value, time.perf_counter() - start

@@ -22,11 +22,10 @@ from microslip.brief import Brief
 from microslip.describe.requests import HarmonicAnalysis
 from microslip.errors import Failure, MicroslipError
 from microslip.numerics.execute import NotBegun, gather, threads
-from microslip.pipeline.loads import Load, frictionless_response, gentle_moment, loads_of_file
+from microslip.pipeline.loads import Load, loads_of_file
 from microslip.pipeline.outcome import Outcome, value_of
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.progress import Progress
-from microslip.pipeline.response import known_scale
 from microslip.typing import Array, Complex
 
 
@@ -37,7 +36,7 @@ class HarmonicRun(Brief):
     Attributes
     ----------
     rho, friction, load : float
-        ``rho = C mu P L / M`` (nan or inf where it has no value), and M, N m per metre of width.
+        ``rho = C mu P L / M`` (nan where the file gives moments), and M, N m per metre of width.
     response : HarmonicResponse
     curves : tuple of ((n,) array, (n,) complex array)
         Frequency, Hz, and sliding amplitude along each branch as it was followed: with the harmonics
@@ -71,7 +70,7 @@ def run_harmonic(
     """
     settings = assembly.joint.analysis.harmonic
     assert settings is not None
-    loads, stop = loads_to_follow(assembly, done, settings), threading.Event()
+    loads, stop = loads_to_follow(assembly, done), threading.Event()
     progress.start("harmonic balance", 2 * len(loads) * len(settings.band()))
 
     def one(load: Load) -> HarmonicRun | MicroslipError:
@@ -83,7 +82,7 @@ def run_harmonic(
     found: list[HarmonicRun] = []
     failures: list[Failure] = []
     for load, outcome in zip(loads, gather(one, loads, threads(), stop), strict=True):
-        place = f"rho = {load.rho:.4g}"
+        place = str(load)
         if isinstance(outcome, NotBegun):
             failures.append(Failure("harmonic", place, "interrupted before it began"))
         elif isinstance(outcome, MicroslipError):
@@ -101,25 +100,11 @@ def _under(place: str, failure: Failure) -> Failure:
     return replace(failure, where=where)
 
 
-def loads_to_follow(
-    assembly: Assembly, done: Mapping[str, Outcome[Any]], settings: HarmonicAnalysis
-) -> list[Load]:
-    """Loads of the forced response; where there is none, those of the file.
-
-    Raises
-    ------
-    MicroslipError
-        Where the forced response should have calibrated rho and failed.
-    """
+def loads_to_follow(assembly: Assembly, done: Mapping[str, Outcome[Any]]) -> list[Load]:
+    """Loads of the forced response, each once; where there is none, those of the file."""
     responses = value_of(done, "response")
-    if responses is not None and responses.loads:
-        return list(dict.fromkeys(responses.loads))
-
-    def gentle() -> float:
-        linear = frictionless_response(assembly, np.asarray(settings.band()))
-        return gentle_moment(assembly, linear, {})
-
-    return list(loads_of_file(assembly, known_scale(assembly, done), gentle))
+    found = loads_of_file(assembly) if responses is None else responses.loads
+    return list(dict.fromkeys(found or loads_of_file(assembly)))
 
 
 def follow(

@@ -21,11 +21,10 @@ from microslip.describe.excitation import Excitation, FreeDecay, LoadedExcitatio
 from microslip.errors import Failure, MicroslipError
 from microslip.numerics.execute import NotBegun, gather, threads
 from microslip.pipeline.excitation import Prepared
-from microslip.pipeline.loads import DRIVES, end_moment, on_port
+from microslip.pipeline.loads import DRIVES, on_port
 from microslip.pipeline.outcome import Outcome
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.progress import Progress
-from microslip.pipeline.response import known_scale
 
 
 def run_histories(
@@ -36,12 +35,11 @@ def run_histories(
     On Ctrl-C each stops at the end of its cycle and is kept as far as it is.
     """
     signals, stop = assembly.signals, Event()
-    scale = known_scale(assembly, done)
     progress.start("histories", sum(signal.blocks for signal in signals))
 
     def one(signal: Prepared) -> History | MicroslipError:
         try:
-            return march_history(assembly, signal, scale, progress.advance, stop)
+            return march_history(assembly, signal, progress.advance, stop)
         except MicroslipError as error:
             return error
 
@@ -65,7 +63,7 @@ def run_histories(
 
 
 def march_history(
-    assembly: Assembly, signal: Prepared, scale: float, advance: Callable[[], None], stop: Event
+    assembly: Assembly, signal: Prepared, advance: Callable[[], None], stop: Event
 ) -> History:
     """One history, as far as it comes.
 
@@ -73,8 +71,6 @@ def march_history(
     ----------
     assembly : Assembly
     signal : Prepared
-    scale : float
-        C in ``rho = C mu P L / M``.
     advance : callable
         Called after every cycle.
     stop : Event
@@ -86,7 +82,7 @@ def march_history(
         Where it cannot begin.
     """
     a, entry = assembly, signal.entry
-    amplitude = float(on_port(a, entry.drive, amplitude_of(entry, a, scale)))
+    amplitude = float(on_port(a, entry.drive, amplitude_of(entry, a)))
     scheme = time_scheme(a.prepared, signal.dt, port=DRIVES[entry.drive])
     positions = entry.positions or (a.joint.clamp.half_length,)
     recording = Recording(
@@ -109,11 +105,11 @@ def march_history(
     )
 
 
-def amplitude_of(entry: Excitation, assembly: Assembly, scale: float) -> float:
+def amplitude_of(entry: Excitation, assembly: Assembly) -> float:
     """End moment that an entry asks for; 1 where its signal has the amplitude in it."""
     if not isinstance(entry, LoadedExcitation) or entry.load_key is None:
         return 1.0
-    return end_moment(assembly, entry.load_key, getattr(entry, entry.load_key), scale)
+    return assembly.joint.end_moment(entry.load_key, getattr(entry, entry.load_key))
 
 
 def _start(entry: Excitation, a: Assembly, scheme: TimeScheme, amplitude: float) -> State:

@@ -20,7 +20,7 @@ from microslip.describe.outputs import Output
 from microslip.pipeline.prepare import Assembly
 from microslip.typing import Array, Complex, Indices
 
-Model = tuple[TwoModeModel, EquivalentTable]
+Model = tuple[TwoModeModel, EquivalentTable | None]
 """A reduced model and the table it reads."""
 
 

@@ -6,16 +6,29 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from microslip.analyses.reduced.refined import load_offset, refined_table
+from microslip.analyses.reduced.resonance import resonance
 from microslip.analyses.reduced.table import EquivalentTable
-from microslip.analyses.statics.prescribed import hold_mode
+from microslip.analyses.reduced.two_mode import two_mode_model
+from microslip.analyses.statics.prescribed import hold_mode, prescribed_cycle
 from microslip.brief import Brief
+from microslip.describe.requests import MOST_OF_OPENING
+from microslip.errors import ContactError, MicroslipError
+from microslip.pipeline.loads import GENTLE, opening_amplitude
 from microslip.pipeline.outcome import Outcome, value_of
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.progress import Progress
 
 BELOW = 0.1
-"""Smallest amplitude of the refined table over that of the other: there the joint sticks."""
+"""Smallest amplitude of the refined table over that of mode-driven cycles: there the joint sticks."""
+
+ALMOST = 0.97
+"""As close as the table comes to the opening amplitude, where contact is lost at an instant."""
+
+ROOM = 1.1
+"""The table is made to hold the resonance of this many times the largest load."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -36,18 +49,16 @@ class Refined(Brief):
 def run_refined(
     assembly: Assembly, done: Mapping[str, Outcome[Any]], progress: Progress
 ) -> Outcome[Refined] | None:
-    """Table over the amplitudes of the cycles', where a response reads it and there is friction."""
+    """Table for the loads of the file, where a response reads it and there is friction."""
     joint = assembly.joint
-    tables = tables_of(done)
-    if "refined" not in joint.variants or not tables or joint.friction == 0:
+    if "refined" not in joint.variants or joint.friction == 0 or not joint.load_moments():
         return None
     settings = joint.analysis.reduced
-    sizes = tables.get("mode", next(iter(tables.values()))).amplitude
-    smallest = BELOW * float(sizes[0])
+    smallest, largest = table_range(assembly, tables_of(done).get("mode"))
     return tabulate(
         assembly,
         smallest,
-        float(sizes[-1]),
+        largest,
         settings.amplitudes,
         steps=settings.steps,
         cycles=settings.max_cycles,
@@ -55,6 +66,50 @@ def run_refined(
         sticking=smallest,
         progress=progress,
     )
+
+
+def table_range(assembly: Assembly, driven: EquivalentTable | None) -> tuple[float, float]:
+    """Modal amplitudes between which to tabulate: from sticking up to where the loads resonate.
+
+    Upward it ends with the mode-driven cycles, or where there are none at `MOST_OF_OPENING` of the
+    amplitude whose inertia opens the joint; at `ALMOST` of it where the largest load needs more.
+
+    Parameters
+    ----------
+    assembly : Assembly
+    driven : EquivalentTable or None
+        Of the mode-driven cycles.
+
+    Raises
+    ------
+    MicroslipError
+        Where no amplitude opens the joint.
+    """
+    opening = opening_amplitude(assembly)
+    if not 0 < opening < np.inf:
+        raise MicroslipError(
+            f"the amplitude that opens the joint is {opening:g}: the range of amplitudes is not known"
+        )
+    smallest, largest = GENTLE * opening, MOST_OF_OPENING * opening
+    if driven is not None:
+        smallest, largest = float(driven.amplitude[0]), float(driven.amplitude[-1])
+    needed = ROOM * max(assembly.joint.load_moments(), default=0.0)
+    if largest < ALMOST * opening and _resonant_load(assembly, largest) < needed:
+        largest = ALMOST * opening
+    return BELOW * smallest, largest
+
+
+def _resonant_load(assembly: Assembly, amplitude: float) -> float:
+    """End moment whose resonance has an amplitude; infinite where its cycle cannot be solved."""
+    settings = assembly.joint.analysis.reduced
+    held = hold_mode(assembly.prepared, assembly.between_states)
+    try:
+        cycle = prescribed_cycle(held, amplitude, steps=settings.steps, cycles=2)
+    except ContactError:
+        return np.inf
+    kappa = np.array([cycle.force / cycle.q / held.sliding_omega**2], complex)
+    linear = two_mode_model(assembly.prepared, "refined")
+    return float(resonance(linear, np.array([amplitude]), kappa).load.max(initial=0.0))
 
 
 def tabulate(

@@ -29,7 +29,6 @@ from microslip.pipeline.outcome import Outcome, value_of
 from microslip.pipeline.prepare import Assembly, assemble
 from microslip.pipeline.progress import NullProgress, Progress
 from microslip.pipeline.reduced import tables_of
-from microslip.pipeline.response import known_scale
 from microslip.pipeline.selection import Selection
 from microslip.registry import Analysis, column, resolved
 
@@ -155,8 +154,8 @@ class Run:
 
     @property
     def rho_scale(self) -> float:
-        """C in ``rho = C mu P L / M``; nan where it is neither given nor calibrated."""
-        return known_scale(self.assembly, self.outcomes)
+        """C in ``rho = C mu P L / M``; nan where no load is given by rho."""
+        return self.joint.rho_scale if self.joint.says_rho else np.nan
 
     @property
     def backbones(self) -> Selection[Backbone]:

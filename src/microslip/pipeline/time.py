@@ -35,7 +35,7 @@ def run_time_domain(
                 failures.append(failure)
             progress.advance()
         progress.finish()
-    found.sort(key=lambda p: (p.rho, p.steady.load, p.steady.frequency))
+    found.sort(key=lambda p: (np.nan_to_num(p.rho), p.steady.load, p.steady.frequency))
     return Outcome(tuple(found), tuple(failures), stop.is_set())
 
 
@@ -83,5 +83,4 @@ def integrate(
         else:
             steady = outcome.steady
             reason = f"not steady after {steady.cycles} cycles, last change {steady.change:.1e}"
-            place = f"rho = {request.rho:g}, {request.frequency:g} Hz"
-            yield outcome, Failure("time", place, reason)
+            yield outcome, Failure("time", request.place, reason)

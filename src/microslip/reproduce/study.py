@@ -23,19 +23,14 @@ from microslip.describe.lap import LapJoint
 from microslip.describe.reading import load_joint
 from microslip.errors import Failure, MicroslipError
 from microslip.pipeline.cycle import DrivenCycles, drive_cycles
-from microslip.pipeline.loads import (
-    DRIVES,
-    calibrated_scale,
-    end_moment,
-    frictionless_response,
-    gentle_moment,
-)
+from microslip.pipeline.loads import DRIVES, frictionless_response
 from microslip.pipeline.outcome import Outcome
 from microslip.pipeline.prepare import Assembly, assemble
 from microslip.pipeline.progress import NullProgress, Progress
 from microslip.pipeline.reduced import Refined, tabulate
 from microslip.pipeline.run import Run
 from microslip.pipeline.time import integrate
+from microslip.reproduce.calibration import calibrated_scale
 from microslip.reproduce.friction_force import friction_table
 from microslip.reproduce.settings import FULL, PAPER_BEST_RHO, Settings
 from microslip.typing import Array
@@ -235,15 +230,16 @@ class Study:
         mode = self.assembly.mode
         model = two_mode_model(self.assembly.prepared, "consistent")
         band = np.linspace(0.95 * mode.sliding_frequency, 1.05 * mode.stuck_frequency, 801)
-        found = (model, self.run.tables["mode"])
-        return calibrated_scale(self.assembly, found, band, PAPER_BEST_RHO)
+        table = self.run.tables["mode"]
+        return calibrated_scale(self.assembly, model, table, band, PAPER_BEST_RHO)
 
     def moment(self, rho: float) -> float:
         """End moment of a rho, N m per metre of width; for 0 one that keeps the joint closed."""
         if rho > 0:
-            return end_moment(self.assembly, "rho", rho, self.rho_scale)
-        table = {"mode": self.run.tables["mode"]}
-        return gentle_moment(self.assembly, self.frictionless, table)
+            return self.rho_scale * self.joint.friction_moment / rho
+        linear = self.frictionless
+        smallest = float(self.run.tables["mode"].amplitude.min())
+        return float(smallest / (linear.peak_amplitude / linear.load))
 
     @cached_property
     def frictionless(self) -> Response:

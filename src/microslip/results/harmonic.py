@@ -15,7 +15,7 @@ from microslip.contact.pairs import touches
 from microslip.pipeline.harmonic import HarmonicRun
 from microslip.pipeline.outputs import harmonics_by_name
 from microslip.pipeline.run import Run
-from microslip.results.labels import MODAL, pair_position, variable
+from microslip.results.labels import MODAL, pair_position, rho_entry, rho_of, variable
 from microslip.results.outputs import (
     PARTS,
     lags,
@@ -57,7 +57,7 @@ def _row(
     first = {name: y[1] for name, y in outputs_of(run, point).items()}
     slowest = None if stability is None or not len(stability.exponents) else _slowest(stability)
     return {
-        "rho": entry.rho,
+        **rho_entry(entry.rho),
         "moment_over_clamp_force_length": entry.load / run.assembly.moment_unit,
         "frequency_hz": point.frequency,
         "modal_amplitude": abs(point.amplitude),
@@ -105,7 +105,7 @@ def fold_rows(run: Run) -> list[dict[str, Any]]:
     """Where the branches turn round."""
     return [
         {
-            "rho": entry.rho,
+            **rho_entry(entry.rho),
             "moment_over_clamp_force_length": entry.load / run.assembly.moment_unit,
             "frequency_hz": fold.frequency,
             "modal_amplitude": abs(fold.amplitude),
@@ -229,7 +229,7 @@ def _dataset(run: Run) -> xr.Dataset:
             "frequency": variable(
                 each, column(rows, "frequency_hz"), "Hz", "frequency of the load"
             ),
-            "rho": variable(each, column(rows, "rho"), "1", "rho = C mu P L / M"),
+            **rho_of(each, [entry.rho for entry, *_ in entries(run)]),
             "moment": variable(
                 each,
                 column(rows, "moment_over_clamp_force_length") * unit,

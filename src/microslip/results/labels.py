@@ -40,6 +40,18 @@ def variable(
     return xr.Variable(dims, values, {"units": units, "long_name": long_name, **attrs})
 
 
+def rho_entry(rho: float) -> dict[str, float]:
+    """rho as an entry of the summary, where the file gives loads by it."""
+    return {"rho": rho} if np.isfinite(rho) else {}
+
+
+def rho_of(dims: Sequence[str], values: Sequence[float]) -> dict[str, xr.Variable]:
+    """The coordinate ``rho``, where the file gives loads by it."""
+    if not np.isfinite(values).any():
+        return {}
+    return {"rho": variable(dims, np.asarray(values, float), "1", "rho = C mu P L / M")}
+
+
 def state_variable(dims: Sequence[str], values: Status) -> xr.Variable:
     """Contact states with the meaning of their numbers."""
     return variable(

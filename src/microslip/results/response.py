@@ -10,8 +10,9 @@ import numpy as np
 import xarray as xr
 
 from microslip.analyses.reduced.response import CONVERGED, Response
+from microslip.pipeline.loads import frictionless_resonance
 from microslip.pipeline.run import Run
-from microslip.results.labels import MODAL, variable
+from microslip.results.labels import MODAL, rho_entry, rho_of, variable
 from microslip.results.outputs import (
     PARTS,
     modal_variable,
@@ -24,11 +25,12 @@ from microslip.typing import Array
 
 
 def frictionless_peak(run: Run, load: float) -> float:
-    """Largest modal amplitude of the joint without friction in the band, scaled to a load."""
-    reference = run.frictionless
-    if reference is None or not reference.load:
-        return math.nan
-    return reference.peak_amplitude / reference.load * load
+    """Modal amplitude of the joint without friction at its own resonance, under a load.
+
+    Wherever that resonance lies; nan where no damping bounds it.
+    """
+    _, amplitude = frictionless_resonance(run.assembly, load)
+    return amplitude if math.isfinite(amplitude) else math.nan
 
 
 def response_rows(run: Run) -> list[dict[str, Any]]:
@@ -36,20 +38,46 @@ def response_rows(run: Run) -> list[dict[str, Any]]:
     return [_row(run, response) for response in run.responses]
 
 
+def band_rows(run: Run) -> list[dict[str, Any]]:
+    """The band of the forced response, and what it follows from."""
+    found = run.value("response")
+    if found.axis is None:
+        return []
+    axis = found.axis
+    return [
+        {
+            "from_hz": axis.low,
+            "to_hz": axis.high,
+            "points": len(axis.frequency),
+            "origin": axis.origin,
+        }
+    ]
+
+
+def has_peak(response: Response) -> bool:
+    """Whether the largest answer is a peak: there is one, and it is not at an end of the band."""
+    return bool((response.flag == CONVERGED).any()) and not response.peak_at_edge
+
+
 def _row(run: Run, response: Response) -> dict[str, Any]:
-    bad = response.unconverged
-    any_answer = bool((response.flag == CONVERGED).any())
-    peak = response.peak_amplitude if any_answer else math.nan
+    bad, good = response.unconverged, response.flag == CONVERGED
+    any_answer, peaks = bool(good.any()), has_peak(response)
+    peak = response.peak_amplitude if peaks else math.nan
     return {
         "variant": response.variant,
         "table": response.drive or None,
-        "rho": response.rho,
+        **rho_entry(response.rho),
         "moment_n": response.load,
         "moment_over_clamp_force_length": response.load / run.assembly.moment_unit,
-        "peak_frequency_hz": response.peak_frequency if any_answer else math.nan,
+        "peak_frequency_hz": response.peak_frequency if peaks else math.nan,
         "peak_modal_amplitude": peak,
         "peak_amplitude_over_frictionless": peak / frictionless_peak(run, response.load),
-        "peak_beside_unconverged": any_answer and beside_unconverged(response),
+        "peak_beside_unconverged": peaks and beside_unconverged(response),
+        "peak_at_edge": any_answer and not peaks,
+        "largest_at_hz": response.frequency[response.peak] if any_answer else math.nan,
+        "largest_modal_amplitude": abs(response.amplitude[response.peak])
+        if any_answer
+        else math.nan,
         "unconverged_points": len(bad),
         "unconverged_from_hz": bad.min() if len(bad) else None,
         "unconverged_to_hz": bad.max() if len(bad) else None,
@@ -58,9 +86,9 @@ def _row(run: Run, response: Response) -> dict[str, Any]:
         "iterations_max": response.iterations.max(),
         "error_indicator_max": None
         if response.error_indicator is None or not any_answer
-        else response.error_indicator[response.flag == CONVERGED].max(),
+        else response.error_indicator[good].max(),
         "error_indicator_at_peak": None
-        if response.error_indicator is None or not any_answer
+        if response.error_indicator is None or not peaks
         else response.error_indicator[response.peak],
         "peak_outputs": peak_outputs(run, response) if any_answer else {},
     }
@@ -74,9 +102,13 @@ def peak_outputs(run: Run, response: Response) -> dict[str, float]:
 
 
 def beside_unconverged(response: Response) -> bool:
-    """Whether the largest answer is next to a point without one, and so only a lower bound."""
+    """Whether the largest answer is next to a point without one, and so only a lower bound.
+
+    Or next to one where only the smaller of two answers is known.
+    """
     around = slice(max(response.peak - 1, 0), response.peak + 2)
-    return bool((response.flag[around] != CONVERGED).any())
+    outgrown = response.outgrown is not None and response.outgrown[around].any()
+    return bool((response.flag[around] != CONVERGED).any() or outgrown)
 
 
 def response_datasets(run: Run) -> dict[str, xr.Dataset]:
@@ -137,12 +169,15 @@ def _dataset(run: Run) -> xr.Dataset:
         "table": variable(
             curves, [r.drive or "none" for r in responses], "1", "drive of the equivalent table"
         ),
-        "rho": variable(curves, stack([r.rho for r in responses]), "1", "rho = C mu P L / M"),
+        **rho_of(curves, [r.rho for r in responses]),
         "moment": variable(
             curves, stack([r.load for r in responses]), "N m/m", "amplitude of the end moment"
         ),
     }
-    return xr.Dataset(data, coords, {"rho_scale": run.rho_scale})
+    attrs: dict[str, Any] = {"band": str(run.value("response").axis)}
+    if run.joint.says_rho:
+        attrs["rho_scale"] = run.rho_scale
+    return xr.Dataset(data, coords, attrs)
 
 
 def _outputs(run: Run) -> dict[str, xr.Variable]:

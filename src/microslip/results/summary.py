@@ -25,10 +25,10 @@ def summary(run: Run) -> dict[str, Any]:
     dict
         ``title``, ``version``, ``model``, ``prestress``, ``outputs``; the rows of every analysis
         under its keys, empty where it was not asked for: ``backbone``, ``cycles``, ``response``,
-        ``harmonic``, ``harmonic_folds``, ``time_domain``, ``history``; ``rho_scale``, ``stress``,
-        ``warnings``, ``failures``, ``interrupted``, ``timings_s``. Units are in the names; forces and
-        energies are per metre of width. A cycle is listed only where the solver certified every
-        step, so its
+        ``response_band``, ``harmonic``, ``harmonic_folds``, ``time_domain``, ``history``;
+        ``rho_scale`` where a load is given by rho; ``stress``, ``warnings``, ``failures``,
+        ``interrupted``, ``timings_s``. Units are in the names; forces and energies are per metre of
+        width. A cycle is listed only where the solver certified every step, so its
         ``unsolved_steps`` are 0; cycles that failed are among the ``failures``.
     """
     rows = {
@@ -45,7 +45,7 @@ def summary(run: Run) -> dict[str, Any]:
             "prestress": prestress_summary(run),
             "outputs": outputs_summary(run),
             **rows,
-            "rho_scale": run.rho_scale,
+            **({"rho_scale": run.rho_scale} if run.joint.says_rho else {}),
             "stress": _stress(judged),
             "warnings": [str(caution) for caution in judged.cautions],
             "failures": [str(failure) for failure in run.failures],

@@ -28,6 +28,8 @@ from microslip.results.labels import (
     output_label,
     output_name,
     pair_position,
+    rho_entry,
+    rho_of,
     state_variable,
     variable,
     watched_position,
@@ -59,7 +61,7 @@ def time_row(run: Run, point: TimePoint) -> dict[str, Any]:
     found = equivalent(point.steady, point.corrected_frequency, run.prepared)
     first = {name: y[1] for name, y in outputs_of(run, point).items()}
     return {
-        "rho": point.rho,
+        **rho_entry(point.rho),
         "moment_over_clamp_force_length": steady.load / run.assembly.moment_unit,
         "frequency_hz": steady.frequency,
         "corrected_frequency_hz": point.corrected_frequency,
@@ -222,7 +224,7 @@ def _dataset(run: Run) -> xr.Dataset:
             "corrected_frequency": scalar(
                 "corrected_frequency_hz", "Hz", "frequency without the period error of the steps"
             ),
-            "rho": variable(each, np.array([p.rho for p in points]), "1", "rho = C mu P L / M"),
+            **rho_of(each, [p.rho for p in points]),
             "moment": variable(
                 each,
                 np.array([p.steady.load for p in points]),

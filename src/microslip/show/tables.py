@@ -71,10 +71,9 @@ PEAK = "peak"
 """Column of the output that tables show; its heading is what that is called."""
 
 _COLUMNS: tuple[tuple[str, Callable[[dict[str, Any]], str]], ...] = (
-    ("rho", lambda row: number(row["rho"], "g")),
     ("variant", lambda row: row["variant"]),
     ("M, N m/m", lambda row: number(row["moment_n"])),
-    ("peak, Hz", lambda row: number(row["peak_frequency_hz"], ".2f")),
+    ("peak, Hz", lambda row: _peak(row)),
     (PEAK, lambda row: _bound(row) + row["shown"]),
     (
         "of mu = 0",
@@ -84,20 +83,35 @@ _COLUMNS: tuple[tuple[str, Callable[[dict[str, Any]], str]], ...] = (
 )
 
 
-def response_table(found: Summary) -> Iterator[Table]:
-    """Peaks of every load and variant, and where there is no answer."""
+def response_table(found: Summary) -> Iterator[str | Table]:
+    """Band, peaks of every load and variant, and where there is no answer."""
+    rows = found["response"]
     table = _table("Forced response")
-    label, unit, key = shown(found)
+    rows, (label, unit, key) = found["response"], shown(found)
+    with_rho = says_rho(rows)
+    if with_rho:
+        table.add_column("rho", justify="right", no_wrap=True)
     for name, _ in _COLUMNS:
         table.add_column(
             f"{label}\nat peak, {unit}" if name == PEAK else name,
             justify="left" if name in ("variant", "no answer") else "right",
             no_wrap=name != "no answer",
         )
-    for row in (r | {"shown": output(r, key, of="peak_outputs")} for r in found["response"]):
-        style = "yellow" if row["unconverged_points"] else None
-        table.add_row(*(cell(row) for _, cell in _COLUMNS), style=style)
+    for row in (r | {"shown": output(r, key, of="peak_outputs")} for r in rows):
+        style = "yellow" if row["unconverged_points"] or row["peak_at_edge"] else None
+        rho = [number(row["rho"], "g")] if with_rho else []
+        table.add_row(*rho, *(cell(row) for _, cell in _COLUMNS), style=style)
     yield table
+    for band in found["response_band"]:
+        yield (
+            f"  band {number(band['from_hz'], '.6g')} to {number(band['to_hz'], '.6g')} Hz, "
+            f"{band['origin']}"
+        )
+
+
+def says_rho(rows: list[dict[str, Any]]) -> bool:
+    """Whether loads were given by rho."""
+    return any("rho" in row for row in rows)
 
 
 def backbone_table(found: Summary) -> Iterator[Table]:
@@ -139,18 +153,20 @@ def harmonic_table(found: Summary) -> Iterator[Table]:
     table = _table("Harmonic balance")
     label, unit, wanted = shown(found)
     peak = f"{label}\nat peak, {unit}"
-    for name in ("rho", "M/(PL)", "points", "peak, Hz", peak, "H", "s"):
+    rows, key = found["harmonic"], "moment_over_clamp_force_length"
+    with_rho = says_rho(rows)
+    names = ("M/(PL)", "points", "peak, Hz", peak, "H", "s")
+    for name in ("rho", *names) if with_rho else names:
         table.add_column(name, justify="right", no_wrap=True)
     table.add_column("folds, Hz", min_width=7)
     table.add_column("not\nstable", no_wrap=True)
-    rows, key = found["harmonic"], "moment_over_clamp_force_length"
     for load in dict.fromkeys(row[key] for row in rows):
         mine = [row for row in rows if row[key] == load]
         stable = [row for row in mine if row["stable"] is not False]
         best = max(stable or mine, key=lambda row: row["modal_amplitude"])
         folds = [fold["frequency_hz"] for fold in found["harmonic_folds"] if fold[key] == load]
         table.add_row(
-            number(best["rho"], "g"),
+            *([number(best["rho"], "g")] if with_rho else []),
             number(load, ".3g"),
             str(len(mine)),
             number(best["frequency_hz"], ".2f"),
@@ -168,11 +184,16 @@ def time_table(found: Summary) -> Iterator[Table]:
     table = _table("Time domain")
     label, unit, wanted = shown(found)
     size, lost = f"{label},\n{unit}", "dissipated,\nJ/m"
-    for name in ("rho", "f, Hz", size, "phase, °", lost, "cycles", "s"):
+    rows = found["time_domain"]
+    with_rho = says_rho(rows)
+    names = ("f, Hz", size, "phase, °", lost, "cycles", "s")
+    for name in ("rho" if with_rho else "M/(PL)", *names):
         table.add_column(name, justify="right", no_wrap=True)
-    for row in found["time_domain"]:
+    for row in rows:
         table.add_row(
-            number(row["rho"], "g"),
+            number(row["rho"], "g")
+            if with_rho
+            else number(row["moment_over_clamp_force_length"], ".3g"),
             number(row["frequency_hz"], ".2f"),
             output(row, wanted),
             number(row.get("phases_deg", {}).get(label), ".1f"),
@@ -206,6 +227,13 @@ def history_table(found: Summary) -> Iterator[Table]:
 def _bound(row: dict[str, Any]) -> str:
     """Mark of a peak that may go on where there is no answer."""
     return "≥ " if row["peak_beside_unconverged"] else ""
+
+
+def _peak(row: dict[str, Any]) -> str:
+    """Its frequency; an amplitude that is largest at an end of the band is none."""
+    if row["peak_at_edge"]:
+        return f"none, rises to {number(row['largest_at_hz'], '.5g')}"
+    return number(row["peak_frequency_hz"], ".2f")
 
 
 def _unanswered(row: dict[str, Any]) -> str:

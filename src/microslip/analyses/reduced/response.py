@@ -2,21 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
 from microslip.analyses.reduced.curve import table_curve
-from microslip.analyses.reduced.sweep import CONVERGED, Answers, fixed_point, next_amplitude, sweep
+from microslip.analyses.reduced.sweep import (
+    CONVERGED,
+    OUTSIDE,
+    Answers,
+    fixed_point,
+    next_amplitude,
+    sweep,
+)
 from microslip.analyses.reduced.table import EquivalentTable
 from microslip.analyses.reduced.two_mode import TwoModeModel
 from microslip.brief import Brief
 from microslip.errors import MicroslipError
-from microslip.typing import Array, Complex, Indices
+from microslip.typing import Array, Complex, Indices, Mask
 
 _NO_ANSWER = 1e3
+
+MOST_UNEVEN = 4.5
+"""Spacings between which a parabola is laid differ by this factor at most."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -46,6 +56,9 @@ class Response(Brief):
     outputs : mapping of str to (n,) complex array
         First harmonic of every output by name, change from prestress, phase against the load's sine;
         m, rad, m/s, ... (`microslip.describe.outputs`).
+    outgrown : (n,) bool array, optional
+        Where the answer is the smaller of those that a fold has, as the larger left the table: see
+        `swept_down`.
     """
 
     variant: str
@@ -59,12 +72,18 @@ class Response(Brief):
     contraction: Array
     flag: Indices
     error_indicator: Array | None = None
+    outgrown: Mask | None = None
     outputs: Mapping[str, Complex] = field(default_factory=dict)
 
     @property
     def peak(self) -> int:
         """Index of the largest converged amplitude."""
         return int(np.argmax(np.where(self.flag == CONVERGED, np.abs(self.amplitude), -1.0)))
+
+    @property
+    def peak_at_edge(self) -> bool:
+        """Whether the largest amplitude lies at an end of the band, where it is no peak."""
+        return self.peak in (0, len(self.frequency) - 1)
 
     @property
     def peak_frequency(self) -> float:
@@ -82,18 +101,22 @@ class Response(Brief):
         return self.frequency[self.flag != CONVERGED]
 
     def _vertex(self) -> tuple[float, float]:
-        i, size = self.peak, np.abs(self.amplitude)
+        """Of the parabola through three points, which may be unevenly spaced.
+
+        Beside a jump, where the spacing is far finer to one side, it is the largest point.
+        """
+        i, size, f = self.peak, np.abs(self.amplitude), self.frequency
         if 0 < i < len(size) - 1 and (self.flag[i - 1 : i + 2] == CONVERGED).all():
-            left, top, right = size[i - 1 : i + 2]
-            bend = left - 2 * top + right
-            if bend < 0 and max(left, right) > 0.5 * top:
-                shift = 0.5 * (left - right) / bend
-                step = self.frequency[i + 1] - self.frequency[i]
-                return (
-                    float(self.frequency[i] + shift * step),
-                    float(top - 0.25 * (left - right) * shift),
-                )
-        return float(self.frequency[i]), float(size[i])
+            left, right = size[i] - size[i - 1], size[i] - size[i + 1]
+            before, after = f[i] - f[i - 1], f[i + 1] - f[i]
+            bend = left / before + right / after
+            alike = max(before, after) <= MOST_UNEVEN * min(before, after)
+            if bend > 0 and alike and max(size[i - 1], size[i + 1]) > 0.5 * size[i]:
+                slope = (left * after / before - right * before / after) / (before + after)
+                curvature = bend / (before + after)
+                shift = slope / (2 * curvature)
+                return float(f[i] + shift), float(size[i] + 0.5 * slope * shift)
+        return float(f[i]), float(size[i])
 
 
 def forced_response(
@@ -108,10 +131,12 @@ def forced_response(
     variant: str = "",
     tolerance: float = 1e-10,
     max_iterations: int = 500,
+    downward: bool | None = None,
 ) -> Response:
     """Forced response over frequency; `table` None is the linear frictionless joint, eq. (18).
 
-    The sweep starts at the end of the band farther from resonance.
+    Each point starts from its neighbour's answer, so that where a curve folds the direction of the
+    sweep chooses the branch.
 
     Parameters
     ----------
@@ -129,13 +154,18 @@ def forced_response(
         Relative change of amplitude at which a point is converged.
     max_iterations : int
         Evaluations of the fixed-point map per frequency.
+    downward : bool, optional
+        Whether to sweep from the upper end, which on a softening joint follows the branch of the
+        larger amplitudes; by default from the end of the band farther from the sliding frequency.
     """
     frequency = np.ascontiguousarray(frequency, dtype=float)
     curve = None if table is None else table_curve(table)
     if preload is None:
         preload = 1.0 if table is None else table.preload
     centre = model.omega / (2 * np.pi)
-    backward = abs(frequency[-1] - centre) > abs(frequency[0] - centre)
+    backward = downward
+    if downward is None:
+        backward = abs(frequency[-1] - centre) > abs(frequency[0] - centre)
     order = slice(None, None, -1 if backward else 1)
     n = len(frequency)
     found = Answers(
@@ -164,6 +194,25 @@ def forced_response(
         contraction=found.contraction[order],
         flag=found.flag[order],
     )
+
+
+def swept_down(respond: Callable[[bool], Response]) -> Response:
+    """Response on the branch of the larger amplitudes; where that leaves the table, of the smaller.
+
+    Parameters
+    ----------
+    respond : callable
+        The response swept downward (True) or upward (False) over the same frequencies.
+    """
+    down = respond(True)
+    outside = down.flag == OUTSIDE
+    if not outside.any():
+        return down
+    up = respond(False)
+    taken = outside & (up.flag == CONVERGED)
+    parts = ("amplitude", "iterations", "contraction", "flag")
+    mixed = {name: np.where(taken, getattr(up, name), getattr(down, name)) for name in parts}
+    return replace(down, outgrown=taken, **mixed)
 
 
 def all_amplitudes(

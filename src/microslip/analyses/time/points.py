@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -29,7 +30,7 @@ class Request:
     Attributes
     ----------
     rho : float
-        A label.
+        A label; nan where the load was not given by it.
     friction : float or None
         Coefficient of friction of all pairs; None leaves them the joint's own.
     frequency, load : float
@@ -53,6 +54,12 @@ class Request:
     max_cycles: int = 400
     accelerate: bool = True
     stability: bool = False
+
+    @property
+    def place(self) -> str:
+        """Load and frequency, in messages."""
+        load = f"rho = {self.rho:g}" if math.isfinite(self.rho) else f"M = {self.load:.4g} N m/m"
+        return f"{load}, {self.frequency:g} Hz"
 
 
 @dataclass(frozen=True)
@@ -152,7 +159,6 @@ def steady_states(
         try:
             return solve_request(joint, request)
         except MicroslipError as error:
-            where = f"rho = {request.rho:g}, {request.frequency:g} Hz"
-            return Failure("time", where, str(error))
+            return Failure("time", request.place, str(error))
 
     return each(work, requests, executor or threads())

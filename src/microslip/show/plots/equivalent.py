@@ -1,6 +1,7 @@
 """Equivalent stiffness and damping against amplitude (the paper's figure 10).
 
-Lines from the quasi-static cycles; open circles from the steady states of the time domain.
+Lines from the quasi-static cycles and from those of the refined model; open circles from the steady
+states of the time domain.
 """
 
 from __future__ import annotations
@@ -15,7 +16,15 @@ from microslip.pipeline.run import Run
 from microslip.results.cycle import table_of
 from microslip.results.outputs import displacement, modal_factor
 from microslip.show.plots.shown import label
-from microslip.show.plots.style import BLACK, COLUMN, DRIVES, MM, house_style, new_figure
+from microslip.show.plots.style import (
+    BLACK,
+    COLUMN,
+    DRIVES,
+    MM,
+    PRESCRIBED,
+    house_style,
+    new_figure,
+)
 
 AMPLITUDE = r"modal amplitude $|q|$  (kg$^{1/2}$ m$^{1/2}$)"
 
@@ -48,6 +57,9 @@ def draw_equivalent(ax: Axes, run: Run, name: str) -> None:
         table = table_of(run, drive)
         if table is not None:
             ax.plot(per_modal(run) * table.amplitude, getattr(table, name), **DRIVES[drive])
+    if "prescribed" in run.tables:
+        table = run.tables["prescribed"]
+        ax.plot(per_modal(run) * table.amplitude, getattr(table, name), **PRESCRIBED)
     points = [p for p in run.time_domain if p.steady.converged and p.friction > 0]
     if points:
         found = [equivalent(p.steady, p.corrected_frequency, run.prepared) for p in points]

@@ -14,7 +14,7 @@ from microslip.pipeline.harmonic import HarmonicRun
 from microslip.pipeline.run import Run
 from microslip.results.harmonic import branch_outputs, outputs_of
 from microslip.results.outputs import primary
-from microslip.show.plots.selection import scientific
+from microslip.show.plots.selection import load_label
 from microslip.show.plots.shown import (
     amplitude_axis,
     below_resonance,
@@ -57,7 +57,7 @@ def harmonic_figure(run: Run) -> Figure | None:
             [],
             color=SERIES[i % len(SERIES)]["color"],
             ls=LINES[i % len(LINES)],
-            label=_load(run, entry),
+            label=load_label(run, entry.rho, entry.load),
         )
         for i, entry in enumerate(run.harmonic)
     ]
@@ -110,11 +110,3 @@ def handles(run: Run) -> list[Line2D]:
     if any(found):
         entries.append(Line2D([], [], color=GREY, **UNSTABLE, label="harmonic balance, unstable"))
     return entries
-
-
-def _load(run: Run, entry: HarmonicRun) -> str:
-    """What the user called this load."""
-    load = run.joint.load
-    if load is not None and load.rho is not None:
-        return rf"$\rho$ = {entry.rho:g}"
-    return rf"$M/(PL)={scientific(entry.load / run.assembly.moment_unit)}$"

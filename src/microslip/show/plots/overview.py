@@ -25,7 +25,10 @@ LINE, MOST = 135, 4
 
 @house_style
 def overview(run: Run) -> Figure:
-    """Joint, contact states, equivalent stiffness and damping, response; a panel may be empty."""
+    """Joint, contact states, equivalent stiffness and damping, response.
+
+    Without cycles there are no contact states, and the response has their room.
+    """
     figure = new_figure(DOUBLE, 165 * MM)
     grid = figure.add_gridspec(2, 2)
     _joint(figure, grid[0, 0], run)
@@ -38,12 +41,14 @@ def overview(run: Run) -> Figure:
         states.legend(
             handles=state_handles(), loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2
         )
-        _equivalent(figure, grid[1, 0], run)
+    if run.tables:
+        _equivalent(figure, grid[1, 0] if drive else grid[0, 1], run, "c" if drive else "b")
     if run.responses and run.frictionless is not None:
         variant = run.responses[-1].variant
-        response = figure.add_subplot(grid[1, 1])
+        response = figure.add_subplot(grid[1, 1] if drive else grid[1, :])
         draw_response(response, run, variant)
-        title = f"(d)  forced response, {TITLES.get(variant, variant)}"
+        letter = "d" if drive else "c"
+        title = f"({letter})  forced response, {TITLES.get(variant, variant)}"
         response.set_title(title, loc="left")
         response.legend(
             handles=response_handles(run),
@@ -75,13 +80,13 @@ def _joint(figure: Figure, place: SubplotSpec, run: Run) -> None:
     whole.set_title("(a)  the joint and its overlap", loc="left")
 
 
-def _equivalent(figure: Figure, place: SubplotSpec, run: Run) -> None:
+def _equivalent(figure: Figure, place: SubplotSpec, run: Run, letter: str) -> None:
     cells = place.subgridspec(2, 1)
     top = figure.add_subplot(cells[0])
     bottom = figure.add_subplot(cells[1], sharex=top)
     draw_equivalent(top, run, "k_eq")
     draw_equivalent(bottom, run, "gamma_eq")
-    top.set_title("(c)  stiffness and damping against amplitude", loc="left")
+    top.set_title(f"({letter})  stiffness and damping against amplitude", loc="left")
     top.tick_params(labelbottom=False)
     bottom.set_xlabel(amplitude_label(run))
     bottom.legend(*top.get_legend_handles_labels(), loc="upper center", bbox_to_anchor=(0.5, -0.36))

@@ -20,9 +20,10 @@ from microslip.analyses.reduced.sweep import CONVERGED
 from microslip.pipeline.harmonic import HarmonicRun
 from microslip.pipeline.run import Run
 from microslip.results.outputs import primary
+from microslip.results.response import has_peak
 from microslip.results.time import outputs_of
 from microslip.show.plots import harmonic
-from microslip.show.plots.selection import scientific
+from microslip.show.plots.selection import load_label
 from microslip.show.plots.shown import (
     amplitude_axis,
     below_resonance,
@@ -79,7 +80,8 @@ def draw_response(ax: Axes, run: Run, variant: str) -> None:
     """Curves of one variant.
 
     Points without an answer are crosses below; where the answer jumps from one branch of a fold to
-    the other between two frequencies, a dotted line joins them.
+    the other between two frequencies, a dotted line joins them. A curve that is largest at an end of
+    the band, and so has no peak in it, is marked there.
     """
     for i, response in enumerate(r for r in run.responses if r.variant == variant):
         unit = response.load if per_moment(run) else 1.0
@@ -107,6 +109,10 @@ def draw_response(ax: Axes, run: Run, variant: str) -> None:
                 mew=0.7,
                 transform=ax.get_xaxis_transform(),
             )
+        if _no_peak(response):
+            k = response.peak
+            mark = "<" if k == 0 else ">"
+            ax.plot(response.frequency[k], size[k], mark, color=style["color"], **AT_EDGE)
         _draw_points(ax, run, response.load, style, harmonic.size_over(unit))
         for entry in _runs(run, response.load):
             harmonic.draw_points(ax, run, entry, style, harmonic.size_over(unit))
@@ -172,6 +178,14 @@ STEADY: dict[str, Any] = {"marker": "o", "mfc": "none", "ls": "none", "ms": 5, "
 NOT_STEADY: dict[str, Any] = {"marker": "s", "mfc": "none", "ls": "none", "ms": 7, "mew": 1.1}
 
 
+AT_EDGE: dict[str, Any] = {"mfc": "none", "ms": 8, "mew": 1.1, "clip_on": False}
+
+
+def _no_peak(response: Response) -> bool:
+    """Whether there are answers, and none of them is a peak."""
+    return bool((response.flag == CONVERGED).any()) and not has_peak(response)
+
+
 def _jumps(response: Response) -> np.ndarray:
     """Indices of points after which a response with friction changes by more than a factor 2."""
     if not response.drive:
@@ -191,22 +205,19 @@ def handles(run: Run) -> list[Line2D]:
     first = run.responses[0].variant
     shown = [r for r in run.responses if r.variant == first]
     entries = [
-        Line2D([], [], **SERIES[i % len(SERIES)], label=_load(run, r)) for i, r in enumerate(shown)
+        Line2D([], [], **SERIES[i % len(SERIES)], label=load_label(run, r.rho, r.load))
+        for i, r in enumerate(shown)
     ]
     if any(len(r.unconverged) for r in run.responses):
         entries.append(
             Line2D([], [], color=GREY, marker="x", ls="none", ms=4, label="no answer in the table")
         )
+    if any(_no_peak(r) for r in run.responses):
+        mark = Line2D([], [], color=GREY, ls="none", marker=">", **AT_EDGE)
+        mark.set_label("no peak in the band")
+        entries.append(mark)
     if run.time_domain:
         entries.append(Line2D([], [], color=GREY, **STEADY, label="time domain"))
     if not all(p.steady.converged for p in run.time_domain):
         entries.append(Line2D([], [], color=GREY, **NOT_STEADY, label="time domain, not steady"))
     return entries + harmonic.handles(run)
-
-
-def _load(run: Run, response: Response) -> str:
-    """What the user called this load."""
-    load = run.joint.load
-    if load is not None and load.rho is not None and np.isfinite(response.rho):
-        return rf"$\rho$ = {response.rho:g}"
-    return rf"$M/(PL)={scientific(response.load / run.assembly.moment_unit)}$"

@@ -46,6 +46,16 @@ def name_of(run: Run, drive: str, index: int) -> str:
     return rf"${symbol}/(PL)={scientific(moment)}$"
 
 
+def load_label(run: Run, rho: float, moment: float) -> str:
+    """A load as the user gave it."""
+    if np.isfinite(rho):
+        return rf"$\rho$ = {rho:g}"
+    load = run.joint.load
+    if load is not None and load.moment is not None:
+        return f"$M$ = {moment:.4g} N m/m"
+    return rf"$M/(PL)={scientific(moment / run.assembly.moment_unit)}$"
+
+
 def scientific(value: float, digits: int = 2) -> str:
     r"""A number for mathtext.
 

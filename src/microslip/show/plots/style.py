@@ -47,6 +47,12 @@ DRIVES: dict[str, dict[str, Any]] = {
     "mode": {"color": VERMILLION, "marker": "o", "linestyle": "-", "label": "driven by the mode"},
 }
 
+PRESCRIBED: dict[str, Any] = {
+    "color": BLACK,
+    "linestyle": "-",
+    "label": "mode prescribed (refined model)",
+}
+
 STYLE: dict[str, Any] = {
     "font.family": "sans-serif",
     "font.sans-serif": ["DejaVu Sans"],

@@ -1,0 +1,166 @@
+"""The forced response with defaults: its band, its table, and what it says where there is no peak."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from conftest import description
+
+from microslip.analyses.reduced.response import forced_response
+from microslip.describe.reading import parse_joint
+from microslip.pipeline.loads import frictionless_resonance, opening_amplitude
+from microslip.pipeline.response import models_of
+from microslip.pipeline.run import Run, run
+from microslip.results.summary import summary
+
+TABLE = {"amplitudes": 14, "steps": 80, "upper_modes": 0}
+STOUT = {
+    "beams": {"length": "0.16 m", "thickness": "16 mm", "overlap_half_length": "40 mm"},
+    "material": {"youngs_modulus": "210 GPa", "poissons_ratio": 0.3, "density": "7850 kg/m^3"},
+    "contact": {"friction": 0.5, "pairs": 31},
+    "clamp": {"force": "0.2 MN/m", "half_length": "20 mm"},
+    "damping": {"beta": "1 us"},
+}
+
+
+def asked(load: dict[str, Any], response: dict[str, Any] | None = None, **sections: Any) -> Run:
+    """A coarse joint with a forced response alone."""
+    analysis = {"response": {"count": 101, **(response or {})}, "reduced": TABLE}
+    sections = {"contact": {"friction": 0.25, "pairs": 31}, **sections}
+    return run(parse_joint({**description(31, 20), **sections, "load": load, "analysis": analysis}))
+
+
+@pytest.fixture(scope="module")
+def reference() -> Run:
+    """Two loads and no band."""
+    return asked({"moment": [20, 50]})
+
+
+def test_cycles_are_not_needed(reference: Run) -> None:
+    assert list(reference.outcomes) == ["reduced", "response"]
+    assert not reference.failures
+
+
+@pytest.mark.parametrize("sections", [{}, STOUT])
+def test_every_peak_is_inside_whatever_the_joint(sections: dict[str, Any]) -> None:
+    """Loads a hundredfold apart; the band holds the sliding and the stuck state too."""
+    found = asked({"moment_over_clamp_force_length": [2e-6, 2e-5, 2e-4]}, **sections)
+    assert not found.failures
+    (band,) = summary(found)["response_band"]
+    assert band["from_hz"] < found.mode.sliding_frequency
+    assert found.mode.stuck_frequency < band["to_hz"]
+    assert band["origin"] == "from the joint and its loads"
+    for response in found.responses:
+        assert band["from_hz"] < response.peak_frequency < band["to_hz"]
+        assert len(response.frequency) == band["points"] >= 101
+        steps = np.abs(np.diff(response.amplitude)) / np.abs(response.amplitude).max()
+        assert np.median(steps) < 0.05
+    softened = [response.peak_frequency for response in found.responses]
+    assert softened == sorted(softened, reverse=True)
+
+
+def test_all_curves_share_one_list_of_frequencies(reference: Run) -> None:
+    first, second = reference.responses
+    assert first.frequency is second.frequency or (first.frequency == second.frequency).all()
+    assert (reference.frictionless.frequency == first.frequency).all()  # type: ignore[union-attr]
+
+
+def test_a_given_band_is_that_list_of_frequencies_to_the_bit() -> None:
+    found = asked({"moment": 50}, {"from": 170, "to": 186})
+    (response,) = found.responses
+    assert (response.frequency == np.linspace(170, 186, 101)).all()
+    model, table = models_of(found.assembly, found.outcomes)["refined"]
+    alone = forced_response(model, table, np.linspace(170, 186, 101), 50.0)
+    assert (response.amplitude == alone.amplitude).all()
+    assert summary(found)["response_band"][0]["origin"] == "as given"
+
+
+def test_one_end_may_be_given(reference: Run) -> None:
+    found = asked({"moment": [20, 50]}, {"from": "150 Hz"})
+    axis, free = found.value("response").axis, reference.value("response").axis
+    assert (axis.low, axis.high) == (150, free.high)
+    assert axis.origin == "'from' as given, the other end from the joint and its loads"
+    wrong = asked({"moment": 50}, {"from": "2 kHz"})
+    assert "analysis.response.from = 2000 Hz leaves no band" in str(wrong.failures[0])
+
+
+@pytest.mark.parametrize(("band", "end"), [((120, 170), 170), ((186, 200), 186)])
+def test_a_peak_at_the_edge_is_a_failure_with_a_remedy(band: tuple[int, int], end: int) -> None:
+    found = asked({"moment": 50}, {"from": band[0], "to": band[1]})
+    (failure,) = found.failures
+    assert failure.reason == f"no peak in the band: the amplitude is largest at its edge, {end} Hz"
+    assert "leave them out" in failure.remedy
+    (row,) = summary(found)["response"]
+    assert row["peak_at_edge"] is True
+    assert row["peak_frequency_hz"] is None
+
+
+def test_peaks_are_compared_with_the_true_frictionless_one() -> None:
+    """In or out of the band."""
+    frequency, ratios = 0.0, []
+    for band in ({}, {"from": 176, "to": 182}):
+        found = asked({"moment": 50}, band)
+        frequency, unit = frictionless_resonance(found.assembly, 50.0)
+        (row,) = summary(found)["response"]
+        ratio = row["peak_amplitude_over_frictionless"]
+        assert ratio == pytest.approx(row["peak_modal_amplitude"] / unit, rel=1e-12)
+        ratios.append(ratio)
+    assert frequency < 176
+    assert ratios[0] == pytest.approx(ratios[1], rel=1e-3)
+
+
+def limit_of(found: Run) -> float:
+    """Moment that the failure names."""
+    (failure,) = found.failures
+    assert "its resonance opens the joint: from a moment of" in failure.reason
+    return float(failure.reason.split("from a moment of ")[1].split()[0])
+
+
+def test_a_resonance_that_opens_the_joint_says_from_which_moment_on() -> None:
+    """Just below that moment everything has an answer; it grows with the clamp force."""
+    over = asked({"moment": 200})
+    limit = limit_of(over)
+    opening = opening_amplitude(over.assembly)
+    assert over.tables["prescribed"].amplitude[-1] == pytest.approx(0.97 * opening, rel=5e-3)
+    below = asked({"moment": 0.95 * limit})
+    assert not below.failures
+    assert len(below.responses[0].unconverged) == 0
+    twice = asked({"moment": 400}, clamp={"force": "2 MN/m", "half_length": "25 mm"})
+    assert limit_of(twice) == pytest.approx(2 * limit, rel=1e-3)
+    assert "raise clamp.force more than" in twice.failures[0].remedy
+
+
+def test_a_joint_without_friction_is_linear_until_it_opens() -> None:
+    without = {"contact": {"friction": 0, "pairs": 31}}
+    found = asked({"moment": [0.01, 0.02]}, **without)
+    assert not found.failures
+    first, second = found.responses
+    assert second.amplitude == pytest.approx(2 * first.amplitude, rel=1e-9)
+    frequency, amplitude = frictionless_resonance(found.assembly, 0.01)
+    assert first.peak_frequency == pytest.approx(frequency, rel=1e-6)
+    assert first.peak_amplitude == pytest.approx(amplitude, rel=1e-3)
+    opened = asked({"moment": 50}, **without)
+    (failure,) = opened.failures
+    assert "without friction the vibration opens the joint" in failure.reason
+    limit = float(failure.remedy.split("below ")[1].split()[0])
+    exact = opening_amplitude(opened.assembly) / frictionless_resonance(opened.assembly)[1]
+    assert limit == pytest.approx(exact, rel=0.02)
+
+
+def test_the_load_of_a_rho_does_not_depend_on_models_mesh_or_steps() -> None:
+    moments = set()
+    for pairs, steps, variants in ((21, 60, ["refined"]), (31, 80, ["consistent", "refined"])):
+        document = {
+            **description(pairs, 20),
+            "load": {"rho": [2.4]},
+            "analysis": {
+                "cycle": {"count": 5, "steps": steps, "largest": 0.05},
+                "response": {"count": 51, "variants": variants},
+                "reduced": {**TABLE, "steps": steps},
+            },
+        }
+        found = run(parse_joint(document))
+        moments |= {response.load for response in found.responses}
+    assert len(moments) == 1
