@@ -283,7 +283,11 @@ WRONG: list[Wrong] = [
         put("load.rho", "2.4"),
         ("[load]", "exactly one of", "found moment and rho"),
     ),
-    keyed("load.greatest_damping_at", "2.4", "not a known key"),
+    Wrong(
+        "the rho of greatest damping",
+        put("load.greatest_damping_at", "2.4"),
+        ("load.greatest_damping_at is not a known key", "rho_scale"),
+    ),
     keyed("load.rho_scale", "1", "only belongs to load.rho"),
     Wrong(
         "a ratio that opens the joint",

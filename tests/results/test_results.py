@@ -162,6 +162,7 @@ def test_a_peak_at_the_edge_is_none(run: Run) -> None:
             for name in ("frequency", "amplitude", "iterations", "contraction", "flag")
         },
         error_indicator=response.error_indicator[cut],
+        outputs={name: values[cut] for name, values in response.outputs.items()},
     )
     assert cut_off.peak_at_edge
     edged = with_responses(run, cut_off)
