@@ -81,8 +81,9 @@ nb_execution_mode = "force"
 nb_execution_raise_on_error = True
 nb_execution_timeout = 180
 nb_execution_in_temp = True
+nb_merge_streams = True
 os.environ["PATH"] = os.pathsep.join((str(Path(sys.executable).parent), os.environ["PATH"]))
-os.environ.update(TERM="dumb", COLUMNS="100")
+os.environ.update(TERM="dumb", COLUMNS="84")
 
 # Nothing is fetched from outside: MathJax is copied beside the pages, and needs no fonts.
 MATHJAX = Path(*importlib.util.find_spec("sphinx-mathjax-offline").submodule_search_locations)
