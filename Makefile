@@ -4,13 +4,20 @@ VENV := .venv
 BIN := $(VENV)/bin
 SERIAL := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 
-.PHONY: demo test validate lint docs bench bench-calculix clean
+.PHONY: demo test test-oldest validate lint docs docs-check pictures wheel-test bench bench-calculix clean
 
 demo: $(VENV)/installed
 	$(BIN)/microslip run examples/lap_joint.toml --out demo-output --force
 
 test: $(VENV)/installed-test
 	$(BIN)/python -m pytest -n 2
+
+# The oldest versions that pyproject.toml allows, in an environment of their own.
+test-oldest:
+	mkdir -p build && $(PYTHON) tools/oldest.py test > build/oldest.txt
+	$(PYTHON) -m venv $(VENV)-oldest
+	$(VENV)-oldest/bin/python -m pip install --quiet --disable-pip-version-check -c build/oldest.txt -e '.[test]'
+	NUMBA_CACHE_DIR=$(abspath $(VENV))-oldest/numba $(VENV)-oldest/bin/python -m pytest tests/describe tests/model tests/results tests/cli
 
 validate: $(VENV)/installed-test
 	$(BIN)/python -m pytest -m validate -n 2 --durations=5
@@ -24,6 +31,18 @@ lint: $(VENV)/installed-lint
 
 docs: $(VENV)/installed-docs
 	$(BIN)/sphinx-build -W --keep-going -b html docs docs/_build/html
+
+# Opens every page in Chromium without a network; needs one (Debian: chromium).
+docs-check: docs $(VENV)/installed-pages
+	$(BIN)/python docs/_scripts/check_pages.py docs/_build/html
+
+# Draws those pictures of the documentation again that are older than what they show.
+pictures: $(VENV)/installed
+	$(BIN)/python tools/pictures.py
+
+# Built, installed into an empty environment, and run outside the source tree.
+wheel-test:
+	PYTHON=$(PYTHON) tools/wheel_test.sh
 
 bench: $(VENV)/installed
 	$(SERIAL) $(BIN)/python benchmarks/run.py

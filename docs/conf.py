@@ -1,6 +1,9 @@
 """Sphinx configuration."""
 
+import importlib.util
+import os
 import re
+import shutil
 import sys
 import types
 from pathlib import Path
@@ -8,11 +11,13 @@ from pathlib import Path
 import microslip
 
 HERE = Path(__file__).parent
-sys.path.insert(0, str(HERE / "_scripts"))
+sys.path[:0] = [str(HERE / "_scripts"), str(HERE.parent / "tools")]
 
 import api_pages  # noqa: E402
 import floors  # noqa: E402
 import input_reference  # noqa: E402
+import pictures  # noqa: E402
+from sphinx.util import logging  # noqa: E402
 
 # Made from the package itself at every build, so that they cannot be out of date.
 floors.draw(HERE / "images" / "generated" / "floors.svg")
@@ -25,7 +30,7 @@ copyright = author
 release = version = microslip.__version__
 
 extensions = [
-    "myst_parser",
+    "myst_nb",
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",
     "sphinx.ext.mathjax",
@@ -33,7 +38,7 @@ extensions = [
 ]
 myst_enable_extensions = ["dollarmath", "amsmath", "colon_fence", "deflist"]
 myst_heading_anchors = 3
-exclude_patterns = ["_build", "evidence", "_scripts"]
+exclude_patterns = ["_build", "evidence", "_scripts", "**/.ipynb_checkpoints"]
 templates_path = ["_templates"]
 
 autosummary_generate = True
@@ -73,8 +78,23 @@ numpydoc_xref_ignore = {
     "None",
 }
 
+# Tutorials run in the interpreter that builds, with its commands.
+nb_execution_mode = "force"
+nb_execution_raise_on_error = True
+nb_execution_timeout = 180
+nb_execution_in_temp = True
+nb_merge_streams = True
+os.environ["PATH"] = os.pathsep.join((str(Path(sys.executable).parent), os.environ["PATH"]))
+os.environ.update(TERM="dumb", COLUMNS="84")
+
+# Nothing is fetched from outside: MathJax is copied beside the pages, and needs no fonts.
+MATHJAX = Path(*importlib.util.find_spec("sphinx-mathjax-offline").submodule_search_locations)
+mathjax_path = "mathjax/tex-svg.js"
+
 html_theme = "furo"
 html_title = f"microslip {release}"
+html_static_path = ["_static"]
+html_css_files = ["wide.css"]
 
 
 def keep_equations(app, what, name, obj, options, lines):
@@ -110,7 +130,26 @@ def skip_members(app, what, name, obj, skip, options):
     return True if name == "model_config" or alias else None
 
 
+def bundle_mathjax(app, error):
+    """Copy what the pages need of MathJax: one file, and the extensions of TeX that it may load."""
+    if error is None and app.builder.format == "html":
+        source, target = MATHJAX / "static" / "mathjax", Path(app.outdir) / "_static" / "mathjax"
+        for part in ("input/tex/extensions", "a11y"):
+            shutil.copytree(source / part, target / part, dirs_exist_ok=True)
+        shutil.copy(source / "tex-svg.js", target)
+
+
+def name_stale_pictures(app):
+    """A picture older than what it shows is a warning; one not drawn since stamps are kept, a note."""
+    log = logging.getLogger(__name__)
+    for name, why in pictures.stale().items():
+        say = log.info if why == pictures.UNSTAMPED else log.warning
+        say(f"docs/images: {name}: {why}; make pictures")
+
+
 def setup(app):
     """Run before numpydoc, which reads the same docstrings at priority 500."""
     app.connect("autodoc-process-docstring", keep_equations, priority=400)
     app.connect("autodoc-skip-member", skip_members)
+    app.connect("builder-inited", name_stale_pictures)
+    app.connect("build-finished", bundle_mathjax)

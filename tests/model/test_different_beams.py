@@ -7,6 +7,7 @@ import pytest
 import scipy.sparse.linalg as spla
 import skfem
 from conftest import GEOMETRY, MATERIAL
+from scipy.integrate import trapezoid
 
 from microslip.analyses.prepared.joint import prepare_joint
 from microslip.analyses.prepared.prestress import opening_load
@@ -285,7 +286,7 @@ def stepped_beam(steel, brass, moment, other, n=20001):
     total = 0.0
     for a, b, EI in parts:
         x = np.linspace(a, b, n)
-        total += np.trapezoid(moment(x) * other(x), x) / EI
+        total += trapezoid(moment(x) * other(x), x) / EI
     return total
 
 

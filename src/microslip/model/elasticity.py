@@ -15,7 +15,7 @@ import numpy as np
 import scipy.sparse as sp
 import skfem
 from skfem.helpers import dot
-from skfem.models.elasticity import lame_parameters, linear_elasticity, plane_stress
+from skfem.models.elasticity import linear_elasticity
 
 from microslip.brief import Brief
 from microslip.typing import Array, Indices
@@ -44,9 +44,9 @@ class Material:
 
     def lame(self) -> tuple[float, float]:
         """First and second Lamé parameter of the plane problem, in Pa."""
-        law = plane_stress if self.plane == "stress" else lame_parameters
-        lam, mu = law(self.youngs_modulus, self.poissons_ratio)
-        return float(lam), float(mu)
+        E, nu = self.youngs_modulus, self.poissons_ratio
+        thin = self.plane == "stress"
+        return E * nu / (1 - nu**2 if thin else (1 + nu) * (1 - 2 * nu)), E / (2 * (1 + nu))
 
     def plane_modulus(self) -> float:
         """E' of the plane problem: E/(1 - nu²) in plane strain, E in plane stress."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from scipy.integrate import trapezoid
 
 from microslip.errors import ModelError
 from microslip.model.elasticity import Body
@@ -58,7 +59,7 @@ def tabulated(x: Array, values: Array) -> Pressing:
     ModelError
         Where nothing presses, or something pulls.
     """
-    whole = np.trapezoid(values, x)
+    whole = trapezoid(values, x)
     if not whole > 0 or np.min(values) < 0:
         raise ModelError("a table of clamp pressure must press somewhere and pull nowhere")
     return Pressing(np.asarray(x, dtype=float), lambda at: np.interp(at, x, values) / whole)

@@ -1,0 +1,46 @@
+"""Every example is run: with few pairs and points, and all that it asks for."""
+
+from __future__ import annotations
+
+import shutil
+import tomllib
+
+import pytest
+from conftest import ROOT
+
+from microslip import parse_joint, run
+from microslip.show.figures import draw_figures, figures_of
+
+EXAMPLES = sorted((ROOT / "examples").glob("*.toml"))
+COARSE = {
+    "cycle": {"count": 6, "steps": 60},
+    "response": {"count": 51},
+    "reduced": {"amplitudes": 12},
+    "harmonic": {"count": 5, "harmonics": 3},
+    "backbone": {"count": 3},
+    "time": {"count": 2, "steps": 40},
+}
+"""What is made smaller of each analysis, where it is asked for."""
+
+
+def coarse(document):
+    """An example that takes seconds; of a history only the steps are fewer."""
+    document["contact"]["pairs"] = 21
+    for name, asked in document["analysis"].items():
+        for entry in asked if isinstance(asked, list) else [asked]:
+            entry |= COARSE.get(name, {"steps": 30})
+    return document
+
+
+@pytest.mark.parametrize("file", EXAMPLES, ids=lambda file: file.stem)
+def test_example_runs_and_every_figure_is_drawn(file, tmp_path):
+    for signal in file.parent.glob("blow.*"):
+        shutil.copy(signal, tmp_path)
+    document = coarse(tomllib.loads(file.read_text("utf-8")))
+    found = run(parse_joint(document, folder=tmp_path))
+    asked = {name for name, value in document["analysis"].items() if value is not None}
+    assert asked <= set(found.outcomes)
+    assert all(found.value(name) is not None for name in asked)
+    for name, draw in figures_of(found).items():
+        for figure in draw_figures(name, draw, found).values():
+            assert figure.axes
