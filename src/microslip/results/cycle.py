@@ -36,6 +36,10 @@ from microslip.results.outputs import (
 )
 from microslip.typing import Array, Mask
 
+BALANCED = 1e-3
+"""Of the energy dissipated per cycle, what the work of the load may differ from it: a cycle whose energy
+balances is closed for all that is made of it, also while tractions still creep."""
+
 
 def table_of(run: Run, drive: str) -> EquivalentTable | None:
     """Equivalent table of a drive, also where too few cycles were solved for a response."""
@@ -81,7 +85,9 @@ def rows_of_drive(run: Run, drive: str) -> Iterator[dict[str, Any]]:
             "hard_steps": cycle.hard_steps,
             "cycles_computed": cycle.cycles,
             "closure": cycle.closure,
-            "closed": wanted is not None and cycle.closure <= wanted.closure,
+            "energy_imbalance": cycle.imbalance,
+            "closed": (wanted is not None and cycle.closure <= wanted.closure)
+            or cycle.imbalance <= BALANCED,
             "outputs": half_ranges(run, cycle),
         }
 

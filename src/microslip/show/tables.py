@@ -57,13 +57,13 @@ def _greatest_damping(found: Summary, drive: str, mine: list[dict[str, Any]]) ->
 
 
 def _still_open(still: list[dict[str, Any]], count: int) -> str:
-    """Cycles that still changed when the last one allowed was computed."""
-    worst = max(still, key=lambda row: row["closure"])
+    """Cycles whose energy did not balance when the last one allowed was computed."""
+    worst = max(still, key=lambda row: row["energy_imbalance"])
     return (
-        f"  [yellow]![/yellow] {len(still)} of {count} cycles did not close: "
-        f"tractions still changed by up to {worst['closure']:.1g} of the largest prestress, at "
+        f"  [yellow]![/yellow] {len(still)} of {count} cycles did not close: the work of the load "
+        f"and of friction still differ by up to {worst['energy_imbalance']:.1%}, at "
         f"M/(PL) = {number(worst['moment_over_clamp_force_length'], '.3g')} "
-        f"({worst['drive']}-driven)"
+        f"({worst['drive']}-driven); raise analysis.cycle.max_cycles"
     )
 
 

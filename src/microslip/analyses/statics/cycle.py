@@ -81,6 +81,16 @@ class Cycle:
     area: Array
 
     @property
+    def imbalance(self) -> float:
+        """Difference of the load's work and what friction took over the cycle, over the latter.
+
+        Zero for a cycle that repeats itself, but for rounding; 0 where nothing is dissipated.
+        """
+        if not self.dissipated > 0:
+            return 0.0
+        return abs(self.external_work - self.dissipated) / self.dissipated
+
+    @property
     def dissipated(self) -> float:
         """Energy dissipated per cycle, J per metre of width."""
         return float(self.friction_work.sum())
