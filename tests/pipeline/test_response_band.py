@@ -112,10 +112,15 @@ def test_peaks_are_compared_with_the_true_frictionless_one() -> None:
 
 
 def limit_of(found: Run) -> float:
-    """Moment that the failure names."""
-    (failure,) = found.failures
-    assert "its resonance opens the joint: from a moment of" in failure.reason
-    return float(failure.reason.split("from a moment of ")[1].split()[0])
+    """Moment that the caution names; it is an answer, and no failure."""
+    assert not found.failures
+    (caution,) = found.cautions
+    assert "its resonance opens the joint: from a moment of" in caution.reason
+    (row,) = summary(found)["response"]
+    named = float(caution.reason.split("from a moment of ")[1].split()[0])
+    assert row["opens_from_moment_n"] == pytest.approx(named, rel=1e-3)
+    assert str(caution) in summary(found)["warnings"]
+    return named
 
 
 def test_a_resonance_that_opens_the_joint_says_from_which_moment_on() -> None:
@@ -127,9 +132,11 @@ def test_a_resonance_that_opens_the_joint_says_from_which_moment_on() -> None:
     below = asked({"moment": 0.95 * limit})
     assert not below.failures
     assert len(below.responses[0].unconverged) == 0
+    assert summary(below)["response"][0]["opens_from_moment_n"] is None
+    assert not below.cautions
     twice = asked({"moment": 400}, clamp={"force": "2 MN/m", "half_length": "25 mm"})
     assert limit_of(twice) == pytest.approx(2 * limit, rel=1e-3)
-    assert "raise clamp.force more than" in twice.failures[0].remedy
+    assert "raise clamp.force more than" in twice.cautions[0].remedy
 
 
 def test_a_joint_without_friction_is_linear_until_it_opens() -> None:
@@ -142,9 +149,10 @@ def test_a_joint_without_friction_is_linear_until_it_opens() -> None:
     assert first.peak_frequency == pytest.approx(frequency, rel=1e-6)
     assert first.peak_amplitude == pytest.approx(amplitude, rel=1e-3)
     opened = asked({"moment": 50}, **without)
-    (failure,) = opened.failures
-    assert "without friction the vibration opens the joint" in failure.reason
-    limit = float(failure.remedy.split("below ")[1].split()[0])
+    assert not opened.failures
+    (caution,) = opened.cautions
+    assert "without friction the vibration opens the joint" in caution.reason
+    limit = float(caution.remedy.split("below ")[1].split()[0])
     exact = opening_amplitude(opened.assembly) / frictionless_resonance(opened.assembly)[1]
     assert limit == pytest.approx(exact, rel=0.02)
 

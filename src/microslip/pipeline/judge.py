@@ -97,6 +97,7 @@ def judge(run: Run) -> Judgement:
         cautions=(
             *input_cautions(joint, estimate(joint)),
             *overpressed(joint, "prestress", "largest contact pressure", pressure),
+            *run.cautions,
             *_worst(run, motions, stresses, moved),
         ),
     )

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from threading import Event
 from typing import Any, Generic, TypeVar
 
-from microslip.errors import Failure
+from microslip.errors import Caution, Failure
 
 V = TypeVar("V", covariant=True)
 
@@ -23,6 +23,8 @@ class Outcome(Generic[V]):
         What it found; None where it found nothing at all.
     failures : tuple of Failure
         Points that have no answer, and why.
+    cautions : tuple of Caution
+        What is answered, and should be known of the answer.
     interrupted : bool
         Ctrl-C ended it: the value is what was finished until then.
     timings : mapping of str to float
@@ -33,6 +35,7 @@ class Outcome(Generic[V]):
     failures: tuple[Failure, ...] = ()
     interrupted: bool = False
     timings: Mapping[str, float] = field(default_factory=dict)
+    cautions: tuple[Caution, ...] = ()
 
     def __repr__(self) -> str:
         what = type(self.value).__name__

@@ -15,7 +15,7 @@ from microslip.analyses.reduced.table import EquivalentTable
 from microslip.analyses.reduced.trust import error_indicator
 from microslip.analyses.reduced.two_mode import TwoModeModel, two_mode_model
 from microslip.brief import Brief
-from microslip.errors import Failure, MicroslipError
+from microslip.errors import Caution, Failure, MicroslipError
 from microslip.pipeline.band import Axis, Curve, axis_of
 from microslip.pipeline.loads import (
     Load,
@@ -28,7 +28,7 @@ from microslip.pipeline.outputs import with_outputs
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.progress import Progress
 from microslip.pipeline.reduced import tables_of
-from microslip.pipeline.unanswered import response_failures
+from microslip.pipeline.unanswered import opening_of, response_failures, with_opening
 from microslip.typing import Array
 
 TABLE_OF = {"printed": "moment", "consistent": "mode", "refined": "prescribed"}
@@ -72,6 +72,7 @@ def run_responses(
         return Outcome(Responses(), (Failure("response", "", reason),))
     found = Responses()
     failures: list[Failure] = []
+    cautions: list[Caution] = []
     with until_interrupted() as stop:
         try:
             loads = loads_of_file(assembly, tables_of(done))
@@ -83,13 +84,15 @@ def run_responses(
             for case in cases:
                 curve = _judged(case.respond(axis.frequency), models)
                 curve = with_outputs(assembly, models, curve)
+                curve = with_opening(assembly, curve, case)
                 found = replace(found, curves=(*found.curves, curve))
-                failures += response_failures(assembly, curve, case, axis)
+                failures += response_failures(curve, case, axis)
+                cautions += opening_of(curve, case)
                 progress.advance()
             progress.finish()
         except MicroslipError as error:
             failures.append(Failure("response", "", str(error)))
-    return Outcome(found, tuple(failures), stop.is_set())
+    return Outcome(found, tuple(failures), stop.is_set(), cautions=tuple(cautions))
 
 
 def models_of(assembly: Assembly, done: Mapping[str, Outcome[Any]]) -> dict[str, Model]:

@@ -20,7 +20,7 @@ from microslip.analyses.statics.cycle import Cycle
 from microslip.analyses.time.history import History
 from microslip.analyses.time.points import TimePoint
 from microslip.describe.lap import LapJoint
-from microslip.errors import Failure, InputError, MicroslipError
+from microslip.errors import Caution, Failure, InputError, MicroslipError
 from microslip.model.joint import JointModel
 from microslip.model.structure import Structure
 from microslip.pipeline.harmonic import HarmonicRun
@@ -109,6 +109,11 @@ class Run:
     def failures(self) -> tuple[Failure, ...]:
         """Points of all analyses that have no answer, and why."""
         return tuple(f for outcome in self.outcomes.values() for f in outcome.failures)
+
+    @property
+    def cautions(self) -> tuple[Caution, ...]:
+        """What all analyses answered, and an engineer should know of the answer."""
+        return tuple(c for outcome in self.outcomes.values() for c in outcome.cautions)
 
     def value(self, analysis: str) -> Any:
         """What an analysis found; None where it was not asked for or found nothing."""

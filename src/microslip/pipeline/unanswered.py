@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from microslip.analyses.reduced.resonance import resonance_of
 from microslip.analyses.reduced.response import Response
 from microslip.analyses.reduced.sweep import OUTSIDE
-from microslip.errors import Failure
+from microslip.errors import Caution, Failure
 from microslip.pipeline.band import Axis, Curve
 from microslip.pipeline.loads import opening_amplitude
 from microslip.pipeline.prepare import Assembly
@@ -20,64 +22,81 @@ NEARLY = 0.95
 """A table that goes to this share of the opening amplitude reaches as far as one can."""
 
 
-def response_failures(
-    assembly: Assembly, response: Response, curve: Curve, axis: Axis
-) -> list[Failure]:
-    """Failures of one curve: points without an answer, and no peak in the band."""
+def response_failures(response: Response, curve: Curve, axis: Axis) -> list[Failure]:
+    """What one curve has no answer for: points, or a peak in the band.
+
+    Points where the vibration opens the joint are answered so, see `opening_of`.
+    """
     place = f"{response.variant}, {curve.load}"
     found = []
-    if len(response.unconverged) or _outgrown(response):
-        found.append(Failure("response", place, *_unanswered(assembly, response, curve)))
-    elif response.peak_at_edge:
+    bad = response.unconverged
+    if len(bad) and not np.isfinite(response.opening_load):
+        found.append(Failure("response", place, *_unanswered(response)))
+    elif response.peak_at_edge and not np.isfinite(response.opening_load):
         end = axis.low if response.peak == 0 else axis.high
         reason = f"no peak in the band: the amplitude is largest at its edge, {end:.6g} Hz"
         found.append(Failure("response", place, reason, WIDEN))
     return found
 
 
-def _outgrown(response: Response) -> bool:
-    """Whether the branch of the larger amplitudes leaves the table."""
-    return response.outgrown is not None and bool(response.outgrown.any())
-
-
-def _unanswered(assembly: Assembly, response: Response, curve: Curve) -> tuple[str, str]:
-    """Reason and remedy of points without an answer."""
+def _unanswered(response: Response) -> tuple[str, str]:
+    """Reason and remedy of points without an answer in a joint that stays closed."""
     bad = response.unconverged
-    if not len(bad):
-        assert response.outgrown is not None
-        bad = response.frequency[response.outgrown]
     points = f"{len(bad)} of {len(response.frequency)} points"
     span = f"{bad.min():.6g} to {bad.max():.6g} Hz"
-    if not (response.flag == OUTSIDE).any() and not _outgrown(response):
+    if not (response.flag == OUTSIDE).any():
         reason = f"{points} did not converge, {span}"
         return reason, "raise analysis.response.max_iterations"
-    if curve.table is None:
-        limit = opening_amplitude(assembly)
-        largest = limit / float(np.abs(response.amplitude).max()) * response.load
-        reason = f"without friction the vibration opens the joint, {span}"
-        return reason, _weaker(response.load, largest)
-    resonances = resonance_of(curve.model, curve.table)
-    if curve.table.amplitude[-1] >= NEARLY * opening_amplitude(assembly):
-        largest = resonances.largest_load
-        if response.load > largest:
-            k = int(np.argmax(resonances.load))
-            at = resonances.omega[k] / (2 * np.pi)
-            reason = (
-                f"its resonance opens the joint: from a moment of {largest:.4g} N m/m on it "
-                f"outgrows what the clamp holds, near {at:.5g} Hz; {_what(response)} from {span}"
-            )
-            return reason, _weaker(response.load, largest)
-        reason = f"the vibration opens the joint: {points} have no answer, {span}"
-        return reason, "lower the load, or raise clamp.force"
     reason = f"{points} have no answer in the table, {span}"
     if response.variant == "refined":
         return reason, "lower the load, or see why the table's cycles above were not solved"
     return reason, "lower the load; the refined model's table reaches further"
 
 
-def _what(response: Response) -> str:
-    """What there is in the frequencies that are named."""
-    return "no answer" if len(response.unconverged) else "the smaller of two answers"
+def with_opening(assembly: Assembly, response: Response, curve: Curve) -> Response:
+    """The response with the load from which on its resonance opens the joint, where this one does."""
+    outside = bool((response.flag == OUTSIDE).any()) or _outgrown(response)
+    limit = opening_amplitude(assembly)
+    if not outside:
+        return response
+    if curve.table is None:
+        largest = limit / float(np.abs(response.amplitude).max()) * response.load
+        return replace(response, opening_load=largest)
+    if curve.table.amplitude[-1] < NEARLY * limit:
+        return response
+    largest = resonance_of(curve.model, curve.table).largest_load
+    return replace(response, opening_load=min(largest, response.load))
+
+
+def opening_of(response: Response, curve: Curve) -> list[Caution]:
+    """That the joint opens under a load, where and from which load on; nothing where it does not."""
+    if not np.isfinite(response.opening_load):
+        return []
+    bad = response.unconverged
+    if not len(bad):
+        assert response.outgrown is not None
+        bad = response.frequency[response.outgrown]
+    span = f"{bad.min():.6g} to {bad.max():.6g} Hz"
+    place = f"{response.variant}, {curve.load}"
+    if curve.table is None:
+        reason = f"without friction the vibration opens the joint, {span}"
+    elif response.load > response.opening_load:
+        resonances = resonance_of(curve.model, curve.table)
+        at = resonances.omega[int(np.argmax(resonances.load))] / (2 * np.pi)
+        what = "it is open" if len(response.unconverged) else "the smaller of two answers is shown"
+        reason = (
+            f"its resonance opens the joint: from a moment of {response.opening_load:.4g} N m/m on "
+            f"it outgrows what the clamp holds, near {at:.5g} Hz; {what} from {span}"
+        )
+    else:
+        reason = f"the vibration opens the joint, {span}"
+        return [Caution("response", place, reason, "lower the load, or raise clamp.force")]
+    return [Caution("response", place, reason, _weaker(response.load, response.opening_load))]
+
+
+def _outgrown(response: Response) -> bool:
+    """Whether the branch of the larger amplitudes leaves the table."""
+    return response.outgrown is not None and bool(response.outgrown.any())
 
 
 def _weaker(load: float, largest: float) -> str:

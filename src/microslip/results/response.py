@@ -78,6 +78,7 @@ def _row(run: Run, response: Response) -> dict[str, Any]:
         "largest_modal_amplitude": abs(response.amplitude[response.peak])
         if any_answer
         else math.nan,
+        "opens_from_moment_n": response.opening_load,
         "unconverged_points": len(bad),
         "unconverged_from_hz": bad.min() if len(bad) else None,
         "unconverged_to_hz": bad.max() if len(bad) else None,

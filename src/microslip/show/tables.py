@@ -70,6 +70,9 @@ def _still_open(still: list[dict[str, Any]], count: int) -> str:
 PEAK = "peak"
 """Column of the output that tables show; its heading is what that is called."""
 
+REMARK = "no answer, or open"
+"""Column of what is missing; left out where nothing is."""
+
 _COLUMNS: tuple[tuple[str, Callable[[dict[str, Any]], str]], ...] = (
     ("variant", lambda row: row["variant"]),
     ("M, N m/m", lambda row: number(row["moment_n"])),
@@ -79,7 +82,7 @@ _COLUMNS: tuple[tuple[str, Callable[[dict[str, Any]], str]], ...] = (
         "of mu = 0",
         lambda row: _bound(row) + number(row["peak_amplitude_over_frictionless"], ".3g"),
     ),
-    ("no answer", lambda row: _unanswered(row)),
+    (REMARK, lambda row: _unanswered(row)),
 )
 
 
@@ -91,16 +94,17 @@ def response_table(found: Summary) -> Iterator[str | Table]:
     with_rho = says_rho(rows)
     if with_rho:
         table.add_column("rho", justify="right", no_wrap=True)
-    for name, _ in _COLUMNS:
+    columns = [c for c in _COLUMNS if c[0] != REMARK or any(map(_unanswered, rows))]
+    for name, _ in columns:
         table.add_column(
             f"{label}\nat peak, {unit}" if name == PEAK else name,
-            justify="left" if name in ("variant", "no answer") else "right",
-            no_wrap=name != "no answer",
+            justify="left" if name in ("variant", REMARK) else "right",
+            no_wrap=name != REMARK,
         )
     for row in (r | {"shown": output(r, key, of="peak_outputs")} for r in rows):
         style = "yellow" if row["unconverged_points"] or row["peak_at_edge"] else None
         rho = [number(row["rho"], "g")] if with_rho else []
-        table.add_row(*rho, *(cell(row) for _, cell in _COLUMNS), style=style)
+        table.add_row(*rho, *(cell(row) for _, cell in columns), style=style)
     yield table
     for band in found["response_band"]:
         yield (
@@ -237,9 +241,10 @@ def _peak(row: dict[str, Any]) -> str:
 
 
 def _unanswered(row: dict[str, Any]) -> str:
+    """Where there is no answer, or the joint is open."""
+    load = row["opens_from_moment_n"]
+    opens = "" if load is None else f"opens from {number(load)} N m/m on"
     if not row["unconverged_points"]:
-        return ""
-    return (
-        f"{row['unconverged_points']}: {row['unconverged_from_hz']:.2f}–"
-        f"{row['unconverged_to_hz']:.2f} Hz"
-    )
+        return opens
+    span = f"{row['unconverged_from_hz']:.5g}–{row['unconverged_to_hz']:.5g} Hz"
+    return f"{opens}, {span}" if opens else f"{row['unconverged_points']} points, {span}"

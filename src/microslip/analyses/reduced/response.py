@@ -56,6 +56,8 @@ class Response(Brief):
     outputs : mapping of str to (n,) complex array
         First harmonic of every output by name, change from prestress, phase against the load's sine;
         m, rad, m/s, ... (`microslip.describe.outputs`).
+    opening_load : float
+        From this load on the resonance opens the joint; nan where the response stays below.
     outgrown : (n,) bool array, optional
         Where the answer is the smaller of those that a fold has, as the larger left the table: see
         `swept_down`.
@@ -73,6 +75,7 @@ class Response(Brief):
     flag: Indices
     error_indicator: Array | None = None
     outgrown: Mask | None = None
+    opening_load: float = np.nan
     outputs: Mapping[str, Complex] = field(default_factory=dict)
 
     @property
