@@ -14,9 +14,9 @@ test: $(VENV)/installed-test
 
 # The oldest versions that pyproject.toml allows, in an environment of their own.
 test-oldest:
-	mkdir -p build && $(PYTHON) tools/oldest.py test > build/oldest.txt
+	mkdir -p build && $(PYTHON) tools/oldest.py > build/oldest.txt
 	$(PYTHON) -m venv $(VENV)-oldest
-	$(VENV)-oldest/bin/python -m pip install --quiet --disable-pip-version-check -c build/oldest.txt -e '.[test]'
+	$(VENV)-oldest/bin/python -m pip install --quiet --disable-pip-version-check -c build/oldest.txt -e . pytest hypothesis
 	NUMBA_CACHE_DIR=$(abspath $(VENV))-oldest/numba $(VENV)-oldest/bin/python -m pytest tests/describe tests/model tests/results tests/cli
 
 validate: $(VENV)/installed-test

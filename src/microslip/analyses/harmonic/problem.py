@@ -184,7 +184,9 @@ class HarmonicProblem(Brief):
     @cached_property
     def rest_place(self) -> Array:
         """Mean amplitudes of the nearly rigid modes at prestress, in unknowns."""
-        return np.asarray(np.linalg.lstsq(self.rigid_modes, self.prestress.solution.q)[0])
+        return np.asarray(
+            np.linalg.lstsq(self.rigid_modes, self.prestress.solution.q, rcond=None)[0]
+        )
 
     def place(self, p: Array) -> Array:
         """Mean amplitudes of the nearly rigid modes from the last unknowns."""

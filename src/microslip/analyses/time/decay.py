@@ -123,7 +123,7 @@ def dwell_response(time: Array, q: Array, frequencies: Sequence[float], cycles: 
             phase = 2 * np.pi * (turns + f * (time[inside] - begin))
             turns_of = phase[:, None] * np.arange(1, DWELL_HARMONICS + 1)
             basis = np.hstack([np.sin(turns_of), np.cos(turns_of), np.ones((len(phase), 1))])
-            fit = np.linalg.lstsq(basis, q[inside])[0]
+            fit = np.linalg.lstsq(basis, q[inside], rcond=None)[0]
             found[i] = fit[0] + 1j * fit[DWELL_HARMONICS]
         begin, turns = end, turns + cycles
     return found

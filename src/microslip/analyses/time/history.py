@@ -323,7 +323,9 @@ def static_state(scheme: TimeScheme, load: float) -> State:
     a = port_amplitudes(scheme, load)
     e = model.equilibrium_modes
     force = model.port_modes @ a - model.mode_v.T @ r
-    rigid = np.linalg.lstsq(flexibility.R, v - flexibility.loads_v @ a + flexibility.W @ r)[0]
+    rigid = np.linalg.lstsq(
+        flexibility.R, v - flexibility.loads_v @ a + flexibility.W @ r, rcond=None
+    )[0]
     eta = np.concatenate([rigid, force[e:] / model.omega[e:] ** 2])
     return State(
         eta=eta,
