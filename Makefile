@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 SERIAL := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 
-.PHONY: demo test test-oldest validate lint docs docs-check pictures wheel-test bench bench-calculix clean
+.PHONY: demo test test-oldest validate lint docs docs-check pictures wheel-test population bench bench-calculix clean
 
 demo: $(VENV)/installed
 	$(BIN)/microslip run examples/lap_joint.toml --out demo-output --force
@@ -44,6 +44,10 @@ pictures: $(VENV)/installed
 wheel-test:
 	PYTHON=$(PYTHON) tools/wheel_test.sh
 
+# A hundred random lap joints with defaults only; writes the page of the documentation.
+population: $(VENV)/installed
+	$(SERIAL) $(BIN)/python benchmarks/population/run.py --page docs/population.md
+
 bench: $(VENV)/installed
 	$(SERIAL) $(BIN)/python benchmarks/run.py
 
@@ -52,7 +56,7 @@ bench-calculix: $(VENV)/installed
 	$(SERIAL) $(BIN)/python benchmarks/calculix/ccx_compare.py
 
 clean:
-	rm -rf demo-output docs/_build docs/api/generated docs/input-reference.md build dist .pytest_cache .hypothesis .mypy_cache .ruff_cache
+	rm -rf demo-output population-output docs/_build docs/api/generated docs/input-reference.md build dist .pytest_cache .hypothesis .mypy_cache .ruff_cache
 	find src tests benchmarks docs -name __pycache__ -type d -prune -exec rm -rf {} +
 
 # One stamp per set of packages: installed once, and again when pyproject.toml changes.
