@@ -2,10 +2,10 @@
 
 python benchmarks/population/lap_joints.py SEED COUNT FOLDER      writes FOLDER/joint_000.toml ...
 
-Wide on purpose: length over thickness 8 to 40, overlap and clamp of every share, three metals, friction
-0.05 to 0.8, supports from 1e3 to 1e9 N/m per metre, clamp force 1e4 to 1e7 N/m, material damping over two
-decades, load M/(P L) from 3e-4 to 1e-2. No band and no amplitudes are given: the defaults must do. A seed is a
-population.
+Wide on purpose: length over thickness 8 to 40, overlap and clamp of every share, three metals,
+friction 0.05 to 0.8, supports from 1e3 to 1e9 N/m per metre, clamp force 1e4 to 1e7 N/m, material
+damping over two decades, load M/(P L) from 3e-4 to 1e-2. No band and no amplitudes are given: the
+defaults must do. A seed is a population.
 """
 
 import math

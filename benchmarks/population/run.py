@@ -28,15 +28,16 @@ PASSED, OPENS, FAILED = "peak inside its band", "its resonance opens it", "faile
 
 PAGE = """# Lap joints at random
 
-A hundred lap joints drawn at random, each given to `microslip run` as it is: no band, no amplitudes, nothing
-but defaults (`make population`). What is drawn is in `benchmarks/population/lap_joints.py`: slenderness 8 to 40,
-three metals, friction 0.05 to 0.8, supports from weak to stiff, loads over a decade and a half. A joint passes
-where the run ends with exit code 0, the moment that opens it is finite, and its largest answer lies inside the
-band.
+A hundred lap joints drawn at random, each given to `microslip run` as it is: no band, no
+amplitudes, nothing but defaults (`make population`). What is drawn is in
+`benchmarks/population/lap_joints.py`: slenderness 8 to 40, three metals, friction 0.05 to 0.8,
+supports from weak to stiff, loads over a decade and a half. A joint passes where the run ends with
+exit code 0, the moment that opens it is finite, and its largest answer lies inside the band.
 
-Loads that are small at rest may be large at resonance: where the resonance opens the joint, the run says from
-which moment on and at which frequencies, and its amplitude beside them is a lower bound
-([why](getting-started.md#when-the-resonance-opens-the-joint)). These have an answer, and are counted apart.
+Loads that are small at rest may be large at resonance: where the resonance opens the joint, the run
+says from which moment on and at which frequencies, and its amplitude beside them is a lower bound
+([why](getting-started.md#when-the-resonance-opens-the-joint)). These have an answer, and are
+counted apart.
 
 """
 
