@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from microslip.analyses.prepared.prestress import Prestress, prestress
     from microslip.analyses.reduced.response import Response
     from microslip.analyses.statics.cycle import Cycle
+    from microslip.analyses.statics.loading import load_path
     from microslip.analyses.time.steady import SteadyState
     from microslip.contact.law import ContactLaw, contact_law
     from microslip.describe.lap import LapJoint
@@ -82,6 +83,7 @@ _HOME = {
     "joint_modes": "analyses.prepared.joint_modes",
     "judge": "pipeline.judge",
     "load_joint": "describe.reading",
+    "load_path": "analyses.statics.loading",
     "load_results": "results.files",
     "load_run": "results.store",
     "opening_load": "analyses.calls",
