@@ -64,7 +64,7 @@ class OneAmplitude(Amplitude):
 
 
 class Load(Amplitude):
-    """Amplitudes of the end moment: exactly one of `moment`, its ratio to P L, and `rho`.
+    """How large the end moment is: exactly one of `moment`, its ratio to P L, and `rho`.
 
     ``rho = C mu P L / M`` with C = `RHO_CONSTANT`, unless `rho_scale` gives another. ``rho = 0`` is
     the joint without friction.

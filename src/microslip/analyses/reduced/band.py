@@ -80,7 +80,7 @@ def _plain(value: float) -> float:
 def widened(
     respond: Respond, band: tuple[float, float], free: tuple[bool, bool], count: int
 ) -> tuple[float, float]:
-    """A band at whose free ends no curve is largest, Hz.
+    """A band at whose free ends every curve has an answer and none is largest, Hz.
 
     Parameters
     ----------
@@ -106,9 +106,9 @@ def widened(
 
 
 def _goes_on(curve: Response, end: int) -> bool:
-    """Whether a curve has its largest answer at an end of its band."""
+    """Whether a curve has its largest answer at an end of its band, or none there."""
     answered = curve.flag[end] == CONVERGED
-    return bool(answered and curve.peak == range(len(curve.frequency))[end])
+    return bool(not answered or curve.peak == range(len(curve.frequency))[end])
 
 
 def refined(respond: Respond, frequency: Array) -> Array:
