@@ -1,0 +1,60 @@
+"""One forced response over frequency: its line, its jumps, and the mark where it has no peak."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+
+from microslip.analyses.reduced.response import CONVERGED, Response
+from microslip.results.response import has_peak
+from microslip.show.plots.style import GREY
+
+AT_EDGE: dict[str, Any] = {"mfc": "none", "ms": 8, "mew": 1.1, "clip_on": False}
+
+
+def draw_curve(ax: Axes, response: Response, y: np.ndarray, color: str, **style: Any) -> None:
+    """Anything of a response over frequency, amplitude and phase alike.
+
+    Points without an answer are left out. Where the answer jumps from one branch of a fold to the other
+    between two frequencies, the line ends and a thin dotted one leads over.
+    """
+    x, line = response.frequency, np.where(response.flag == CONVERGED, y, np.nan)
+    after = _jumps(response)
+    ax.plot(
+        np.insert(x, after + 1, x[after]),
+        np.insert(line, after + 1, np.nan),
+        color=color,
+        **style,
+    )
+    for k in after:
+        ax.plot(x[k : k + 2], line[k : k + 2], color=color, lw=0.7, ls=":")
+
+
+def mark_no_peak(ax: Axes, response: Response, size: np.ndarray, color: str) -> None:
+    """Mark the end of the band at which a curve that has no peak in it is largest."""
+    if no_peak(response):
+        k = response.peak
+        ax.plot(response.frequency[k], size[k], "<" if k == 0 else ">", color=color, **AT_EDGE)
+
+
+def no_peak(response: Response) -> bool:
+    """Whether there are answers, and none of them is a peak."""
+    return bool((response.flag == CONVERGED).any()) and not has_peak(response)
+
+
+def no_peak_handle() -> Line2D:
+    """Legend entry of that mark."""
+    label = "no peak in the band"
+    return Line2D([], [], color=GREY, ls="none", marker=">", label=label, **AT_EDGE)
+
+
+def _jumps(response: Response) -> np.ndarray:
+    """Indices of points after which a response with friction changes by more than a factor 2."""
+    if not response.drive:
+        return np.array([], dtype=np.int64)
+    change = np.abs(np.diff(np.log(np.maximum(np.abs(response.amplitude), 1e-300))))
+    good = response.flag == CONVERGED
+    return np.flatnonzero((change > np.log(2)) & good[1:] & good[:-1])
