@@ -26,6 +26,7 @@ from microslip.show.plots.style import (
     letters,
     new_figure,
 )
+from microslip.show.plots.sweeps import frequency_axis
 
 MOST_CYCLES = 150
 """A trace of more cycles is drawn as the band between the extremes of each."""
@@ -55,6 +56,9 @@ def history_figure(run: Run, history: History) -> Figure:
     _draw_energies(axes[2], history)
     axes[2].set_xlabel("time (s)")
     axes[2].set_xlim(0, max(history.time[-1], history.dt))
+    entry = next((e for e in run.joint.analysis.history if e.label == history.name), None)
+    if entry is not None:
+        frequency_axis(axes[0], entry)
     letters(axes)
     figure.legend(*axes[2].get_legend_handles_labels(), loc="outside lower center", ncols=5)
     figure.suptitle(_title(history))
