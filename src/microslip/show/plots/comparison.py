@@ -33,6 +33,8 @@ from microslip.show.plots.style import (
     MM,
     PRESCRIBED,
     SERIES,
+    Entry,
+    draw_legend,
     house_style,
     letters,
     new_figure,
@@ -128,10 +130,16 @@ def response_comparison(runs: Sequence[Lined]) -> Figure | None:
     frequency = np.concatenate([r.frequency for found in by_run for r in found.values()])
     grid[0, 0].set_xlim(frequency.min(), frequency.max())
     letters(grid.ravel())
-    entries = [*_load_handles(every, colors), *_run_handles(runs)]
-    if any(no_peak(r) for found in by_run for r in found.values()):
-        entries.append(no_peak_handle())
-    figure.legend(handles=entries, loc="outside lower center", ncols=2)
+    entries: list[Entry] = [*_load_handles(every, colors), *_run_handles(runs)]
+    marked = [
+        colors[curve.kind, curve.load]
+        for found in by_run
+        for curve, response in found.items()
+        if no_peak(response)
+    ]
+    if marked:
+        entries.append(no_peak_handle(marked))
+    draw_legend(figure, entries, loc="outside lower center", ncols=2)
     return figure
 
 
@@ -198,7 +206,7 @@ def backbones_comparison(runs: Sequence[Lined]) -> Figure | None:
         grid[0, k].set_title(f"mode {number}", loc="left")
         grid[1, k].set_xlabel(AMPLITUDE if output is None else label(output))
         grid[1, k].set_xscale("log")
-        grid[1, k].set_yscale("log")
+        amplitude_axis(grid[1, k])
     grid[0, 0].set_ylabel("natural frequency (Hz)")
     grid[1, 0].set_ylabel("damping ratio (%)")
     letters(grid.ravel())

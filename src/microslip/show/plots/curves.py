@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.lines import Line2D
 
 from microslip.analyses.reduced.response import CONVERGED, Response
 from microslip.results.response import has_peak
-from microslip.show.plots.style import GREY
+from microslip.show.plots.style import Entry, marks
 
 AT_EDGE: dict[str, Any] = {"mfc": "none", "ms": 8, "mew": 1.1, "clip_on": False}
 
@@ -45,10 +45,9 @@ def no_peak(response: Response) -> bool:
     return bool((response.flag == CONVERGED).any()) and not has_peak(response)
 
 
-def no_peak_handle() -> Line2D:
-    """Legend entry of that mark."""
-    label = "no peak in the band"
-    return Line2D([], [], color=GREY, ls="none", marker=">", label=label, **AT_EDGE)
+def no_peak_handle(colours: Iterable[str]) -> Entry:
+    """Legend entry of that mark, in the colours of the curves that have it."""
+    return marks(colours, "no peak in the band", ls="none", marker=">", **AT_EDGE)
 
 
 def _jumps(response: Response) -> np.ndarray:

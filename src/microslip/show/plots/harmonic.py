@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -23,7 +23,18 @@ from microslip.show.plots.shown import (
     lag,
     phase_axis,
 )
-from microslip.show.plots.style import COLUMN, GREY, LINES, MM, SERIES, house_style, new_figure
+from microslip.show.plots.style import (
+    COLUMN,
+    GREY,
+    LINES,
+    MM,
+    SERIES,
+    Entry,
+    draw_legend,
+    house_style,
+    marks,
+    new_figure,
+)
 
 STABLE: dict[str, Any] = {"marker": "+", "ls": "none", "ms": 6, "mew": 1.0}
 UNSTABLE: dict[str, Any] = {"marker": "d", "mfc": "none", "ls": "none", "ms": 5, "mew": 0.8}
@@ -51,7 +62,8 @@ def harmonic_figure(run: Run) -> Figure | None:
     top.set_ylabel(label(primary(run), "N m/m" if per_moment else ""))
     phase_axis(bottom, run)
     bottom.set_xlabel("frequency (Hz)")
-    loads = [
+    colours = {entry.load: SERIES[i % len(SERIES)]["color"] for i, entry in enumerate(run.harmonic)}
+    loads: list[Entry] = [
         Line2D(
             [],
             [],
@@ -61,7 +73,10 @@ def harmonic_figure(run: Run) -> Figure | None:
         )
         for i, entry in enumerate(run.harmonic)
     ]
-    figure.legend(handles=[*loads, *handles(run)], loc="outside lower center", ncols=2)
+    entries = [*loads, *point_handles(run, colours)]
+    if any(entry.curves for entry in run.harmonic):
+        entries.append(Line2D([], [], color=GREY, lw=0.7, label="line: branch followed"))
+    draw_legend(figure, entries, loc="outside lower center", ncols=2)
     return figure
 
 
@@ -101,12 +116,25 @@ def _unstable(entry: HarmonicRun) -> list[bool]:
     return [found is not None and not found.stable for found in entry.stability]
 
 
-def handles(run: Run) -> list[Line2D]:
-    """Legend entries of the marks that there are."""
-    found = [bad for entry in run.harmonic for bad in _unstable(entry)]
+def point_handles(run: Run, colours: Mapping[float, str]) -> list[Entry]:
+    """Legend entries of the marks that there are, in the colours of their loads.
+
+    Parameters
+    ----------
+    run : Run
+    colours : mapping of float to str
+        Of the loads that are drawn.
+    """
     entries = []
-    if not all(found):
-        entries.append(Line2D([], [], color=GREY, **STABLE, label="harmonic balance"))
-    if any(found):
-        entries.append(Line2D([], [], color=GREY, **UNSTABLE, label="harmonic balance, unstable"))
+    for unstable, name, mark in (
+        (False, "harmonic balance", STABLE),
+        (True, "harmonic balance, unstable", UNSTABLE),
+    ):
+        found = [
+            colours[entry.load]
+            for entry in run.harmonic
+            if entry.load in colours and unstable in _unstable(entry)
+        ]
+        if found:
+            entries.append(marks(found, name, **mark))
     return entries

@@ -17,7 +17,7 @@ from microslip.show.plots.response import handles as response_handles
 from microslip.show.plots.selection import greatest_damping, main_drive, name_of
 from microslip.show.plots.states import draw_states
 from microslip.show.plots.states import handles as state_handles
-from microslip.show.plots.style import DOUBLE, MM, VERMILLION, house_style, new_figure
+from microslip.show.plots.style import DOUBLE, MM, VERMILLION, draw_legend, house_style, new_figure
 
 LINE, MOST = 135, 4
 """Characters of a line at the foot, and how many warnings stand there."""
@@ -50,8 +50,9 @@ def overview(run: Run) -> Figure:
         letter = "d" if drive else "c"
         title = f"({letter})  forced response, {TITLES.get(variant, variant)}"
         response.set_title(title, loc="left")
-        response.legend(
-            handles=response_handles(run),
+        draw_legend(
+            response,
+            response_handles(run),
             loc="upper center",
             bbox_to_anchor=(0.5, -0.16),
             ncols=2,

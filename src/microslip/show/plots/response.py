@@ -34,11 +34,13 @@ from microslip.show.plots.shown import (
 from microslip.show.plots.style import (
     COLUMN,
     DOUBLE,
-    GREY,
     MM,
     SERIES,
+    Entry,
+    draw_legend,
     house_style,
     letters,
+    marks,
     new_figure,
 )
 
@@ -71,7 +73,7 @@ def response_figure(run: Run) -> Figure | None:
         letters(grid.ravel())
     entries = handles(run)
     columns = 2 if len(variants) == 1 else 4
-    figure.legend(handles=entries, loc="outside lower center", ncols=columns)
+    draw_legend(figure, entries, loc="outside lower center", ncols=columns)
     return figure
 
 
@@ -172,22 +174,29 @@ def _every(i: int, values: np.ndarray) -> tuple[int, int]:
     return 7 * i, max(len(values) // 9, 1)
 
 
-def handles(run: Run) -> list[Line2D]:
-    """Legend entries: the loads, and the cross where there are any."""
+def handles(run: Run) -> list[Entry]:
+    """Legend entries: the loads, and the marks there are, in the colours of the loads that have them."""
     first = run.responses[0].variant
     shown = [r for r in run.responses if r.variant == first]
-    entries = [
+    colours = [SERIES[i % len(SERIES)]["color"] for i in range(len(shown))]
+    entries: list[Entry] = [
         Line2D([], [], **SERIES[i % len(SERIES)], label=load_label(run, r.rho, r.load))
         for i, r in enumerate(shown)
     ]
-    if any(len(r.unconverged) for r in run.responses):
-        entries.append(
-            Line2D([], [], color=GREY, marker="x", ls="none", ms=4, label="no answer in the table")
-        )
-    if any(no_peak(r) for r in run.responses):
-        entries.append(no_peak_handle())
-    if run.time_domain:
-        entries.append(Line2D([], [], color=GREY, **STEADY, label="time domain"))
-    if not all(p.steady.converged for p in run.time_domain):
-        entries.append(Line2D([], [], color=GREY, **NOT_STEADY, label="time domain, not steady"))
-    return entries + harmonic.handles(run)
+
+    def of(loads: set[float]) -> list[str]:
+        return [c for c, r in zip(colours, shown, strict=True) if r.load in loads]
+
+    if bad := of({r.load for r in run.responses if len(r.unconverged)}):
+        entries.append(marks(bad, "no answer in the table", marker="x", ls="none", ms=4))
+    if edge := of({r.load for r in run.responses if no_peak(r)}):
+        entries.append(no_peak_handle(edge))
+    for steady, name, mark in (
+        (True, "time domain", STEADY),
+        (False, "time domain, not steady", NOT_STEADY),
+    ):
+        points = [p.steady for p in run.time_domain if p.steady.converged == steady]
+        if found := of({p.load for p in points}):
+            entries.append(marks(found, name, **mark))
+    by_load = {entry.load: colour for entry in run.harmonic for colour in of({entry.load})}
+    return entries + harmonic.point_handles(run, by_load)
