@@ -260,6 +260,28 @@ def test_pictures_are_reproducible(run: Run, tmp_path: Path) -> None:
     assert first == second
 
 
+def quarters(figure: Figure) -> list[float]:
+    """Share of every quarter of the picture that axes with their labels and legends cover."""
+    figure.canvas.draw()
+    renderer = figure.canvas.get_renderer()
+    x, y = np.meshgrid(np.linspace(0, 1, 60), np.linspace(0, 1, 60))
+    inside = np.zeros_like(x, bool)
+    for ax in figure.axes:
+        box = ax.get_tightbbox(renderer).transformed(figure.transFigure.inverted())
+        inside |= (box.x0 <= x) & (x <= box.x1) & (box.y0 <= y) & (y <= box.y1)
+    return [float(part.mean()) for half in np.split(inside, 2) for part in np.split(half, 2, 1)]
+
+
+@pytest.mark.parametrize(
+    "left", [(), ("response",), ("cycle",), ("backbone",), ("cycle", "response")]
+)
+def test_an_overview_has_no_blank_quarter(run: Run, left: tuple[str, ...]) -> None:
+    some = replace(
+        run, outcomes={name: run.outcomes[name] for name in left if name in run.outcomes}
+    )
+    assert min(quarters(overview(some))) > 0.25
+
+
 # -- time domain -------------------------------------------------------------------------------
 
 
@@ -396,6 +418,12 @@ def test_every_history_has_a_figure_of_its_name(timed: Run, tmp_path: Path) -> N
     bare = Run(timed.assembly, {"history": timed.outcomes["history"]})
     written = save_figures(bare, tmp_path)
     assert {path.stem for path in written} == {"model", "prestress", "overview", "history_let_go"}
+
+
+def test_the_overview_of_a_decay_shows_it(timed: Run) -> None:
+    figure = overview(Run(timed.assembly, {"history": timed.outcomes["history"]}))
+    assert "let_go" in figure.axes[-1].get_title(loc="left")
+    assert min(quarters(figure)) > 0.25
 
 
 def test_one_step_history_is_drawn(timed: Run) -> None:

@@ -66,11 +66,11 @@ def draw_model(ax: Axes, run: Run) -> None:
     _clamp(ax, run, 5)
     below, above = -thick[0] - 1.6 * size, thick[1] + 1.5 * size
     if beams.identical:
-        _dimension(ax, -far[0], half, below, f"$L={far[0] + half:g}$ mm")
+        _dimension(ax, -far[0], half, below, f"$L={far[0] + half:.4g}$ mm")
     else:
-        _dimension(ax, -far[0], half, below, f"{far[0] + half:g} mm")
-        _dimension(ax, -half, far[1], above + 1.3 * size, f"{far[1] + half:g} mm", above=True)
-    _dimension(ax, -half, half, above, f"$2L_o={2 * half:g}$ mm", above=True)
+        _dimension(ax, -far[0], half, below, f"{far[0] + half:.4g} mm")
+        _dimension(ax, -half, far[1], above + 1.3 * size, f"{far[1] + half:.4g} mm", above=True)
+    _dimension(ax, -half, half, above, f"$2L_o={2 * half:.4g}$ mm", above=True)
     ax.set_xlim(-far[0] - 2.4 * size, far[1] + 2.4 * size)
     ax.set_ylim(below - 1.8 * size, above + (1.7 if beams.identical else 3.0) * size)
     _bare(ax)
@@ -87,24 +87,25 @@ def draw_overlap(ax: Axes, run: Run) -> None:
     _mesh(ax, run, 0.2)
     _clamp(ax, run, 13)
     ax.plot([-half, half], [0, 0], color=VERMILLION, lw=1.4, solid_capstyle="butt")
-    ax.text(
-        half + 0.06 * margin,
-        -0.55 * lower,
+    ax.annotate(
         f"{run.model.pairs} contact\npairs",
+        (half + 0.06 * margin, 0),
+        (0, -3),
+        textcoords="offset points",
         color=VERMILLION,
-        va="center",
+        va="top",
     )
     force = joint.clamp.force / 1e6
     top = upper + 0.75 * t
-    ax.text(middle, top, f"$P={force:g}$ MN/m", color=BLUE, ha="center", va="bottom")
-    _dimension(ax, middle - clamp, middle + clamp, -lower - 0.9 * t, f"$2L_p={2 * clamp:g}$ mm")
+    ax.text(middle, top, f"$P={force:.4g}$ MN/m", color=BLUE, ha="center", va="bottom")
+    _dimension(ax, middle - clamp, middle + clamp, -lower - 0.9 * t, f"$2L_p={2 * clamp:.4g}$ mm")
     x = -half - 0.5 * margin
     ax.annotate("", (x, 0), (x, -lower), arrowprops=_DIMENSION)
-    ax.text(x, 0.12 * t, f"{lower:g} mm", ha="center", va="bottom")
+    ax.text(x, 0.12 * t, f"{lower:.4g} mm", ha="center", va="bottom")
     if not joint.beams.identical:
         x = half + 0.5 * margin
         ax.annotate("", (x, 0), (x, upper), arrowprops=_DIMENSION)
-        ax.text(x, upper + 0.12 * t, f"{upper:g} mm", ha="center", va="bottom")
+        ax.text(x, upper + 0.12 * t, f"{upper:.4g} mm", ha="center", va="bottom")
     ax.set_xlim(-half - margin, half + margin)
     ax.set_ylim(-lower - 2.0 * t, upper + 1.5 * t)
     _bare(ax)

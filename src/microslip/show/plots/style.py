@@ -19,6 +19,7 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.legend import Legend
 from matplotlib.legend_handler import HandlerTuple
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 from microslip.results.files import replacing
 
@@ -127,8 +128,8 @@ def letters(axes: Iterable[Axes]) -> None:
         ax.set_title(f"({letter})  {title}" if title else f"({letter})", loc="left")
 
 
-Entry: TypeAlias = Line2D | tuple[Line2D, ...]
-"""Of a legend: a line, or marks side by side, the first of which has the label."""
+Entry: TypeAlias = Line2D | Patch | tuple[Line2D, ...]
+"""Of a legend: a line, an area, or marks side by side, the first of which has the label."""
 
 MOST_COLOURS = 4
 """Marks side by side in one entry; further colours are left out."""
