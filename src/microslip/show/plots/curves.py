@@ -21,8 +21,14 @@ def draw_curve(ax: Axes, response: Response, y: np.ndarray, color: str, **style:
     Points without an answer are left out. Where the answer jumps from one branch of a fold to the other
     between two frequencies, the line ends and a thin dotted one leads over.
     """
-    x, line = response.frequency, np.where(response.flag == CONVERGED, y, np.nan)
-    after = _jumps(response)
+    line = np.where(response.flag == CONVERGED, y, np.nan)
+    draw_line(ax, response.frequency, line, _jumps(response), color, **style)
+
+
+def draw_line(
+    ax: Axes, x: np.ndarray, line: np.ndarray, after: np.ndarray, color: str, **style: Any
+) -> None:
+    """A line that ends at the points `after` which it jumps; a thin dotted one leads over."""
     ax.plot(
         np.insert(x, after + 1, x[after]),
         np.insert(line, after + 1, np.nan),
@@ -54,6 +60,18 @@ def _jumps(response: Response) -> np.ndarray:
     """Indices of points after which a response with friction changes by more than a factor 2."""
     if not response.drive:
         return np.array([], dtype=np.int64)
-    change = np.abs(np.diff(np.log(np.maximum(np.abs(response.amplitude), 1e-300))))
     good = response.flag == CONVERGED
-    return np.flatnonzero((change > np.log(2)) & good[1:] & good[:-1])
+    found = jumps(np.abs(response.amplitude))
+    return found[good[found] & good[found + 1]]
+
+
+def jumps(size: np.ndarray) -> np.ndarray:
+    """Indices of points after which an amplitude changes by more than a factor 2.
+
+    Examples
+    --------
+    >>> jumps(np.array([1.0, 1.5, 4.0, 3.0])).tolist()
+    [1]
+    """
+    change = np.abs(np.diff(np.log(np.maximum(size, 1e-300))))
+    return np.flatnonzero(change > np.log(2))
