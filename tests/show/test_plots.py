@@ -12,13 +12,16 @@ from conftest import description, with_value
 from matplotlib import colors
 from matplotlib.figure import Figure
 
+from microslip.describe.excitation import SteppedSine, SweptSine
 from microslip.describe.reading import parse_joint
 from microslip.pipeline.cycle import DrivenCycles
+from microslip.pipeline.excitation import sampled_load
 from microslip.pipeline.outcome import Outcome
 from microslip.pipeline.run import Run
 from microslip.pipeline.run import run as run_joint
 from microslip.registry import ANALYSES, resolved
 from microslip.show.figures import figures_of, save_figures
+from microslip.show.plots.dissipation import dissipation_figure, note_cut_tips
 from microslip.show.plots.equivalent import equivalent_figure
 from microslip.show.plots.history import history_figure
 from microslip.show.plots.hysteresis import hysteresis_figure
@@ -27,9 +30,10 @@ from microslip.show.plots.overview import overview
 from microslip.show.plots.prestress import prestress_figure
 from microslip.show.plots.response import response_figure
 from microslip.show.plots.selection import greatest_damping, scientific, spread
-from microslip.show.plots.states import COLOURS, draw_states
+from microslip.show.plots.states import COLOURS, draw_states, states_figure
 from microslip.show.plots.steady import steady_figure
 from microslip.show.plots.style import DOUBLE, house_style, new_figure
+from microslip.show.plots.sweeps import frequency_ticks
 
 JOINT = description(
     51,
@@ -129,6 +133,42 @@ def test_prestress_curve_has_the_area_of_the_clamp(run: Run) -> None:
     assert area == pytest.approx(2, rel=1e-3)
 
 
+def test_load_beside_the_contact_maps_is_the_load_of_the_cycle(run: Run) -> None:
+    figure = states_figure(run)
+    assert figure is not None
+    curve = figure.axes[0].lines[0]
+    theta = np.pi * np.asarray(curve.get_ydata(), float)
+    assert np.asarray(curve.get_xdata(), float) == pytest.approx(np.sin(theta), abs=1e-9)
+    assert theta[-1] - theta[0] == pytest.approx(2 * np.pi)
+
+
+def test_what_leaves_the_axes_at_the_tips_is_said(run: Run) -> None:
+    figure = dissipation_figure(run)
+    assert figure is not None
+    ax = figure.axes[0]
+    largest = max(np.nanmax(np.asarray(line.get_ydata(), float)) for line in ax.lines[:-2])
+    said = ax.get_title(loc="right")
+    assert (f"{largest:.2g}" in said) == (largest > ax.get_ylim()[1])
+    top = new_figure(DOUBLE, DOUBLE).subplots()
+    top.set_ylim(0, 1)
+    x = np.linspace(-1.5, 1.5, 7)
+    note_cut_tips(top, x, [np.full(7, 0.5), np.array([7, 0, 0, 0, 0, 0, 3.0])])
+    assert top.get_title(loc="right").endswith("up to 7")
+
+
+def test_marks_have_the_colours_of_their_loads_in_the_legend(run: Run) -> None:
+    flags = [np.zeros_like(r.flag) for r in run.responses]
+    flags[-1][20:30] = 1
+    curves = tuple(replace(r, flag=f) for r, f in zip(run.responses, flags, strict=True))
+    changed = with_value(run, "response", replace(run.value("response"), curves=curves))
+    figure = response_figure(changed)
+    assert figure is not None
+    (crosses,) = (line for ax in figure.axes for line in ax.lines if line.get_marker() == "x")
+    (legend,) = figure.legends
+    drawn = [line for line in legend.findobj(mpl.lines.Line2D) if line.get_marker() == "x"]
+    assert {line.get_color() for line in drawn} == {crosses.get_color()}
+
+
 def test_state_map_shows_the_states(run: Run) -> None:
     figure = new_figure(DOUBLE, DOUBLE)
     ax = figure.subplots()
@@ -220,6 +260,28 @@ def test_pictures_are_reproducible(run: Run, tmp_path: Path) -> None:
     assert first == second
 
 
+def quarters(figure: Figure) -> list[float]:
+    """Share of every quarter of the picture that axes with their labels and legends cover."""
+    figure.canvas.draw()
+    renderer = figure.canvas.get_renderer()
+    x, y = np.meshgrid(np.linspace(0, 1, 60), np.linspace(0, 1, 60))
+    inside = np.zeros_like(x, bool)
+    for ax in figure.axes:
+        box = ax.get_tightbbox(renderer).transformed(figure.transFigure.inverted())
+        inside |= (box.x0 <= x) & (x <= box.x1) & (box.y0 <= y) & (y <= box.y1)
+    return [float(part.mean()) for half in np.split(inside, 2) for part in np.split(half, 2, 1)]
+
+
+@pytest.mark.parametrize(
+    "left", [(), ("response",), ("cycle",), ("backbone",), ("cycle", "response")]
+)
+def test_an_overview_has_no_blank_quarter(run: Run, left: tuple[str, ...]) -> None:
+    some = replace(
+        run, outcomes={name: run.outcomes[name] for name in left if name in run.outcomes}
+    )
+    assert min(quarters(overview(some))) > 0.25
+
+
 # -- time domain -------------------------------------------------------------------------------
 
 
@@ -274,15 +336,21 @@ def test_time_points_lie_over_their_curves_with_their_marks(timed: Run) -> None:
 
 
 def test_steady_figure_shows_the_point_of_largest_amplitude(timed: Run) -> None:
-    """Its waveforms: load a sine that starts at zero, the deflection against the mode's phase."""
+    """Of the steady ones; its waveforms: load a sine that starts at zero, the deflection against the
+    mode's phase."""
     figure = steady_figure(timed)
     assert figure is not None
-    states, waves, _ = figure.axes
-    best = max(timed.time_domain, key=lambda p: abs(p.steady.amplitude))
+    states, beside, waves, _ = figure.axes
+    steady = [p for p in timed.time_domain if p.steady.converged]
+    best = max(steady, key=lambda p: abs(p.steady.amplitude))
     title = figure._suptitle
     assert title is not None
     assert f"{best.steady.frequency:.2f} Hz" in title.get_text()
-    assert ("not steady" in title.get_text()) == (not best.steady.converged)
+    assert "not steady" not in title.get_text()
+    moment, phase = beside.lines[0].get_data()
+    assert np.asarray(moment, float) == pytest.approx(
+        np.sin(np.pi * np.asarray(phase, float)), abs=1e-9
+    )
     load, deflection, _ = waves.lines
     theta = np.pi * np.asarray(load.get_xdata(), float)
     assert np.asarray(load.get_ydata(), float) == pytest.approx(
@@ -296,6 +364,13 @@ def test_steady_figure_shows_the_point_of_largest_amplitude(timed: Run) -> None:
     shown = np.asarray(mesh.get_array())
     counts = [(shown == k).sum() for k in (1, 2, 3, 4)]
     assert counts == [(best.steady.cycle.status[1:] == k).sum() for k in (1, 2, 3, 4)]
+
+
+def test_a_state_that_is_not_steady_is_not_called_so(timed: Run) -> None:
+    points = tuple(p for p in timed.time_domain if not p.steady.converged)
+    figure = steady_figure(with_value(timed, "time", points))
+    assert figure is not None
+    assert figure._suptitle.get_text().startswith("not steady: cycle ")
 
 
 def test_time_domain_stiffness_lies_beside_the_tables(timed: Run) -> None:
@@ -345,6 +420,12 @@ def test_every_history_has_a_figure_of_its_name(timed: Run, tmp_path: Path) -> N
     assert {path.stem for path in written} == {"model", "prestress", "overview", "history_let_go"}
 
 
+def test_the_overview_of_a_decay_shows_it(timed: Run) -> None:
+    figure = overview(Run(timed.assembly, {"history": timed.outcomes["history"]}))
+    assert "let_go" in figure.axes[-1].get_title(loc="left")
+    assert min(quarters(figure)) > 0.25
+
+
 def test_one_step_history_is_drawn(timed: Run) -> None:
     (history,) = timed.histories
     short = replace(
@@ -356,3 +437,45 @@ def test_one_step_history_is_drawn(timed: Run) -> None:
         gap=history.gap[:1],
     )
     assert history_figure(timed, short).axes
+
+
+# -- sweeps ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("law", ["linear", "log"])
+@pytest.mark.parametrize(("low", "high"), [(165.0, 190.0), (190.0, 165.0)])
+def test_frequency_axis_of_a_sweep_is_the_slope_of_its_phase(
+    law: str, low: float, high: float
+) -> None:
+    """Zeros of the load lie half a turn apart: their distance tells the frequency between them."""
+    entry = SweptSine(
+        **{
+            "signal": "swept_sine",
+            "from": low,
+            "to": high,
+            "duration": 1,
+            "moment": 1,
+            "sweep": law,
+        }
+    )
+    dt = 1e-5
+    load = sampled_load(entry, 1.0, dt)
+    k = np.flatnonzero(np.diff(np.sign(load[1:])) != 0) + 1
+    zero = dt * (k + load[k] / (load[k] - load[k + 1]))
+    time, frequency = frequency_ticks(entry)
+    assert len(time) >= 3
+    measured = np.interp(time, 0.5 * (zero[1:] + zero[:-1]), 0.5 / np.diff(zero))
+    inside = (time > 0.02) & (time < 0.98)
+    assert frequency[inside] == pytest.approx(measured[inside], rel=1e-3)
+
+
+def test_frequency_axis_of_a_stepped_sine_is_that_of_each_dwell() -> None:
+    entry = SteppedSine(signal="stepped_sine", frequencies=[100, 50], cycles=10, moment=1)
+    time, frequency = frequency_ticks(entry)
+    assert frequency.tolist() == [100, 50]
+    assert time == pytest.approx([0.05, 0.2])
+
+
+def test_a_free_decay_has_no_frequency_axis(timed: Run) -> None:
+    (history,) = timed.histories
+    assert not history_figure(timed, history).axes[0].child_axes

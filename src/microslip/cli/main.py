@@ -33,6 +33,10 @@ COMMANDS = {
         "microslip.cli.show",
         "Tables of an earlier run again, and its figures, from its folder.",
     ),
+    "compare": (
+        "microslip.cli.compare",
+        "Results of several runs, side by side and over each other.",
+    ),
     "new": ("microslip.cli.new", "Write a commented input file."),
 }
 """Every command: the module it lives in, and the line ``microslip --help`` says of it."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from microslip.analyses.statics.cycle import Cycle
@@ -16,7 +17,7 @@ from microslip.contact.pairs import normal, tangential
 from microslip.model.joint import JointModel
 from microslip.numerics.fourier import harmonic
 from microslip.show.plots.states import COLOURS
-from microslip.show.plots.style import GREY, VERMILLION
+from microslip.show.plots.style import BLACK, GREY, VERMILLION
 from microslip.typing import Array
 
 QUARTERS = ((0, "0"), (1, "π/2"), (2, "π"), (3, "3π/2"))
@@ -75,6 +76,11 @@ def motion_of_point(steady: SteadyState, model: JointModel) -> InterfaceMotion:
     return InterfaceMotion(
         turned(q), turned(cycle.r), turned(cycle.v), turned(cycle.status), cycle.friction_work
     )
+
+
+def no_answer_area() -> Patch:
+    """Legend entry of what a map leaves blank."""
+    return Patch(facecolor="white", edgecolor=BLACK, linewidth=0.5, label="no answer in the table")
 
 
 def draw_states(ax: Axes, position: Array, contact: InterfaceMotion) -> None:

@@ -58,7 +58,7 @@ def fig10(study: Study) -> Plate:
                 mfc="white",
                 label=f"time domain, {side} {FOLD:g} Hz",
             )
-        ax.set_xlabel(r"modal amplitude $|q|/q^*$")
+        ax.set_xlabel("modal amplitude $|q|/q^*$\n($q^*$: at the greatest damping)")
     axes[0].set_ylabel(r"$\gamma_{eq}$")
     axes[1].set_ylabel(r"$k_{eq}$")
     letters(axes)

@@ -17,6 +17,7 @@ from microslip.reproduce.plate import Number, Plate, Trend
 from microslip.reproduce.settings import PAPER_RHO
 from microslip.reproduce.study import Study
 from microslip.reproduce.variants import CONSISTENT, PRINTED, REFINED, Case, cases, respond
+from microslip.show.plots.curves import draw_curve
 from microslip.show.plots.style import BLACK, DOUBLE, MM, SERIES, house_style, letters, new_figure
 
 LINEAR_OFFSETS = (-4.0, -1.0, -0.2, 0.0, 0.2, 1.0, 4.0)
@@ -49,8 +50,7 @@ def fig11(study: Study) -> Plate:
         unit = study.frictionless.peak_amplitude / study.frictionless.load * study.moment(rho)
         for case in cases():
             response = respond(study, case, rho, band)
-            size = np.where(response.flag == CONVERGED, np.abs(response.amplitude), np.nan)
-            ax.semilogy(band, size / unit, **case_style(case))
+            draw_curve(ax, response, np.abs(response.amplitude) / unit, **case_style(case))
             errors.setdefault(rho, {})[case.key] = case_errors(study, case, rho, points)
         ax.semilogy(
             [p.corrected_frequency for p in points],
@@ -60,6 +60,7 @@ def fig11(study: Study) -> Plate:
             mfc="white",
             label="time domain",
         )
+        ax.set_yscale("log")
         ax.set_title(rf"$\rho$ = {rho:g}", loc="left")
     for ax in axes:
         ax.set_xlim(study.settings.band)

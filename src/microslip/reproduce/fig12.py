@@ -8,7 +8,16 @@ from microslip.reproduce.fig11 import case_style
 from microslip.reproduce.plate import Number, Plate
 from microslip.reproduce.settings import PAPER_RHO
 from microslip.reproduce.study import Study, dynamic_equivalent
-from microslip.reproduce.variants import CONSISTENT, PRINTED, REFINED, Case, cases, equivalent
+from microslip.reproduce.variants import (
+    CONSISTENT,
+    PRINTED,
+    REFINED,
+    Case,
+    cases,
+    equivalent,
+    respond,
+)
+from microslip.show.plots.curves import draw_curve
 from microslip.show.plots.style import BLACK, DOUBLE, MM, house_style, letters, new_figure
 
 CHECKED = 175.0
@@ -26,8 +35,9 @@ def fig12(study: Study) -> Plate:
     axes = figure.subplots(1, 2)
     for case in cases():
         values = equivalent(study, case, PAPER_RHO, band)
-        axes[0].plot(band, values.imag, **case_style(case))
-        axes[1].plot(band, values.real, **case_style(case))
+        response = respond(study, case, PAPER_RHO, band)
+        draw_curve(axes[0], response, values.imag, **case_style(case))
+        draw_curve(axes[1], response, values.real, **case_style(case))
     for ax, part, name in zip(axes, ("imag", "real"), (r"$\gamma_{eq}$", "$k_{eq}$"), strict=True):
         found = getattr(dynamic, part)
         ax.plot(frequency, found, "o", color=BLACK, mfc="white", label="time domain")

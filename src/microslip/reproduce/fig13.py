@@ -7,12 +7,13 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
+from matplotlib.lines import Line2D
 
+from microslip.reproduce.drawing import no_answer_area
 from microslip.reproduce.fig11 import case_style
 from microslip.reproduce.maps import ResponseMap, response_map
 from microslip.reproduce.peaks import Peak, time_domain_peak
 from microslip.reproduce.plate import Number, Plate, Trend
-from microslip.reproduce.settings import PAPER_BEST_RHO
 from microslip.reproduce.study import Study
 from microslip.reproduce.variants import CONSISTENT, PRINTED, cases
 from microslip.show.plots.style import (
@@ -23,6 +24,12 @@ from microslip.show.plots.style import (
     letters,
     new_figure,
 )
+
+MARKS: dict[bool, dict[str, Any]] = {
+    True: {"marker": "o", "color": BLACK, "mfc": "white", "ls": "none"},
+    False: {"marker": "^", "color": BLACK, "mfc": "white", "ls": "none"},
+}
+"""Peaks of the time domain, by whether points on both sides enclose them."""
 
 
 @house_style
@@ -45,16 +52,19 @@ def fig13(study: Study) -> Plate:
             ax.plot(
                 rho,
                 getattr(peak, attribute),
-                "o" if peak.inside else "^",
-                color=BLACK,
-                mfc="white",
-                label="time domain" if rho == PAPER_BEST_RHO else None,
+                **MARKS[peak.inside],
             )
         ax.set_xlabel(r"$\rho$")
     left.set_ylabel("resonance (Hz)")
     right.set_ylabel("peak $|q|$ over frictionless")
     letters(axes.ravel())
-    figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=2)
+    entries = left.get_legend_handles_labels()[0]
+    for inside in sorted({peak.inside for peak in checked.values()}, reverse=True):
+        name = "time domain" if inside else "time domain, beside a jump: at least"
+        entries.append(Line2D([], [], label=name, **MARKS[inside]))
+    if any(np.isnan(maps[case].amplitude).any() for case in (PRINTED, CONSISTENT)):
+        entries.append(no_answer_area())
+    figure.legend(handles=entries, loc="outside lower center", ncols=2)
     consistent = maps[CONSISTENT]
     best = {case.key: _best(found) for case, found in maps.items()}
     errors = {case.key: _peak_errors(found, checked) for case, found in maps.items()}

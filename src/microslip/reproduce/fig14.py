@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from microslip.reproduce.drawing import no_answer_area
 from microslip.reproduce.fig10 import MESH
 from microslip.reproduce.maps import ResponseMap, response_map
 from microslip.reproduce.plate import Number, Plate, Trend
@@ -40,8 +41,10 @@ def fig14(study: Study) -> Plate:
     for ax in axes[:, 0]:
         ax.set_ylabel(r"$\rho$")
     letters(axes.ravel())
-    handles, labels = axes[0, 0].get_legend_handles_labels()
-    legend = figure.legend(handles, labels, loc="outside lower center", ncols=2)
+    handles = axes[0, 0].get_legend_handles_labels()[0]
+    if any(np.isnan(found.equivalent).any() for found in maps.values()):
+        handles.append(no_answer_area())
+    legend = figure.legend(handles=handles, loc="outside lower center", ncols=3)
     legend.get_frame().set(facecolor="#bbbbbb", alpha=1)
     consistent = maps[CONSISTENT]
     aligned = {case.key: aligned_range(found) for case, found in maps.items()}

@@ -39,7 +39,7 @@ def fig15(study: Study) -> Plate:
                 "k_eq": at.real.tolist(),
             }
         column[0].set_title(case.label, loc="left")
-        column[1].set_xlabel("amplitude read $|q|/q^*$")
+        column[1].set_xlabel("amplitude read $|q|/q^*$\n($q^*$: at the greatest damping)")
     for ax in axes[0]:
         ax.set_ylabel(r"$\gamma_{eq}$")
     for ax in axes[1]:

@@ -147,7 +147,7 @@ def _draw_map(ax: Axes, study: Study, frequency: float, data: dict[str, Any]) ->
     ax.plot([0, top], [0, top], color="k", lw=0.6, ls=":")
     ax.set_xlim(0, top)
     ax.set_ylim(0, top)
-    ax.set_xlabel("$q/q^*$")
+    ax.set_xlabel("$q/q^*$\n($q^*$: at the greatest damping)")
     ax.set_title(f"{frequency:g} Hz", loc="left")
 
 

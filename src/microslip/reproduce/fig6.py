@@ -81,7 +81,8 @@ def fig6(study: Study) -> Plate:
         theta, signal = _from_zero(found[n, False], port)
         colour = BLACK if n == finest else SERIES[i + 1]["color"]
         upper.plot(theta, signal / unit, color=colour, ls=LINES[-i - 1], label=f"$N_s$ = {n}")
-    upper.set_xlabel(r"phase of the moment $\omega t/2\pi$")
+    upper.set_xticks([0, 0.25, 0.5, 0.75, 1], ["0", "π/2", "π", "3π/2", "2π"])
+    upper.set_xlabel(r"phase of the moment $\theta$")
     upper.set_ylabel("displacement at $x=L_p$")
     upper.legend(ncols=2)
     for c, style in ((False, SERIES[2]), (True, SERIES[1])):

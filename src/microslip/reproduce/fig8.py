@@ -13,6 +13,7 @@ from microslip.reproduce.friction_force import friction_modal_force
 from microslip.reproduce.plate import Number, Plate, Trend
 from microslip.reproduce.settings import PAPER_RHO
 from microslip.reproduce.study import Study
+from microslip.show.plots.dissipation import note_cut_tips
 from microslip.show.plots.style import (
     BLACK,
     BLUE,
@@ -52,17 +53,19 @@ def fig8(study: Study) -> Plate:
     left, right = figure.subplots(1, 2)
     total = contacts["time domain"].work.sum()
     inner = np.abs(x) < 0.9 * np.abs(x).max()
-    top = 0.0
+    top, tips = 0.0, []
     for name, contact in contacts.items():
         density = contact.work / a.model.area / total * study.joint.clamp.half_length
         left.plot(x, density, label=name, **STYLES[name])
         top = max(top, float(density[inner].max()))
+        tips.append(density)
         f = friction_modal_force(contact.r, a.structure.interface, a.states)
         unit = a.mode.sliding_omega**2 * amplitude
         right.plot(contact.q / amplitude, f / unit, **STYLES[name])
     clamp_edges(left)
     left.set_xlim(x[0], x[-1])
     left.set_ylim(0, 1.1 * top)
+    note_cut_tips(left, x, tips)
     left.set_xlabel("position $x/L_p$")
     left.set_ylabel(r"$L_p\,\mathrm{d}E/\mathrm{d}x\;/\;\Delta E_{\mathrm{dynamic}}$")
     right.set_xlabel(r"sliding coordinate $q\,/\,|q|$")
@@ -73,7 +76,7 @@ def fig8(study: Study) -> Plate:
     ratio = {
         name: value / energy["time domain"] for name, value in energy.items() if "static" in name
     }
-    tips = {
+    shares = {
         name: float(c.work[np.abs(x) >= 0.95 * np.abs(x).max()].sum() / c.work.sum())
         for name, c in contacts.items()
     }
@@ -96,7 +99,7 @@ def fig8(study: Study) -> Plate:
         data={
             "energy_over_time_domain": ratio,
             "dissipated_j_per_m": energy,
-            "share_of_the_tips": tips,
+            "share_of_the_tips": shares,
         },
     )
 

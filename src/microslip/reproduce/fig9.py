@@ -7,6 +7,7 @@ import numpy as np
 from microslip.reproduce.plate import Number, Plate, Trend
 from microslip.reproduce.settings import PAPER_RHO
 from microslip.reproduce.study import Study, dynamic_equivalent
+from microslip.show.plots.curves import draw_line, jumps
 from microslip.show.plots.style import BLACK, DOUBLE, DRIVES, MM, house_style, letters, new_figure
 
 CLEAR = 0.01
@@ -34,7 +35,7 @@ def fig9(study: Study) -> Plate:
     for i, (ax, name) in enumerate(zip(axes, names, strict=True)):
         for drive, style in DRIVES.items():
             line = {**style, "marker": None, "label": f"quasi-static, {style['label']}"}
-            ax.plot(frequency, static[drive][i] / unit, **line)
+            draw_line(ax, frequency, static[drive][i] / unit, jumps(amplitude), **line)
         ax.plot(frequency, dynamic[i] / unit, "o", color=BLACK, mfc="white", label="time domain")
         ax.set_xlabel("frequency (Hz)")
         ax.set_ylabel(rf"{name} / $\Delta E_{{\max}}$")

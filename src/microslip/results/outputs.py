@@ -114,9 +114,10 @@ def output_variable(dims: Sequence[str], values: Any, label: str, per: str = "")
     return variable(dims, values, unit, label)
 
 
-def modal_factor(run: Run) -> dict[str, Any]:
-    """Attributes of a modal amplitude: what a unit of it is of the first displacement, in the mode."""
-    output = displacement(run)
+def modal_factor(run: Run, output: Output | None = None) -> dict[str, Any]:
+    """Attributes of a modal amplitude: what a unit of it is of a displacement in the mode, of the first
+    where none is named."""
+    output = output or displacement(run)
     if output is None:
         return {}
     size = abs(run.mode.load_on_sliding[output.port]) * output.measured.factor

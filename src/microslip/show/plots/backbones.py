@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from microslip.describe.outputs import Output
 from microslip.pipeline.run import Run
 from microslip.results.backbone import outputs_of
 from microslip.show.plots.equivalent import AMPLITUDE
-from microslip.show.plots.shown import in_units, label
+from microslip.show.plots.shown import amplitude_axis, in_units, label
 from microslip.show.plots.style import (
     BLACK,
     BLUE,
@@ -66,13 +67,15 @@ def backbones_figure(run: Run) -> Figure | None:
     numbers = list(dict.fromkeys(b.mode.number for b in solved))[:MOST_MODES]
     if not numbers:
         return None
+    shown = [b for b in solved if b.mode.number in numbers]
+    logarithmic = any(spans_much([b for b in shown if b.mode.number == n]) for n in numbers)
     figure = new_figure(COLUMN if len(numbers) == 1 else DOUBLE, 115 * MM)
     grid = figure.subplots(2, len(numbers), sharex="col", squeeze=False)
     for k, number in enumerate(numbers):
         mine = [b for b in solved if b.mode.number == number]
         output = moving_output(run, mine[0])
         draw_frequency(grid[0, k], run, mine, output)
-        draw_damping(grid[1, k], run, mine, output)
+        draw_damping(grid[1, k], run, mine, output, logarithmic)
         grid[0, k].set_title(f"mode {number}", loc="left")
         grid[1, k].set_xlabel(AMPLITUDE if output is None else label(output))
     grid[0, 0].set_ylabel("natural frequency (Hz)")
@@ -117,15 +120,21 @@ def draw_frequency(ax: Axes, run: Run, backbones: list[Backbone], output: Output
     ax.set_xscale("log")
 
 
-def draw_damping(ax: Axes, run: Run, backbones: list[Backbone], output: Output | None) -> None:
-    """Damping ratio, %, logarithmic where it spans more than a factor of `WIDE`."""
+def spans_much(backbones: Sequence[Backbone]) -> bool:
+    """Whether the damping ratio of a mode spans more than a factor of `WIDE`."""
+    values = np.concatenate([backbone.damping_ratio for backbone in backbones])
+    return bool(values.max() > WIDE * values.min() > 0)
+
+
+def draw_damping(
+    ax: Axes, run: Run, backbones: list[Backbone], output: Output | None, logarithmic: bool
+) -> None:
+    """Damping ratio, %; logarithmic for every mode of a figure or for none."""
     for backbone in backbones:
         ax.plot(amplitude(run, backbone, output), 100 * backbone.damping_ratio, **_style(backbone))
     ax.set_xscale("log")
-    values = np.concatenate([backbone.damping_ratio for backbone in backbones])
-    if values.max() > WIDE * values.min() > 0:
-        ax.set_yscale("log")
-        ax.yaxis.set_major_formatter("{x:g}")
+    if logarithmic:
+        amplitude_axis(ax)
 
 
 def _style(backbone: Backbone) -> dict[str, Any]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -32,10 +34,10 @@ def dissipation_figure(run: Run) -> Figure | None:
 
 
 def draw_dissipation(ax: Axes, run: Run, drive: str) -> None:
-    """The same on given axes, which leave out what is off them at the very tips."""
+    """The same on given axes; what is off them at the very tips is marked with its largest value."""
     x = unit_position(run)
     inner = np.abs(x) < 0.95 * np.abs(x).max()
-    top = 0.0
+    top, tips = 0.0, []
     for i, index in enumerate(spread(run, drive)):
         cycle = run.cycles[drive][index]
         if not cycle.dissipated > 0:
@@ -50,8 +52,23 @@ def draw_dissipation(ax: Axes, run: Run, drive: str) -> None:
             ls=LINES[i % len(LINES)],
             label=name_of(run, drive, index),
         )
+        tips.append(density)
     clamp_edges(ax, unit_centre(run))
     ax.set_xlim(x[0], x[-1])
-    ax.set_ylim(0, 1.1 * top if top > 0 else None)
+    if top > 0:
+        ax.set_ylim(0, 1.1 * top)
+        note_cut_tips(ax, x, tips)
     ax.set_xlabel("position $x/L_p$")
     ax.set_ylabel(r"dissipation density $L_p\,\mathrm{d}E/\mathrm{d}x\,/\,E$")
+
+
+def note_cut_tips(ax: Axes, x: np.ndarray, curves: Sequence[np.ndarray]) -> None:
+    """Say above the axes how far curves go that leave them at the ends of `x`.
+
+    Where the edge of a beam presses alone the pressure is singular: what is drawn there belongs to one
+    contact pair and grows with the number of pairs.
+    """
+    outer = np.abs(x) > 0.5 * np.abs(x).max()
+    largest = max(float(curve[outer].max()) for curve in curves)
+    if largest > ax.get_ylim()[1]:
+        ax.set_title(f"↑ at the tips: up to {largest:.2g}", loc="right")

@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from microslip.analyses.time.readings import equivalent
+from microslip.describe.outputs import Output
 from microslip.pipeline.run import Run
 from microslip.results.cycle import table_of
 from microslip.results.outputs import displacement, modal_factor
@@ -45,7 +46,7 @@ def equivalent_figure(run: Run) -> Figure | None:
     return figure
 
 
-_LABELS = {
+LABELS = {
     "k_eq": r"stiffness $k_{eq}\,/\,\omega_{sl}^2$",
     "gamma_eq": r"damping $\gamma_{eq}\,/\,\omega_{sl}^2$",
 }
@@ -74,19 +75,20 @@ def draw_equivalent(ax: Axes, run: Run, name: str) -> None:
         )
     ax.axhline(0, color=BLACK, lw=0.5)
     ax.set_xscale("log")
-    ax.set_ylabel(_LABELS[name])
+    ax.set_ylabel(LABELS[name])
 
 
-def per_modal(run: Run) -> float:
-    """First displacement per unit of the modal amplitude in the sliding mode; 1 where that has none."""
-    size: float = modal_factor(run).get("per_unit", 0.0)
+def per_modal(run: Run, output: Output | None = None) -> float:
+    """A displacement, the first where none is named, per unit of the modal amplitude in the sliding
+    mode; 1 where that has none."""
+    size: float = modal_factor(run, output).get("per_unit", 0.0)
     return size or 1.0
 
 
-def amplitude_label(run: Run) -> str:
+def amplitude_label(run: Run, output: Output | None = None) -> str:
     """What the axis of `per_modal` is called."""
-    output = displacement(run)
-    if output is None or per_modal(run) == 1.0:
+    output = output or displacement(run)
+    if output is None or per_modal(run, output) == 1.0:
         return AMPLITUDE
     return f"{label(output)[:-1]}, in the sliding mode)"
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -23,7 +23,18 @@ from microslip.show.plots.shown import (
     lag,
     phase_axis,
 )
-from microslip.show.plots.style import COLUMN, GREY, LINES, MM, SERIES, house_style, new_figure
+from microslip.show.plots.style import (
+    COLUMN,
+    GREY,
+    LINES,
+    MM,
+    SERIES,
+    Entry,
+    draw_legend,
+    house_style,
+    marks,
+    new_figure,
+)
 
 STABLE: dict[str, Any] = {"marker": "+", "ls": "none", "ms": 6, "mew": 1.0}
 UNSTABLE: dict[str, Any] = {"marker": "d", "mfc": "none", "ls": "none", "ms": 5, "mew": 0.8}
@@ -36,33 +47,53 @@ def harmonic_figure(run: Run) -> Figure | None:
         return None
     figure = new_figure(COLUMN, 130 * MM)
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[3, 2])
-    per_moment = any(entry.rho == 0 for entry in run.harmonic)
+    draw_amplitude(top, run)
+    top.set_xlabel("")
     for i, entry in enumerate(run.harmonic):
-        style = SERIES[i % len(SERIES)]
-        for (frequency, _), outputs in zip(entry.curves, branch_outputs(run, entry), strict=True):
-            line = {"color": style["color"], "lw": 0.7, "ls": LINES[i % len(LINES)]}
-            y = in_units(run, outputs)
-            unit = entry.load if per_moment else 1.0
-            top.plot(frequency, np.abs(y) / unit, **line)
-            bottom.plot(frequency, lag(np.angle(y), below_resonance(run)), **line)
-        draw_points(top, run, entry, style, size_over(unit))
-        draw_points(bottom, run, entry, style, phase(run))
-    amplitude_axis(top)
-    top.set_ylabel(label(primary(run), "N m/m" if per_moment else ""))
+        for (frequency, _), y in _branches(run, entry):
+            bottom.plot(frequency, lag(np.angle(y), below_resonance(run)), **_line(i))
+        draw_points(bottom, run, entry, SERIES[i % len(SERIES)], phase(run))
     phase_axis(bottom, run)
     bottom.set_xlabel("frequency (Hz)")
-    loads = [
-        Line2D(
-            [],
-            [],
-            color=SERIES[i % len(SERIES)]["color"],
-            ls=LINES[i % len(LINES)],
-            label=load_label(run, entry.rho, entry.load),
-        )
+    draw_legend(figure, handles(run), loc="outside lower center", ncols=2)
+    return figure
+
+
+def draw_amplitude(ax: Axes, run: Run) -> None:
+    """Amplitude of the first output of every load; per end moment where one has no friction."""
+    per_moment = any(entry.rho == 0 for entry in run.harmonic)
+    for i, entry in enumerate(run.harmonic):
+        unit = entry.load if per_moment else 1.0
+        for (frequency, _), y in _branches(run, entry):
+            ax.plot(frequency, np.abs(y) / unit, **_line(i))
+        draw_points(ax, run, entry, SERIES[i % len(SERIES)], size_over(unit))
+    amplitude_axis(ax)
+    ax.set_xlabel("frequency (Hz)")
+    ax.set_ylabel(label(primary(run), "N m/m" if per_moment else ""))
+
+
+def handles(run: Run) -> list[Entry]:
+    """Legend entries of the loads, of the marks, and of the branches."""
+    colours = {entry.load: _line(i)["color"] for i, entry in enumerate(run.harmonic)}
+    loads: list[Entry] = [
+        Line2D([], [], **{**_line(i), "lw": 1.1}, label=load_label(run, entry.rho, entry.load))
         for i, entry in enumerate(run.harmonic)
     ]
-    figure.legend(handles=[*loads, *handles(run)], loc="outside lower center", ncols=2)
-    return figure
+    entries = [*loads, *point_handles(run, colours)]
+    if any(entry.curves for entry in run.harmonic):
+        entries.append(Line2D([], [], color=GREY, lw=0.7, label="line: branch followed"))
+    return entries
+
+
+def _branches(run: Run, entry: HarmonicRun) -> Iterator[tuple[Any, np.ndarray]]:
+    """Curves that were followed, and the first output along each."""
+    for curve, outputs in zip(entry.curves, branch_outputs(run, entry), strict=True):
+        yield curve, in_units(run, outputs)
+
+
+def _line(i: int) -> dict[str, Any]:
+    """Look of the branches of the i-th load."""
+    return {"color": SERIES[i % len(SERIES)]["color"], "lw": 0.7, "ls": LINES[i % len(LINES)]}
 
 
 def draw_points(
@@ -101,12 +132,25 @@ def _unstable(entry: HarmonicRun) -> list[bool]:
     return [found is not None and not found.stable for found in entry.stability]
 
 
-def handles(run: Run) -> list[Line2D]:
-    """Legend entries of the marks that there are."""
-    found = [bad for entry in run.harmonic for bad in _unstable(entry)]
+def point_handles(run: Run, colours: Mapping[float, str]) -> list[Entry]:
+    """Legend entries of the marks that there are, in the colours of their loads.
+
+    Parameters
+    ----------
+    run : Run
+    colours : mapping of float to str
+        Of the loads that are drawn.
+    """
     entries = []
-    if not all(found):
-        entries.append(Line2D([], [], color=GREY, **STABLE, label="harmonic balance"))
-    if any(found):
-        entries.append(Line2D([], [], color=GREY, **UNSTABLE, label="harmonic balance, unstable"))
+    for unstable, name, mark in (
+        (False, "harmonic balance", STABLE),
+        (True, "harmonic balance, unstable", UNSTABLE),
+    ):
+        found = [
+            colours[entry.load]
+            for entry in run.harmonic
+            if entry.load in colours and unstable in _unstable(entry)
+        ]
+        if found:
+            entries.append(marks(found, name, **mark))
     return entries

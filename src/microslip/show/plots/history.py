@@ -26,6 +26,7 @@ from microslip.show.plots.style import (
     letters,
     new_figure,
 )
+from microslip.show.plots.sweeps import frequency_axis
 
 MOST_CYCLES = 150
 """A trace of more cycles is drawn as the band between the extremes of each."""
@@ -41,12 +42,7 @@ def history_figure(run: Run, history: History) -> Figure:
     """First output, slip at the first chosen position, energies, all over time."""
     figure = new_figure(DOUBLE, 145 * MM)
     axes = figure.subplots(3, 1, sharex=True)
-    y = in_units(run, waveforms(run, history))
-    _draw_trace(axes[0], history, y, BLUE)
-    at, top = extremes(history.time, y, history.cycle_steps)
-    for side in (slice(0, None, 2), slice(1, None, 2)):
-        axes[0].plot(at[side], top[side], color=BLACK, lw=0.9)
-    axes[0].set_ylabel(label(primary(run)))
+    draw_motion(axes[0], run, history)
     axes[0].set_title(f"{primary(run).name} and its envelope", loc="left")
     x = unit_position(run)[history.watched[0]]
     _draw_trace(axes[1], history, 1e6 * history.slip[:, 0], GREEN)
@@ -57,11 +53,25 @@ def history_figure(run: Run, history: History) -> Figure:
     axes[2].set_xlim(0, max(history.time[-1], history.dt))
     letters(axes)
     figure.legend(*axes[2].get_legend_handles_labels(), loc="outside lower center", ncols=5)
-    figure.suptitle(_title(history))
+    figure.suptitle(history_title(history))
     return figure
 
 
-def _title(history: History) -> str:
+def draw_motion(ax: Axes, run: Run, history: History) -> None:
+    """First output over time and its envelope; on top the frequency of a load that changes it."""
+    y = in_units(run, waveforms(run, history))
+    _draw_trace(ax, history, y, BLUE)
+    at, top = extremes(history.time, y, history.cycle_steps)
+    for side in (slice(0, None, 2), slice(1, None, 2)):
+        ax.plot(at[side], top[side], color=BLACK, lw=0.9)
+    ax.set_ylabel(label(primary(run)))
+    entry = next((e for e in run.joint.analysis.history if e.label == history.name), None)
+    if entry is not None:
+        frequency_axis(ax, entry)
+
+
+def history_title(history: History) -> str:
+    """What a history is called: its name, its signal, what drives it, whether it ended early."""
     words = {"moment": ", driven by end moments", "mode": ", driven by the inertia of the mode"}
     drive = "" if history.kind == "free_decay" else words[history.drive]
     end = "" if history.complete and not history.failure else ", ended early"

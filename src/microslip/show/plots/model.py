@@ -87,12 +87,13 @@ def draw_overlap(ax: Axes, run: Run) -> None:
     _mesh(ax, run, 0.2)
     _clamp(ax, run, 13)
     ax.plot([-half, half], [0, 0], color=VERMILLION, lw=1.4, solid_capstyle="butt")
-    ax.text(
-        half + 0.06 * margin,
-        -0.55 * lower,
+    ax.annotate(
         f"{run.model.pairs} contact\npairs",
+        (half + 0.06 * margin, 0),
+        (0, -3),
+        textcoords="offset points",
         color=VERMILLION,
-        va="center",
+        va="top",
     )
     force = joint.clamp.force / 1e6
     top = upper + 0.75 * t

@@ -3,61 +3,133 @@
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 
 from microslip.pipeline.judge import judge
 from microslip.pipeline.run import Run
-from microslip.show.plots.equivalent import amplitude_label, draw_equivalent
+from microslip.show.plots.backbones import draw_damping, draw_frequency, moving_output, spans_much
+from microslip.show.plots.equivalent import AMPLITUDE, amplitude_label, draw_equivalent
+from microslip.show.plots.harmonic import draw_amplitude
+from microslip.show.plots.harmonic import handles as harmonic_handles
+from microslip.show.plots.history import draw_motion, history_title
 from microslip.show.plots.model import draw_model, draw_overlap
+from microslip.show.plots.prestress import draw_prestress
 from microslip.show.plots.response import TITLES, draw_response
 from microslip.show.plots.response import handles as response_handles
 from microslip.show.plots.selection import greatest_damping, main_drive, name_of
+from microslip.show.plots.shown import label
 from microslip.show.plots.states import draw_states
 from microslip.show.plots.states import handles as state_handles
-from microslip.show.plots.style import DOUBLE, MM, VERMILLION, house_style, new_figure
+from microslip.show.plots.style import DOUBLE, MM, VERMILLION, draw_legend, house_style, new_figure
+
+BELOW: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.16)}
+"""Where a panel has its legend."""
 
 LINE, MOST = 135, 4
 """Characters of a line at the foot, and how many warnings stand there."""
 
 
+Panel = Callable[[Figure, SubplotSpec, Run, str], None]
+"""Draws one cell of the picture, with a letter in its title."""
+
+MOST_PANELS = 3
+"""Beside the joint."""
+
+
 @house_style
 def overview(run: Run) -> Figure:
-    """Joint, contact states, equivalent stiffness and damping, response.
-
-    Without cycles there are no contact states, and the response has their room.
-    """
-    figure = new_figure(DOUBLE, 165 * MM)
-    grid = figure.add_gridspec(2, 2)
+    """Joint, and up to three panels of what was computed: contact states, equivalent stiffness and
+    damping, response, backbone, motion in time; the prestress where there is nothing else."""
+    panels = _panels(run)
+    rows = 1 if len(panels) == 1 else 2
+    figure = new_figure(DOUBLE, (90 if rows == 1 else 165) * MM)
+    grid = figure.add_gridspec(rows, 2)
     _joint(figure, grid[0, 0], run)
-    drive = main_drive(run)
-    if drive:
-        index = greatest_damping(run, drive)
-        states = figure.add_subplot(grid[0, 1])
-        draw_states(states, run, drive, index)
-        states.set_title(f"(b)  contact over a cycle, {name_of(run, drive, index)}", loc="left")
-        states.legend(
-            handles=state_handles(), loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2
-        )
-    if run.tables:
-        _equivalent(figure, grid[1, 0] if drive else grid[0, 1], run, "c" if drive else "b")
-    if run.responses and run.frictionless is not None:
-        variant = run.responses[-1].variant
-        response = figure.add_subplot(grid[1, 1] if drive else grid[1, :])
-        draw_response(response, run, variant)
-        letter = "d" if drive else "c"
-        title = f"({letter})  forced response, {TITLES.get(variant, variant)}"
-        response.set_title(title, loc="left")
-        response.legend(
-            handles=response_handles(run),
-            loc="upper center",
-            bbox_to_anchor=(0.5, -0.16),
-            ncols=2,
-        )
+    places = [grid[0, 1]]
+    if rows == 2:
+        places += [grid[1, 0], grid[1, 1]] if len(panels) == MOST_PANELS else [grid[1, :]]
+    for draw, place, letter in zip(panels, places, "bcd", strict=False):
+        draw(figure, place, run, letter)
     _warn(figure, run)
     return figure
+
+
+def _panels(run: Run) -> list[Panel]:
+    """What there is to show, the most telling first."""
+    response = bool(run.responses) and run.frictionless is not None
+    found = {
+        _states: bool(main_drive(run)),
+        _equivalent: bool(run.tables),
+        _response: response,
+        _harmonic: not response and any(entry.points for entry in run.harmonic),
+        _backbone: any(b.points for b in run.backbones),
+        _motion: bool(run.histories),
+    }
+    panels: list[Panel] = [draw for draw, there in found.items() if there]
+    return panels[:MOST_PANELS] or [_prestress]
+
+
+def _states(figure: Figure, place: SubplotSpec, run: Run, letter: str) -> None:
+    drive = main_drive(run)
+    index = greatest_damping(run, drive)
+    ax = figure.add_subplot(place)
+    draw_states(ax, run, drive, index)
+    ax.set_title(f"({letter})  contact over a cycle, {name_of(run, drive, index)}", loc="left")
+    draw_legend(ax, state_handles(), ncols=2, **BELOW)
+
+
+def _response(figure: Figure, place: SubplotSpec, run: Run, letter: str) -> None:
+    variant = run.responses[-1].variant
+    ax = figure.add_subplot(place)
+    draw_response(ax, run, variant)
+    ax.set_title(f"({letter})  forced response, {TITLES.get(variant, variant)}", loc="left")
+    draw_legend(ax, response_handles(run), ncols=2, **BELOW)
+
+
+def _harmonic(figure: Figure, place: SubplotSpec, run: Run, letter: str) -> None:
+    ax = figure.add_subplot(place)
+    draw_amplitude(ax, run)
+    ax.set_title(f"({letter})  forced response, harmonic balance", loc="left")
+    draw_legend(ax, harmonic_handles(run), ncols=2, **BELOW)
+
+
+def _backbone(figure: Figure, place: SubplotSpec, run: Run, letter: str) -> None:
+    """Of the first mode."""
+    solved = [b for b in run.backbones if b.points]
+    mine = [b for b in solved if b.mode.number == solved[0].mode.number]
+    output = moving_output(run, mine[0])
+    cells = place.subgridspec(2, 1)
+    top = figure.add_subplot(cells[0])
+    bottom = figure.add_subplot(cells[1], sharex=top)
+    draw_frequency(top, run, mine, output)
+    draw_damping(bottom, run, mine, output, spans_much(mine))
+    top.set_title(f"({letter})  backbone of mode {mine[0].mode.number}", loc="left")
+    top.tick_params(labelbottom=False)
+    top.set_ylabel("frequency (Hz)")
+    bottom.set_ylabel("damping ratio (%)")
+    bottom.set_xlabel(AMPLITUDE if output is None else label(output))
+    found = top.get_legend_handles_labels()
+    bottom.legend(*found, loc="upper center", bbox_to_anchor=(0.5, -0.36))
+
+
+def _motion(figure: Figure, place: SubplotSpec, run: Run, letter: str) -> None:
+    """Of the first history."""
+    history = run.histories[0]
+    ax = figure.add_subplot(place)
+    draw_motion(ax, run, history)
+    ax.set_xlabel("time (s)")
+    ax.set_title(f"({letter})  {history_title(history)}", loc="left")
+
+
+def _prestress(figure: Figure, place: SubplotSpec, run: Run, letter: str) -> None:
+    ax = figure.add_subplot(place)
+    draw_prestress(ax, run)
+    ax.set_title(f"({letter})  pressure under the clamp alone", loc="left")
 
 
 def _warn(figure: Figure, run: Run) -> None:

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from microslip.contact.fields import contact_extent
 from microslip.model.lap import pressing
 from microslip.pipeline.run import Run
-from microslip.show.plots.selection import unit_position
+from microslip.show.plots.selection import mean_pressure, unit_position
 from microslip.show.plots.style import BLUE, COLUMN, GREY, MM, house_style, new_figure
 from microslip.typing import Array
 
@@ -28,7 +28,7 @@ def draw_prestress(ax: Axes, run: Run) -> None:
     """The same on given axes."""
     clamp = run.joint.clamp
     x = unit_position(run)
-    p = run.prestress.pressure / (clamp.force / (2 * clamp.half_length))
+    p = run.prestress.pressure / mean_pressure(run)
     ax.plot(*_outline(run, x[0], x[-1]), color=GREY, ls="--", lw=0.9, label="clamp")
     ax.fill_between(x, p, color=BLUE, alpha=0.15, lw=0)
     ends = contact_extent(run.model.position, run.prestress.touching)

@@ -15,14 +15,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from microslip.analyses.reduced.response import Response
 from microslip.analyses.reduced.sweep import CONVERGED
 from microslip.pipeline.harmonic import HarmonicRun
 from microslip.pipeline.run import Run
 from microslip.results.outputs import primary
-from microslip.results.response import has_peak
 from microslip.results.time import outputs_of
 from microslip.show.plots import harmonic
+from microslip.show.plots.curves import draw_curve, mark_no_peak, no_peak, no_peak_handle
 from microslip.show.plots.selection import load_label
 from microslip.show.plots.shown import (
     amplitude_axis,
@@ -35,11 +34,13 @@ from microslip.show.plots.shown import (
 from microslip.show.plots.style import (
     COLUMN,
     DOUBLE,
-    GREY,
     MM,
     SERIES,
+    Entry,
+    draw_legend,
     house_style,
     letters,
+    marks,
     new_figure,
 )
 
@@ -72,7 +73,7 @@ def response_figure(run: Run) -> Figure | None:
         letters(grid.ravel())
     entries = handles(run)
     columns = 2 if len(variants) == 1 else 4
-    figure.legend(handles=entries, loc="outside lower center", ncols=columns)
+    draw_legend(figure, entries, loc="outside lower center", ncols=columns)
     return figure
 
 
@@ -87,17 +88,10 @@ def draw_response(ax: Axes, run: Run, variant: str) -> None:
         unit = response.load if per_moment(run) else 1.0
         size = np.abs(in_units(run, response.outputs)) / unit
         good = response.flag == CONVERGED
-        line = np.where(good, size, np.nan)
         style = SERIES[i % len(SERIES)]
-        ax.plot(
-            *_broken(response.frequency, line, _jumps(response)),
-            color=style["color"],
-            marker=style["marker"],
-            markevery=(7 * i, max(len(size) // 9, 1)),
+        draw_curve(
+            ax, response, size, style["color"], marker=style["marker"], markevery=_every(i, size)
         )
-        for k in _jumps(response):
-            ends = slice(k, k + 2)
-            ax.plot(response.frequency[ends], line[ends], color=style["color"], lw=0.7, ls=":")
         bad = np.flatnonzero(~good)
         if len(bad):
             ax.plot(
@@ -109,10 +103,7 @@ def draw_response(ax: Axes, run: Run, variant: str) -> None:
                 mew=0.7,
                 transform=ax.get_xaxis_transform(),
             )
-        if _no_peak(response):
-            k = response.peak
-            mark = "<" if k == 0 else ">"
-            ax.plot(response.frequency[k], size[k], mark, color=style["color"], **AT_EDGE)
+        mark_no_peak(ax, response, size, style["color"])
         _draw_points(ax, run, response.load, style, harmonic.size_over(unit))
         for entry in _runs(run, response.load):
             harmonic.draw_points(ax, run, entry, style, harmonic.size_over(unit))
@@ -134,14 +125,14 @@ def draw_phase(ax: Axes, run: Run, variant: str) -> None:
     phase = harmonic.phase(run)
     for i, response in enumerate(r for r in run.responses if r.variant == variant):
         style = SERIES[i % len(SERIES)]
-        good = response.flag == CONVERGED
-        angle = np.angle(in_units(run, response.outputs))
-        turned = np.where(good, lag(angle, below_resonance(run)), np.nan)
-        ax.plot(
-            *_broken(response.frequency, turned, _jumps(response)),
-            color=style["color"],
+        turned = lag(np.angle(in_units(run, response.outputs)), below_resonance(run))
+        draw_curve(
+            ax,
+            response,
+            turned,
+            style["color"],
             marker=style["marker"],
-            markevery=(7 * i, max(len(turned) // 9, 1)),
+            markevery=_every(i, turned),
         )
         _draw_points(ax, run, response.load, style, phase)
         for entry in _runs(run, response.load):
@@ -178,46 +169,34 @@ STEADY: dict[str, Any] = {"marker": "o", "mfc": "none", "ls": "none", "ms": 5, "
 NOT_STEADY: dict[str, Any] = {"marker": "s", "mfc": "none", "ls": "none", "ms": 7, "mew": 1.1}
 
 
-AT_EDGE: dict[str, Any] = {"mfc": "none", "ms": 8, "mew": 1.1, "clip_on": False}
+def _every(i: int, values: np.ndarray) -> tuple[int, int]:
+    """Which points of the i-th curve have a mark."""
+    return 7 * i, max(len(values) // 9, 1)
 
 
-def _no_peak(response: Response) -> bool:
-    """Whether there are answers, and none of them is a peak."""
-    return bool((response.flag == CONVERGED).any()) and not has_peak(response)
-
-
-def _jumps(response: Response) -> np.ndarray:
-    """Indices of points after which a response with friction changes by more than a factor 2."""
-    if not response.drive:
-        return np.array([], dtype=np.int64)
-    change = np.abs(np.diff(np.log(np.maximum(np.abs(response.amplitude), 1e-300))))
-    good = response.flag == CONVERGED
-    return np.flatnonzero((change > np.log(2)) & good[1:] & good[:-1])
-
-
-def _broken(x: np.ndarray, y: np.ndarray, after: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The same line with gaps after the given points."""
-    return np.insert(x, after + 1, x[after]), np.insert(y, after + 1, np.nan)
-
-
-def handles(run: Run) -> list[Line2D]:
-    """Legend entries: the loads, and the cross where there are any."""
+def handles(run: Run) -> list[Entry]:
+    """Legend entries: the loads, and the marks there are, in the colours of the loads that have them."""
     first = run.responses[0].variant
     shown = [r for r in run.responses if r.variant == first]
-    entries = [
+    colours = [SERIES[i % len(SERIES)]["color"] for i in range(len(shown))]
+    entries: list[Entry] = [
         Line2D([], [], **SERIES[i % len(SERIES)], label=load_label(run, r.rho, r.load))
         for i, r in enumerate(shown)
     ]
-    if any(len(r.unconverged) for r in run.responses):
-        entries.append(
-            Line2D([], [], color=GREY, marker="x", ls="none", ms=4, label="no answer in the table")
-        )
-    if any(_no_peak(r) for r in run.responses):
-        mark = Line2D([], [], color=GREY, ls="none", marker=">", **AT_EDGE)
-        mark.set_label("no peak in the band")
-        entries.append(mark)
-    if run.time_domain:
-        entries.append(Line2D([], [], color=GREY, **STEADY, label="time domain"))
-    if not all(p.steady.converged for p in run.time_domain):
-        entries.append(Line2D([], [], color=GREY, **NOT_STEADY, label="time domain, not steady"))
-    return entries + harmonic.handles(run)
+
+    def of(loads: set[float]) -> list[str]:
+        return [c for c, r in zip(colours, shown, strict=True) if r.load in loads]
+
+    if bad := of({r.load for r in run.responses if len(r.unconverged)}):
+        entries.append(marks(bad, "no answer in the table", marker="x", ls="none", ms=4))
+    if edge := of({r.load for r in run.responses if no_peak(r)}):
+        entries.append(no_peak_handle(edge))
+    for steady, name, mark in (
+        (True, "time domain", STEADY),
+        (False, "time domain, not steady", NOT_STEADY),
+    ):
+        points = [p.steady for p in run.time_domain if p.steady.converged == steady]
+        if found := of({p.load for p in points}):
+            entries.append(marks(found, name, **mark))
+    by_load = {entry.load: colour for entry in run.harmonic for colour in of({entry.load})}
+    return entries + harmonic.point_handles(run, by_load)

@@ -82,6 +82,6 @@ def unit_centre(run: Run) -> float:
     return run.joint.clamp.centre / run.joint.clamp.half_length
 
 
-def mean_traction(run: Run) -> float:
-    """P / L_p: what tractions are divided by, as in the paper's figure 5."""
-    return run.joint.clamp.force / run.joint.clamp.half_length
+def mean_pressure(run: Run) -> float:
+    """P / (2 L_p), the mean pressure of the clamp: what pressures and tractions are divided by."""
+    return run.joint.clamp.force / (2 * run.joint.clamp.half_length)

@@ -37,10 +37,12 @@ def in_units(run: Run, values: Mapping[str, Any], output: Output | None = None) 
     return np.asarray(values[wanted.name]) * wanted.measured.factor
 
 
-def below_resonance(run: Run) -> float:
-    """Phase of the first output to the load far below the resonance, degrees: 0 or 180 and, of a
-    rate, 90 more for each derivative; from -90 to 180."""
-    output, mode = primary(run), run.mode
+def below_resonance(run: Run, output: Output | None = None) -> float:
+    """Phase of an output, of the first where none is named, to the load far below the resonance.
+
+    Degrees: 0 or 180 and, of a rate, 90 more for each derivative; from -90 to 180.
+    """
+    output, mode = output or primary(run), run.mode
     ahead = mode.load_on_sliding[output.port] * mode.load_on_sliding[run.prepared.drive] >= 0
     start = (0.0 if ahead else 180.0) + 90.0 * output.measured.order
     return start if start <= 180 else start - 360
@@ -69,9 +71,9 @@ def amplitude_axis(ax: Axes) -> None:
     ax.yaxis.set_minor_formatter(NullFormatter())
 
 
-def phase_axis(ax: Axes, run: Run) -> None:
-    """Ticks and label of the phase of the first output."""
-    start = below_resonance(run)
+def phase_axis(ax: Axes, run: Run, output: Output | None = None) -> None:
+    """Ticks and label of the phase of an output, of the first where none is named."""
+    start = below_resonance(run, output)
     ax.set_yticks(start - np.array([0, 45, 90, 135, 180]))
     ax.set_ylim(start - 190, start + 10)
     ax.set_ylabel("phase to the moment (degrees)")

@@ -30,6 +30,9 @@ NAMES = ("1 stick", "2 forward slip", "3 backward slip", "4 separation")
 COLOURS = ("#1d3557", "#D55E00", "#7cc4ee", "#f5f3ea")
 """From dark to light, so that grey print keeps them apart."""
 
+LOAD_WIDTH = 0.14
+"""Of the axes that show the load, over the width of a map."""
+
 
 @house_style
 def states_figure(run: Run) -> Figure | None:
@@ -42,17 +45,31 @@ def states_figure(run: Run) -> Figure | None:
     small = int(np.argmin(np.abs(np.log(4 * sizes / sizes[best]))))
     shown = sorted({small, best})
     figure = new_figure(DOUBLE, 88 * MM)
-    axes = figure.subplots(1, len(shown), sharey=True, squeeze=False)[0]
+    load, *axes = figure.subplots(
+        1, 1 + len(shown), sharey=True, width_ratios=[LOAD_WIDTH] + [1] * len(shown)
+    )
     for ax, index in zip(axes, shown, strict=True):
         draw_states(ax, run, drive, index)
         note = ", greatest damping" if index == best else ", microslip"
         ax.set_title(name_of(run, drive, index) + note, loc="left")
     letters(axes)
-    for ax in axes[1:]:
+    for ax in axes:
         ax.set_ylabel("")
+    cycle = run.cycles[drive][best]
+    draw_load(load, cycle.theta, cycle.load / cycle.amplitude)
     edges = axes[0].get_legend_handles_labels()[0]
     figure.legend(handles=[*handles(), *edges], loc="outside lower center", ncols=5)
     return figure
+
+
+def draw_load(ax: Axes, theta: np.ndarray, load: np.ndarray) -> None:
+    """Load, over its amplitude, against the phase, which goes upward as in the map beside it."""
+    ax.plot(load, theta / np.pi, color=BLACK)
+    ax.axvline(0, color=BLACK, lw=0.5)
+    ax.set_xlim(-1.15, 1.15)
+    ax.set_xticks([-1, 0, 1])
+    ax.set_xlabel("load")
+    ax.set_ylabel(r"phase of the load $\theta$")
 
 
 def handles() -> list[Patch]:

@@ -15,7 +15,7 @@ from microslip.results.outputs import primary
 from microslip.results.time import HARMONICS, local_motion, waveforms
 from microslip.show.plots.selection import unit_centre, unit_position
 from microslip.show.plots.shown import in_units
-from microslip.show.plots.states import draw_state_map, handles
+from microslip.show.plots.states import LOAD_WIDTH, draw_load, draw_state_map, handles
 from microslip.show.plots.style import (
     BLACK,
     BLUE,
@@ -33,20 +33,28 @@ NAMES = ("0", "π/2", "π", "3π/2", "2π")
 
 @house_style
 def steady_figure(run: Run) -> Figure | None:
-    """Last cycle of the point of largest modal amplitude, from the zero of the load upward."""
+    """Last cycle of the steady state of largest modal amplitude, from the zero of the load upward.
+
+    Of a point that is not steady only where none is, and the title says so.
+    """
     if not run.time_domain:
         return None
-    point = max(run.time_domain, key=lambda p: abs(p.steady.amplitude))
+    steady = [p for p in run.time_domain if p.steady.converged]
+    point = max(steady or run.time_domain, key=lambda p: abs(p.steady.amplitude))
     figure = new_figure(DOUBLE, 120 * MM)
-    grid = figure.add_gridspec(2, 2, width_ratios=[1.25, 1])
-    states = figure.add_subplot(grid[:, 0])
-    waves, loop = figure.add_subplot(grid[0, 1]), figure.add_subplot(grid[1, 1])
+    grid = figure.add_gridspec(2, 3, width_ratios=[1.25 * LOAD_WIDTH, 1.25, 1])
+    states = figure.add_subplot(grid[:, 1])
+    load = figure.add_subplot(grid[:, 0], sharey=states)
+    waves, loop = figure.add_subplot(grid[0, 2]), figure.add_subplot(grid[1, 2])
     theta, order = _from_zero(point)
     draw_state_map(
         states, unit_position(run), theta, point.steady.cycle.status[order], unit_centre(run)
     )
     states.set_yticks(np.interp(TURN * np.pi, theta, theta / np.pi), NAMES)
     states.set_title("contact states", loc="left")
+    states.tick_params(labelleft=False)
+    states.set_ylabel("")
+    draw_load(load, theta, np.sin(theta))
     _draw_waves(waves, run, point, theta, order)
     _draw_loop(loop, run, point)
     letters((states, waves, loop))
@@ -59,10 +67,11 @@ def steady_figure(run: Run) -> Figure | None:
 def _title(run: Run, point: TimePoint) -> str:
     ratio = point.steady.load / run.assembly.moment_unit
     rho = rf"$\rho$ = {point.rho:g}, " if np.isfinite(point.rho) else ""
-    state = "" if point.steady.converged else f", not steady (change {point.steady.change:.0e})"
-    return (
-        f"steady state of largest amplitude: {rho}$M/(PL)$ = {ratio:.3g}, "
-        f"{point.steady.frequency:.2f} Hz{state}"
+    place = f"{rho}$M/(PL)$ = {ratio:.3g}, {point.steady.frequency:.2f} Hz"
+    if point.steady.converged:
+        return f"steady state of largest amplitude: {place}"
+    return f"not steady: cycle {point.steady.cycles}, which still changes by " + (
+        f"{point.steady.change:.0e}; {place}"
     )
 
 

@@ -7,15 +7,19 @@ figure survives grey print and colour blindness.
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import Any, ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeAlias, TypeVar
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.legend import Legend
+from matplotlib.legend_handler import HandlerTuple
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 from microslip.results.files import replacing
 
@@ -122,6 +126,27 @@ def letters(axes: Iterable[Axes]) -> None:
     for letter, ax in zip("abcdefgh", axes, strict=False):
         title = ax.get_title(loc="left")
         ax.set_title(f"({letter})  {title}" if title else f"({letter})", loc="left")
+
+
+Entry: TypeAlias = Line2D | Patch | tuple[Line2D, ...]
+"""Of a legend: a line, an area, or marks side by side, the first of which has the label."""
+
+MOST_COLOURS = 4
+"""Marks side by side in one entry; further colours are left out."""
+
+
+def marks(colours: Iterable[str], label: str, **style: Any) -> Entry:
+    """Entry of a mark that is drawn in several colours, those of the loads."""
+    every = list(dict.fromkeys(colours))[:MOST_COLOURS]
+    return tuple(Line2D([], [], color=colour, label=label, **style) for colour in every)
+
+
+def draw_legend(owner: Figure | Axes, entries: Sequence[Entry], **where: Any) -> Legend:
+    """Legend of lines and of `marks`."""
+    handles: list[Any] = list(entries)
+    labels = [str((e[0] if isinstance(e, tuple) else e).get_label()) for e in handles]
+    side_by_side = {tuple: HandlerTuple(ndivide=None, pad=0.4)}
+    return owner.legend(handles, labels, handler_map=side_by_side, **where)
 
 
 FORMATS: dict[str, dict[str, Any]] = {

@@ -15,7 +15,7 @@ from microslip.pipeline.run import Run
 from microslip.show.plots.selection import (
     greatest_damping,
     main_drive,
-    mean_traction,
+    mean_pressure,
     name_of,
     unit_position,
 )
@@ -45,7 +45,7 @@ def tractions_figure(run: Run) -> Figure | None:
     for ax in axes[1]:
         ax.set_xlabel("position $x/L_p$")
     for ax in axes[:, 0]:
-        ax.set_ylabel("traction over $P/L_p$")
+        ax.set_ylabel("traction $f\\,/\\,(P/2L_p)$")
     axes[0, 0].set_ylim(-limit, limit)
     letters(axes.ravel())
     handles, labels = axes[0, 0].get_legend_handles_labels()
@@ -58,7 +58,7 @@ def _draw(axes: np.ndarray, run: Run, drive: str, index: int) -> float:
     """Draw the four panels; returns the half height that shows all but singular edges."""
     cycle = run.cycles[drive][index]
     fields = contact_fields(cycle.r, cycle.v, run.prestress.solution.v, run.model.area)
-    unit = mean_traction(run)
+    unit = mean_pressure(run)
     friction = run.prepared.law.friction
     x = unit_position(run)
     limits = friction * fields.pressure / unit

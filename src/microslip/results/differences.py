@@ -1,0 +1,101 @@
+"""Keys of joint files whose values differ, as one would write them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from microslip.describe.keys import sections
+from microslip.describe.lap import LapJoint
+from microslip.describe.units import readable
+
+LONGEST = 28
+"""Characters of a value; of longer ones the middle is left out."""
+
+GIVEN = "given"
+"""What stands for a whole section that another file does without."""
+
+NOT_COMPARED = "title"
+
+PREFIXED = ("m", "Pa", "N/m", "Hz", "s", "N/m/m")
+"""Units that take a prefix."""
+
+
+def differing_keys(joints: Sequence[LapJoint]) -> list[tuple[str, tuple[str, ...]]]:
+    """Keys whose values differ; the title is not compared.
+
+    Parameters
+    ----------
+    joints : sequence of LapJoint
+
+    Returns
+    -------
+    list of (str, tuple of str)
+        Key with its section, ``clamp.force``, and its value in every file: a dash where it is left
+        out.
+
+    Examples
+    --------
+    >>> from microslip import reference_joint
+    >>> differing_keys([reference_joint(pairs=21), reference_joint(pairs=51)])
+    [('contact.pairs', ('21', '51'))]
+    """
+    units = {
+        f"{section.path}.{key.name}".lstrip("."): key.unit
+        for section in sections()
+        for key in section.keys
+    }
+    said = [dict(_leaves(joint.model_dump(by_alias=True))) for joint in joints]
+    for one in said:
+        _fold(one, {key for other in said for key in other if other[key] is None})
+    keys = dict.fromkeys(key for one in said for key in one)
+    return [
+        (key, tuple(_text(one.get(key), units.get(_general(key), "")) for one in said))
+        for key in keys
+        if key != NOT_COMPARED and any(one.get(key) != said[0].get(key) for one in said[1:])
+    ]
+
+
+def _fold(said: dict[str, Any], sections: set[str]) -> None:
+    """Put the name of a section that another file does without in place of its keys."""
+    for section in sections:
+        mine = [key for key in said if key.startswith((f"{section}.", f"{section}["))]
+        for key in mine:
+            del said[key]
+        if mine:
+            said[section] = GIVEN
+
+
+def _leaves(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
+    """Values that are no sections, by key; entries of a list of sections by their name."""
+    if isinstance(value, Mapping):
+        for name, part in value.items():
+            yield from _leaves(part, f"{key}.{name}" if key else str(name))
+    elif isinstance(value, list | tuple) and value and isinstance(value[0], Mapping):
+        for i, part in enumerate(value):
+            yield from _leaves(part, f"{key}[{part.get('name', i + 1)}]")
+    else:
+        yield key, None if value in ((), []) else value
+
+
+def _general(key: str) -> str:
+    """A key without the name of the entry: ``output[tip].x`` is a key of ``output``."""
+    before, bracket, after = key.partition("[")
+    return before + after.partition("]")[2] if bracket else key
+
+
+def _text(value: Any, unit: str) -> str:
+    """A value as one would write it, cut in the middle where it is long."""
+    if value is None:
+        return "–"
+    if isinstance(value, list | tuple):
+        text = ", ".join(_text(part, "") for part in value) + (f" {unit}" if unit else "")
+    elif isinstance(value, float) and unit in PREFIXED:
+        text = readable(value, unit, 6)
+    elif isinstance(value, float):
+        text = f"{value:.6g} {unit}".strip()
+    else:
+        text = str(value)
+    if len(text) > LONGEST:
+        text = f"{text[: LONGEST // 2]} … {text[-LONGEST // 2 + 3 :]}"
+    return text
