@@ -14,11 +14,11 @@ from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from microslip.describe import units
-from microslip.describe.excitation import NAME, SIGNALS
+from microslip.describe.excitation import SIGNALS
 from microslip.describe.keys import section_of, written_name
 from microslip.describe.lap import LapJoint
 from microslip.describe.plausible import impossible, questions
-from microslip.describe.quantities import Rule
+from microslip.describe.quantities import NAME, Rule
 from microslip.describe.toml import read_toml
 from microslip.errors import InputError
 

@@ -16,7 +16,7 @@ from microslip.describe.lap import LapJoint
 from microslip.errors import ModelError
 from microslip.model.bodies import rigid_motions
 from microslip.model.elasticity import Body, Material, elastic_body, traction_stiffness
-from microslip.model.end_loads import CLAMPED, FREE, PINNED, EndLoad, FarEnd, end_load
+from microslip.model.end_loads import BOTH, CLAMPED, FREE, PINNED, EndLoad, FarEnd, end_load
 from microslip.model.interface import matching_interface
 from microslip.model.lap_mesh import LapGeometry, MeshControl, lap_joint_meshes
 from microslip.model.points import with_outputs
@@ -77,6 +77,7 @@ def structure_of(joint: LapJoint) -> Structure:
         clamp=pressing(joint),
         ends=(joint.support.left, joint.support.right),
         weak_spring=joint.weak_spring,
+        ports=[EndLoad(port.name, port.kind, port.at or BOTH, port.axis) for port in joint.ports],
     )
     return with_outputs(structure, joint.outputs, joint.clamp.edge)
 

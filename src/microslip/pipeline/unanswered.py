@@ -7,6 +7,7 @@ import numpy as np
 from microslip.analyses.reduced.resonance import resonance_of
 from microslip.analyses.reduced.response import Response
 from microslip.analyses.reduced.sweep import OUTSIDE
+from microslip.describe.ports import LoadKind
 from microslip.errors import Failure
 from microslip.pipeline.band import Axis, Curve
 from microslip.pipeline.loads import opening_amplitude
@@ -42,7 +43,7 @@ def _outgrown(response: Response) -> bool:
 
 def _unanswered(assembly: Assembly, response: Response, curve: Curve) -> tuple[str, str]:
     """Reason and remedy of points without an answer."""
-    bad = response.unconverged
+    bad, said = response.unconverged, assembly.joint.driven.load
     if not len(bad):
         assert response.outgrown is not None
         bad = response.frequency[response.outgrown]
@@ -55,7 +56,7 @@ def _unanswered(assembly: Assembly, response: Response, curve: Curve) -> tuple[s
         limit = opening_amplitude(assembly)
         largest = limit / float(np.abs(response.amplitude).max()) * response.load
         reason = f"without friction the vibration opens the joint, {span}"
-        return reason, _weaker(response.load, largest)
+        return reason, _weaker(said, response.load, largest)
     resonances = resonance_of(curve.model, curve.table)
     if curve.table.amplitude[-1] >= NEARLY * opening_amplitude(assembly):
         largest = resonances.largest_load
@@ -63,10 +64,10 @@ def _unanswered(assembly: Assembly, response: Response, curve: Curve) -> tuple[s
             k = int(np.argmax(resonances.load))
             at = resonances.omega[k] / (2 * np.pi)
             reason = (
-                f"its resonance opens the joint: from a moment of {largest:.4g} N m/m on it "
+                f"its resonance opens the joint: from {said.named(largest)} on it "
                 f"outgrows what the clamp holds, near {at:.5g} Hz; {_what(response)} from {span}"
             )
-            return reason, _weaker(response.load, largest)
+            return reason, _weaker(said, response.load, largest)
         reason = f"the vibration opens the joint: {points} have no answer, {span}"
         return reason, "lower the load, or raise clamp.force"
     reason = f"{points} have no answer in the table, {span}"
@@ -80,9 +81,9 @@ def _what(response: Response) -> str:
     return "no answer" if len(response.unconverged) else "the smaller of two answers"
 
 
-def _weaker(load: float, largest: float) -> str:
+def _weaker(said: LoadKind, load: float, largest: float) -> str:
     """What keeps a joint closed under a load; everything scales with the clamp force."""
     return (
-        f"lower the moment from {load:.4g} to below {largest:.4g} N m/m, or raise clamp.force "
+        f"lower the {said.noun} from {load:.4g} to below {largest:.4g} {said.unit}, or raise clamp.force "
         f"more than {load / largest:.3g} times"
     )

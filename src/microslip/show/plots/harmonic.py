@@ -48,7 +48,7 @@ def harmonic_figure(run: Run) -> Figure | None:
         draw_points(top, run, entry, style, size_over(unit))
         draw_points(bottom, run, entry, style, phase(run))
     amplitude_axis(top)
-    top.set_ylabel(label(primary(run), "N m/m" if per_moment else ""))
+    top.set_ylabel(label(primary(run), run.joint.driven.load if per_moment else None))
     phase_axis(bottom, run)
     bottom.set_xlabel("frequency (Hz)")
     loads = [

@@ -62,7 +62,11 @@ def history_figure(run: Run, history: History) -> Figure:
 
 
 def _title(history: History) -> str:
-    words = {"moment": ", driven by end moments", "mode": ", driven by the inertia of the mode"}
+    words = {
+        "moment": ", driven by moments",
+        "load": ", driven by the load",
+        "mode": ", driven by the inertia of the mode",
+    }
     drive = "" if history.kind == "free_decay" else words[history.drive]
     end = "" if history.complete and not history.failure else ", ended early"
     return f"{history.name}: {history.kind.replace('_', ' ')}{drive}{end}"
