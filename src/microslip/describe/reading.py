@@ -22,6 +22,9 @@ from microslip.describe.quantities import NAME, Rule
 from microslip.describe.toml import read_toml
 from microslip.errors import InputError
 
+LISTED = ("port", "output")
+"""Sections that there may be several of."""
+
 
 def load_joint(path: str | Path) -> LapJoint:
     """Read and validate a joint file.
@@ -210,7 +213,7 @@ def _written(loc: Sequence[int | str], document: Mapping[str, Any]) -> str:
     if value is None:
         return key
     if isinstance(value, Mapping):
-        return f"[{key}]"
+        return f"[[{loc[0]}]]" if loc[0] in LISTED else f"[{key}]"
     text = json.dumps(value, ensure_ascii=False, default=str)
     return f"{key} = {text if len(text) <= 60 else text[:57] + '...'}"
 

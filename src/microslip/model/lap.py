@@ -116,8 +116,9 @@ def lap_joint_structure(
         What holds the left and the right far end: ``"pinned"`` holds the node nearest to its
         mid-height vertically, ``"clamped"`` the whole face, ``"free"`` nothing.
     weak_spring : float
-        Stiffness of horizontal and vertical springs at a free end, in the same unit, that hold the
-        mean position.
+        Stiffness of springs at a free end, in the same unit, that hold the mean position: horizontal
+        ones, and vertical ones; these, where an end is clamped, are weaker by thickness over
+        length, because a slender cantilever would feel them.
     ports : sequence of EndLoad
         Further loads, by name.
     """
@@ -134,13 +135,15 @@ def lap_joint_structure(
     count = lower.nodes.shape[1]
     total = 2 * (count + upper.nodes.shape[1])
     tol = 1e-9 * max(g.lengths)
+    slender = min(g.thicknesses) / sum(g.lengths)
     supports, presses, motions, fixed = [], [], [], []
     for offset, end, kind in zip((0, count), sides, ends, strict=True):
         body = end.body
         spring = {PINNED: horizontal_spring, FREE: weak_spring, CLAMPED: 0.0}[kind]
         along = traction_stiffness(body, end.face, spring / end.thickness, 0)
         if kind == FREE:
-            along = along + traction_stiffness(body, end.face, spring / end.thickness, 1)
+            across = spring * (slender if CLAMPED in ends else 1.0)
+            along = along + traction_stiffness(body, end.face, across / end.thickness, 1)
         supports.append(along)
         outer = body.mesh.facets_satisfying(
             lambda x, end=end: np.abs(x[1] - end.side * end.thickness) < tol, True
