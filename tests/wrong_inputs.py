@@ -716,6 +716,136 @@ WRONG: list[Wrong] = [
 ]
 
 
+def ported(port: str, load: str, support: str = 'left = "clamped"\nright = "free"\n') -> Change:
+    """A named port that drives the joint, at ends that are held in another way."""
+
+    def change(text: str) -> str:
+        text = text.replace('moment = "50 N*m/m"\n', load).replace(
+            "[support]\n", f"[support]\n{support}"
+        )
+        return f"{text}[[port]]\n{port}"
+
+    return change
+
+
+TIP = 'name = "tip"\nkind = "force"\nat = "right"\n'
+ON_TIP = 'port = "tip"\nforce = 10\n'
+BASE = 'name = "tip"\nkind = "base"\n'
+FREE, PINNED = 'left = "free"\nright = "free"\n', ""
+
+WRONG += [
+    Wrong(
+        "a port that there is not",
+        ported(TIP, 'port = "top"\nforce = 10\n'),
+        ('load.port = "top"', "no [[port]]", "tip"),
+    ),
+    Wrong("a port where there are none", put("load.port", '"tip"'), ("load.port", "none")),
+    Wrong(
+        "a moment on a force",
+        ported(TIP, 'port = "tip"\nmoment = 10\n'),
+        ("load.moment = 10", "'tip' is a force: give force"),
+    ),
+    Wrong(
+        "a force on a base",
+        ported(BASE, ON_TIP),
+        ("load.force = 10", "motion of a base: give acceleration"),
+    ),
+    Wrong(
+        "rho on a moment at one end",
+        ported('name = "tip"\nkind = "moment"\nat = "right"\n', 'port = "tip"\nrho = 2.4\n'),
+        ("load.rho = 2.4", "give moment"),
+    ),
+    Wrong("a force without a port", swap("moment = ", "force = 10 #"), ("load.force", "load.port")),
+    Wrong(
+        "two amplitudes of a port", ported(TIP, ON_TIP + "moment = 10\n"), ("[load]", "exactly one")
+    ),
+    Wrong(
+        "a force in newtons", ported(TIP, 'port = "tip"\nforce = "10 N"\n'), ("load.force", FORCE)
+    ),
+    Wrong(
+        "an acceleration in metres",
+        ported(BASE, 'port = "tip"\nacceleration = "1 m"\n'),
+        ("load.acceleration", "an acceleration, for example"),
+    ),
+    Wrong(
+        "a force nowhere",
+        ported('name = "tip"\n', ON_TIP),
+        ("port[0].at", '"left", "right" or "both"'),
+    ),
+    Wrong("a base at an end", ported(BASE + 'at = "left"\n', ON_TIP), ("port[0].at", "remove it")),
+    Wrong(
+        "a moment along x",
+        ported('name = "tip"\nkind = "moment"\ndirection = "x"\n', ON_TIP),
+        ("port[0].direction", "remove it"),
+    ),
+    Wrong(
+        "a port called moment",
+        ported(TIP.replace("tip", "moment"), ON_TIP),
+        ("port[0].name", "another"),
+    ),
+    Wrong("a port called 1", ported(TIP.replace("tip", "1"), ON_TIP), ("port[0].name", "a letter")),
+    Wrong(
+        "two ports of a name",
+        ported(f"{TIP}[[port]]\n{TIP}", ON_TIP),
+        ("port[1].name", "two ports"),
+    ),
+    Wrong(
+        "a port of another kind",
+        ported(TIP.replace("force", "torque"), ON_TIP),
+        ("port[0].kind", "moment"),
+    ),
+    Wrong(
+        "a force on a clamped end",
+        ported(TIP.replace("right", "left"), ON_TIP),
+        ("[[port]]", "left end is clamped", "support.left"),
+    ),
+    Wrong(
+        "a shear force on a pinned end",
+        ported(TIP, ON_TIP, PINNED),
+        ("[[port]]", "right end is pinned", "support.right"),
+    ),
+    Wrong(
+        "a force on a free joint",
+        ported(TIP, ON_TIP, FREE),
+        ("[[port]]", "nothing holds the joint", "clamp an end"),
+    ),
+    Wrong(
+        "a base that holds nothing",
+        ported(BASE, 'port = "tip"\nacceleration = 1\n', FREE),
+        ("[[port]]", "both ends are free"),
+    ),
+    Wrong(
+        "a moment at one end of a free joint",
+        ported('name = "tip"\nkind = "moment"\nat = "left"\n', 'port = "tip"\nmoment = 1\n', FREE),
+        ("[[port]]", "nothing holds the joint against a moment at left"),
+    ),
+    Wrong(
+        "cycles driven by moments under a force",
+        lambda text: put("analysis.cycle.drives", '["moment"]')(ported(TIP, ON_TIP)(text)),
+        ("analysis.cycle.drives", 'write "load"'),
+    ),
+    Wrong(
+        "cycles over P L under a force",
+        lambda text: put("analysis.cycle.moment_over_clamp_force_length", "[1e-3]")(
+            ported(TIP, ON_TIP)(text)
+        ),
+        ("analysis.cycle.moment_over_clamp_force_length", "give force"),
+    ),
+    Wrong(
+        "cycles listed twice",
+        lambda text: put("analysis.cycle.moment", "[1.0]")(
+            put("analysis.cycle.moment_over_clamp_force_length", "[1e-3]")(text)
+        ),
+        ("analysis.cycle.moment", "already"),
+    ),
+    Wrong(
+        "a history of moments under a force",
+        lambda text: ported(TIP, ON_TIP)(text) + history(SINE)(""),
+        ("analysis.history[0].moment", "give force"),
+    ),
+]
+
+
 @dataclass(frozen=True)
 class WrongSignal:
     """A wrong file of a measured load, and what the message must name."""

@@ -70,7 +70,7 @@ def judged(name: str, folder: Path, code: int, seconds: float, said: str) -> Fou
     row, band = rows[0], (bands[0]["from_hz"], bands[0]["to_hz"])
     at = row["largest_at_hz"]
     inside = at is not None and band[0] < at < band[1] and not row["peak_at_edge"]
-    opens = row["opens_from_moment_n"]
+    opens = row["opens_from_load"]
     kind = FAILED if not inside else PASSED if opens is None else OPENS
     note = "" if opens is None else f"from {opens:.4g} N m/m on, loaded by {row['moment_n']:.4g}"
     return Found(name, kind, code, seconds, band, at or math.nan, opening, note)

@@ -22,18 +22,18 @@ def document() -> dict:
 
 def test_one_moment_or_many(document):
     document["load"] = {"moment": "50 N*m/m"}
-    assert parse_joint(document).load_moments() == (50.0,)
+    assert parse_joint(document).load_amplitudes() == (50.0,)
     document["load"] = {"moment": [50, "0.1 kN*m/m"]}
-    assert parse_joint(document).load_moments() == (50.0, 100.0)
+    assert parse_joint(document).load_amplitudes() == (50.0, 100.0)
     document["load"] = {"moment_over_clamp_force_length": 2e-4}
-    assert parse_joint(document).load_moments() == pytest.approx((50.3,))
+    assert parse_joint(document).load_amplitudes() == pytest.approx((50.3,))
 
 
 def test_rho_is_a_function_of_the_joint_alone(document):
     """``M = C mu P L / rho``, whatever is computed, how finely and by which model."""
     document["load"] = {"rho": [0, 2.4, 5]}
     by_hand = RHO_CONSTANT * 0.25 * 1e6 * 0.2515
-    moments = parse_joint(document).load_moments()
+    moments = parse_joint(document).load_amplitudes()
     assert moments == pytest.approx((by_hand / 2.4, by_hand / 5))
     for section, change in (
         ("contact", {"pairs": 51}),
@@ -42,15 +42,15 @@ def test_rho_is_a_function_of_the_joint_alone(document):
         ("damping", {"beta": 1e-5}),
     ):
         document[section] = {**document.get(section, {}), **change}
-        assert parse_joint(document).load_moments() == moments
+        assert parse_joint(document).load_amplitudes() == moments
     for analysis in (
         {"cycle": {"count": 3, "steps": 50}, "response": {"variants": ["printed", "consistent"]}},
         {"response": {"from": 100, "to": 300, "count": 11}, "reduced": {"amplitudes": 8}},
         {"harmonic": {"frequencies": [170, 180]}},
     ):
-        assert parse_joint({**document, "analysis": analysis}).load_moments() == moments
+        assert parse_joint({**document, "analysis": analysis}).load_amplitudes() == moments
     document["load"]["rho_scale"] = 3 * RHO_CONSTANT
-    assert parse_joint(document).load_moments() == pytest.approx([3 * m for m in moments])
+    assert parse_joint(document).load_amplitudes() == pytest.approx([3 * m for m in moments])
 
 
 @pytest.mark.parametrize(
@@ -80,7 +80,10 @@ def test_one_key_gives_the_load(key):
     [({}, "none"), ({"moment": 1, "rho": 2}, "moment and rho")],
 )
 def test_a_load_and_a_history_are_refused_in_the_same_words(given, found):
-    message = "give exactly one of moment, moment_over_clamp_force_length, rho; found " + found
+    message = (
+        "give exactly one of moment, moment_over_clamp_force_length, rho, force, acceleration; found "
+        + found
+    )
     with pytest.raises(ValueError, match=message):
         Load(**given)
     with pytest.raises(ValueError, match=message):

@@ -99,7 +99,7 @@ def test_rho_of_a_history_is_that_of_the_loads(document):
     document["analysis"] = {"history": [history]}
     document["load"] = {"rho": 2.4, "rho_scale": 3e-3}
     joint = parse_joint(document)
-    assert joint.end_moment("rho", joint.analysis.history[0].rho) == joint.load_moments()[0]
+    assert joint.end_moment("rho", joint.analysis.history[0].rho) == joint.load_amplitudes()[0]
     del document["load"]
     alone = parse_joint(document)
     assert alone.says_rho

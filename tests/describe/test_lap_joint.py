@@ -59,7 +59,7 @@ def test_cycles_alone_need_no_load(document):
     del document["analysis"]["response"], document["load"]
     joint = parse_joint(document)
     assert joint.load is None
-    assert joint.load_moments() == ()
+    assert joint.load_amplitudes() == ()
 
 
 @pytest.mark.parametrize(

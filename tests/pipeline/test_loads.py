@@ -52,14 +52,14 @@ def test_the_three_keys_say_the_same(assembly: Assembly) -> None:
 def test_loads_of_a_file(assembly: Assembly) -> None:
     """Moments have no rho; rho = 0 takes the gentle moment."""
     by_moment = loads_of_file(under(assembly, moment=(50.0, 20.0)))
-    assert [load.moment for load in by_moment] == [50.0, 20.0]
+    assert [load.amplitude for load in by_moment] == [50.0, 20.0]
     assert np.isnan([load.rho for load in by_moment]).all()
     by_ratio = loads_of_file(under(assembly, moment_over_clamp_force_length=(1e-3,)))
-    assert by_ratio[0].moment == pytest.approx(251.5)
+    assert by_ratio[0].amplitude == pytest.approx(251.5)
     without, with_friction = loads_of_file(under(assembly, rho=(0.0, 5.0), rho_scale=2e-3))
-    assert (without.rho, without.moment) == (0.0, gentle_moment(assembly, {}))
+    assert (without.rho, without.amplitude) == (0.0, gentle_moment(assembly, {}))
     assert with_friction.rho == 5.0
-    assert with_friction.moment == pytest.approx(2e-3 * 0.25 * 251.5e3 / 5)
+    assert with_friction.amplitude == pytest.approx(2e-3 * 0.25 * 251.5e3 / 5)
     assert loads_of_file(replace(assembly, joint=without_load(assembly))) == ()
 
 

@@ -115,10 +115,10 @@ def limit_of(found: Run) -> float:
     """Moment that the caution names; it is an answer, and no failure."""
     assert not found.failures
     (caution,) = found.cautions
-    assert "its resonance opens the joint: from a moment of" in caution.reason
+    assert "its resonance opens the joint: from M = " in caution.reason
     (row,) = summary(found)["response"]
-    named = float(caution.reason.split("from a moment of ")[1].split()[0])
-    assert row["opens_from_moment_n"] == pytest.approx(named, rel=1e-3)
+    named = float(caution.reason.split("from M = ")[1].split()[0])
+    assert row["opens_from_load"] == pytest.approx(named, rel=1e-3)
     assert str(caution) in summary(found)["warnings"]
     return named
 
@@ -132,7 +132,7 @@ def test_a_resonance_that_opens_the_joint_says_from_which_moment_on() -> None:
     below = asked({"moment": 0.95 * limit})
     assert not below.failures
     assert len(below.responses[0].unconverged) == 0
-    assert summary(below)["response"][0]["opens_from_moment_n"] is None
+    assert summary(below)["response"][0]["opens_from_load"] is None
     assert not below.cautions
     twice = asked({"moment": 400}, clamp={"force": "2 MN/m", "half_length": "25 mm"})
     assert limit_of(twice) == pytest.approx(2 * limit, rel=1e-3)

@@ -69,7 +69,8 @@ def _mechanics(joint: LapJoint, found: Estimate) -> Iterator[Row]:
     )
     yield "mean clamp pressure P/(2 L_p)", _judged(joint, found.pressure)
     yield "P L", readable(joint.clamp_force_length, "N m/m")
-    yield "M/(P L) that opens the joint", f"{limit:.4g}  (M = {opening})"
+    if joint.driven_by_end_moments and "clamped" not in (joint.support.left, joint.support.right):
+        yield "M/(P L) that opens the joint", f"{limit:.4g}  (M = {opening})"
     given, used = joint.support.horizontal_spring, joint.spring_used
     if used > given:
         yield (
@@ -88,9 +89,11 @@ def _both(texts: list[str]) -> str:
 def _load(joint: LapJoint, found: Estimate) -> Iterator[Row]:
     """Loads, and what the largest does to the joint at rest."""
     if joint.load is not None:
-        unit = " N m/m" if joint.load.kind == "moment" else ""
+        said = joint.driven.load
+        unit = f" {said.unit}" if joint.load.kind == said.key else ""
         values = ", ".join(f"{value:g}" for value in joint.load.values)
-        yield f"loads: {joint.load.kind}", values + unit
+        where = "" if joint.load.port is None else f" on the port {joint.load.port}"
+        yield f"loads: {joint.load.kind}{where}", values + unit
     if math.isnan(found.moment):
         return
     yield "bending stress at rest, 6 M/h²", _judged(joint, found.stress)

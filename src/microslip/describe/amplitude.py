@@ -1,8 +1,10 @@
-"""How large a load is: a moment, its ratio to P L, or rho. Exactly one of three keys says it.
+"""How large a load is. Exactly one key says it, and it fits the port that is driven.
 
 moment                              M, N m per metre of width
 moment_over_clamp_force_length      M / (P L), P the clamp force per width, L the beams' length
 rho                                 C mu P L / M, with one constant C for every joint
+force                               F of a named port, N per metre of width
+acceleration                        a of a base, m/s²
 """
 
 from __future__ import annotations
@@ -12,6 +14,11 @@ from typing import Literal, Self, get_args
 from pydantic import Field, model_validator
 
 from microslip.describe.quantities import (
+    NAME,
+    Acceleration,
+    Accelerations,
+    Forces,
+    LineForce,
     LineMoment,
     Moments,
     Number,
@@ -21,7 +28,7 @@ from microslip.describe.quantities import (
     Section,
 )
 
-LoadKey = Literal["moment", "moment_over_clamp_force_length", "rho"]
+LoadKey = Literal["moment", "moment_over_clamp_force_length", "rho", "force", "acceleration"]
 
 LOAD_KEYS: tuple[LoadKey, ...] = get_args(LoadKey)
 """The keys that can give a load, in the order that messages name them."""
@@ -32,7 +39,7 @@ finds (``microslip reproduce``, which calibrates it). A file may give another, `
 
 
 class Amplitude(Section):
-    """A section in which one of the three keys gives the load; what they hold is its own."""
+    """A section in which one of several keys gives the load; what they hold is its own."""
 
     @property
     def load_key(self) -> LoadKey | None:
@@ -61,30 +68,41 @@ class OneAmplitude(Amplitude):
     """The same as M/(P L), without dimension. Instead of moment."""
     rho: Number | None = Field(default=None, gt=0)
     """The same as rho = C mu P L / M, with the constant of [load]. Instead of moment."""
+    force: LineForce | None = Field(default=None, gt=0)
+    """Amplitude of the force, per metre of width. Where load.port is a force."""
+    acceleration: Acceleration | None = Field(default=None, gt=0)
+    """Amplitude of the acceleration. Where load.port is a base."""
 
 
 class Load(Amplitude):
-    """How large the end moment is: exactly one of `moment`, its ratio to P L, and `rho`.
+    """What drives the joint, and its amplitudes: exactly one of the keys that give them.
 
     ``rho = C mu P L / M`` with C = `RHO_CONSTANT`, unless `rho_scale` gives another. ``rho = 0`` is
     the joint without friction.
     """
 
+    port: str | None = Field(default=None, pattern=NAME, max_length=40)
+    """Name of the [[port]] that drives the joint; left out, equal moments at both far ends. Every
+    analysis and history."""
     moment: Moments | None = None
     """Amplitudes of the end moment M, per metre of width. All that is forced: exactly one of these
-    three keys gives it."""
+    keys gives it."""
     moment_over_clamp_force_length: Ratios | None = None
     """The same as M/(P L), without dimension. Compares joints of different size: they open where
     it reaches overlap_half_length/length."""
     rho: Rhos | None = None
     """The same as rho = C mu P L / M; 0 is the joint without friction. For those who follow the
     paper."""
+    force: Forces | None = None
+    """Amplitudes of the force, per metre of width. Where port is a force."""
+    acceleration: Accelerations | None = None
+    """Amplitudes of the acceleration. Where port is a base."""
     rho_scale: Number | None = Field(default=None, gt=0)
     """C itself, instead. Only for loads by rho."""
 
     @property
     def kind(self) -> LoadKey:
-        """Which of the three keys gives the load."""
+        """Which of the keys gives the load."""
         return self.check_load()
 
     @property

@@ -1,9 +1,9 @@
 """Entries of ``[[analysis.history]]``: what loads the joint over time, and what is kept of it.
 
-Each kind of signal is a section of its own, told apart by its key ``signal``. All describe the end
-moment (N m per metre of width) over time; ``drive = "mode"`` turns it into the inertia load of the
-sliding mode that is as close to opening the joint. `microslip.pipeline.excitation` makes the load at
-every step of them.
+Each kind of signal is a section of its own, told apart by its key ``signal``. All describe the load
+of the port that ``[load]`` names, without it the end moment (N m per metre of width), over time;
+``drive = "mode"`` turns it into the inertia load of the sliding mode that is as close to opening the
+joint. `microslip.pipeline.excitation` makes the load at every step of them.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, mo
 from microslip.describe.amplitude import OneAmplitude
 from microslip.describe.band import Band
 from microslip.describe.quantities import (
+    NAME,
     Count,
     Drive,
     Frequency,
@@ -32,9 +33,6 @@ STEPS = 150
 
 FEWEST_STEPS = 20
 """Fewer time steps per cycle say nothing about contact."""
-
-NAME = "^[A-Za-z][A-Za-z0-9_-]*$"
-"""How a history may be called: it names a group of the results."""
 
 UNIVERSAL = (".uff", ".unv", ".uf", ".ufb")
 """How the names of universal files end."""
@@ -63,9 +61,9 @@ class Excitation(Section):
     name: str | None = Field(default=None, pattern=NAME, max_length=40)
     """Of the history in results; the kind of signal where left out. Two histories must not have
     the same."""
-    drive: Drive = "moment"
-    """End moments ("moment"), or the inertia of the sliding mode, as close to opening the joint
-    ("mode"). Reduced models see the mode alone."""
+    drive: Drive = "load"
+    """What drives it by [load] ("load", or "moment" where that is one), or the inertia of the sliding
+    mode, as close to opening the joint ("mode"). Reduced models see the mode alone."""
     steps: StepsPerCycle | None = None
     """Time steps per cycle of the highest frequency, of signal or sliding mode; 150 where neither
     they nor time_step are given. Accuracy and time."""

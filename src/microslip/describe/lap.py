@@ -16,6 +16,7 @@ from pydantic import Field, model_validator
 
 from microslip.describe import units
 from microslip.describe.amplitude import RHO_CONSTANT, Load, LoadKey
+from microslip.describe.driving import check_loads, drive_named, end_moments
 from microslip.describe.excitation import Excitation, LoadedExcitation
 from microslip.describe.outputs import USUAL, Output, Outputs, check_outputs
 from microslip.describe.parts import (
@@ -27,6 +28,7 @@ from microslip.describe.parts import (
     MeshInput,
     Support,
 )
+from microslip.describe.ports import END_MOMENTS, Port, Ports, check_ports
 from microslip.describe.quantities import Rule, Section
 from microslip.describe.requests import (
     MOST_OF_OPENING,
@@ -70,6 +72,8 @@ class LapJoint(Section):
     support: Support = Field(default_factory=Support)
     damping: Damping = Field(default_factory=Damping)
     mesh: MeshInput = Field(default_factory=MeshInput)
+    port: Ports = Field(default=())
+    """Loads that [load] may name, [[port]]; left out, there are the end moments alone."""
     load: Load | None = None
     analysis: Requests = Field(default_factory=cycles_and_response)
     output: Outputs = Field(default=())
@@ -81,6 +85,22 @@ class LapJoint(Section):
     def outputs(self) -> tuple[Output, ...]:
         """Points whose motion is reported; the first is the one that tables and figures show."""
         return self.output or USUAL
+
+    @property
+    def ports(self) -> tuple[Port, ...]:
+        """Loads that the file names."""
+        return self.port
+
+    @property
+    def driven(self) -> Port:
+        """The port that drives the joint: that of ``[load]``, else the end moments."""
+        name = None if self.load is None else self.load.port
+        return next((port for port in self.port if port.name == name), END_MOMENTS)
+
+    @property
+    def driven_by_end_moments(self) -> bool:
+        """Whether no named port drives it."""
+        return end_moments(self.driven)
 
     @property
     def extents(self) -> dict[str, tuple[float, float]]:
@@ -149,13 +169,27 @@ class LapJoint(Section):
         cycle = self.analysis.cycle
         if cycle is None:
             return ()
-        needed = ("moment", "mode") if "consistent" in self.variants else ("moment",)
-        return needed if cycle.drives is None else cycle.drives
+        needed = ("load", "mode") if "consistent" in self.variants else ("load",)
+        wanted = needed if cycle.drives is None else cycle.drives
+        return tuple(dict.fromkeys(self.drive_named(drive) for drive in wanted))
+
+    def drive_named(self, drive: str) -> str:
+        """What results call a drive of the file, see `microslip.describe.driving.drive_named`."""
+        return drive_named(self.driven, drive)
 
     def cycle_amplitudes(self) -> tuple[float, ...]:
-        """M/(PL) of every quasi-static cycle, ascending; none where cycles are not asked for."""
+        """Every quasi-static cycle, ascending; none where cycles are not asked for.
+
+        M/(PL) of the end moments; of a named port amplitudes where the file lists them, else over
+        the one that opens the joint.
+        """
         cycle = self.analysis.cycle
-        return () if cycle is None else cycle.amplitudes(self.opening_ratio)
+        if cycle is None:
+            return ()
+        found = cycle.amplitudes(self.opening_ratio if self.driven_by_end_moments else 1.0)
+        if self.driven_by_end_moments and cycle.moment is not None:
+            return tuple(M / self.clamp_force_length for M in found)
+        return found
 
     @property
     def friction_moment(self) -> float:
@@ -175,22 +209,22 @@ class LapJoint(Section):
         return any(getattr(section, "rho", None) is not None for section in sections)
 
     def end_moment(self, key: LoadKey, value: float) -> float:
-        """End moment that a key gives, N m per metre of width.
+        """Amplitude that a key gives: of the end moment, N m per metre of width, or as written.
 
         Parameters
         ----------
-        key : {"moment", "moment_over_clamp_force_length", "rho"}
+        key : {"moment", "moment_over_clamp_force_length", "rho", "force", "acceleration"}
         value : float
             Positive.
         """
-        if key == "moment":
-            return value
         if key == "moment_over_clamp_force_length":
             return value * self.clamp_force_length
-        return self.rho_scale * self.friction_moment / value
+        if key == "rho":
+            return self.rho_scale * self.friction_moment / value
+        return value
 
-    def load_moments(self) -> tuple[float, ...]:
-        """End moments of the loads, N m per metre of width; rho = 0 has none and is left out."""
+    def load_amplitudes(self) -> tuple[float, ...]:
+        """Amplitudes of the loads on the driven port; rho = 0 has none and is left out."""
         if self.load is None:
             return ()
         kind = self.load.kind
@@ -232,13 +266,14 @@ class LapJoint(Section):
         ]
         if self.load is not None:
             values = ", ".join(f"{value:g}" for value in self.load.values)
-            unit = " N m/m" if self.load.kind == "moment" else ""
+            unit = f" {self.driven.load.unit}" if self.load.kind == self.driven.load.key else ""
             rows.append((f"load: {self.load.kind}", values + unit))
         return [*rows, ("analyses", ", ".join(self.analysis.asked) or "none")]
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         _clamp_fits(self)
+        _ports_are_held(self)
         _mesh_is_reasonable(self)
         _response_has_its_inputs(self)
         _variants_are_said_once(self)
@@ -372,15 +407,26 @@ def _joint_stays_closed(joint: LapJoint) -> None:
                 f"must be below the largest amplitude, by default {MOST_OF_OPENING:g} of the one "
                 f"that opens the joint: {amplitudes[-1]:.4g}",
             )
-        listed = cycle.moment_over_clamp_force_length is not None
-        key = "moment_over_clamp_force_length" if listed else "largest"
+        key = cycle.listed or "largest"
         _holds(joint, f"analysis.cycle.{key}", max(joint.cycle_amplitudes()))
-    moments = joint.load_moments()
+    moments = joint.load_amplitudes()
     if load is not None and moments:
         _holds(joint, f"load.{load.kind}", max(moments) / joint.clamp_force_length)
 
 
+def _ports_are_held(joint: LapJoint) -> None:
+    support = joint.support
+    springs = joint.spring_used == support.horizontal_spring
+    check_ports(joint.port, (support.left, support.right), springs)
+    analysis = joint.analysis
+    check_loads(joint.port, joint.driven, joint.load, analysis.cycle, analysis.history)
+
+
 def _holds(joint: LapJoint, key: str, ratio: float) -> None:
+    """Raise `Rule` where end moments open the joint; what a named port or other supports hold is
+    found from the model."""
+    if not joint.driven_by_end_moments or "clamped" in (joint.support.left, joint.support.right):
+        return
     limit = joint.opening_ratio
     if ratio >= limit:
         raise Rule(

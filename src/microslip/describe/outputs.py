@@ -14,8 +14,7 @@ from typing import Annotated, Any, Literal, get_args
 from pydantic import BeforeValidator, Field, model_validator
 
 from microslip.describe import units
-from microslip.describe.excitation import NAME
-from microslip.describe.quantities import Rule, Section
+from microslip.describe.quantities import NAME, Rule, Section
 
 PREFIX = "output "
 """Of the port that an output is in a joint model, before its name."""

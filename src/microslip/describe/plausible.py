@@ -63,7 +63,7 @@ def pairs_across_clamp(joint: LapJoint) -> float:
 
 
 def _smallest_moment(joint: LapJoint) -> float | None:
-    moments = joint.load_moments()
+    moments = joint.load_amplitudes() if joint.driven_by_end_moments else ()
     return min(moments) / joint.clamp_force_length if moments else None
 
 

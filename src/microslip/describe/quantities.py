@@ -50,6 +50,10 @@ def _one_or_more(value: Any) -> tuple[Any, ...]:
     return values
 
 
+NAME = "^[A-Za-z][A-Za-z0-9_-]*$"
+"""How something that results name may be called: a history, an output, a port."""
+
+
 @dataclass(frozen=True)
 class Held:
     """Limits that the reader of a type holds its numbers to, for what is said of them."""
@@ -70,6 +74,7 @@ Modulus = Annotated[float, BeforeValidator(units.MODULUS.parse), units.MODULUS]
 Stress = Annotated[float, BeforeValidator(units.STRESS.parse), units.STRESS]
 Density = Annotated[float, BeforeValidator(units.DENSITY.parse), units.DENSITY]
 LineForce = Annotated[float, BeforeValidator(units.LINE_FORCE.parse), units.LINE_FORCE]
+Acceleration = Annotated[float, BeforeValidator(units.ACCELERATION.parse), units.ACCELERATION]
 LineMoment = Annotated[float, BeforeValidator(units.LINE_MOMENT.parse), units.LINE_MOMENT]
 LineStiffness = Annotated[float, BeforeValidator(units.LINE_STIFFNESS.parse), units.LINE_STIFFNESS]
 AreaStiffness = Annotated[float, BeforeValidator(units.AREA_STIFFNESS.parse), units.AREA_STIFFNESS]
@@ -89,6 +94,8 @@ Count = Annotated[int, Field(strict=True)]
 OneOrMore = BeforeValidator(_one_or_more)
 Ratios = Annotated[tuple[Annotated[Number, Field(gt=0)], ...], OneOrMore]
 Moments = Annotated[tuple[Annotated[LineMoment, Field(gt=0)], ...], OneOrMore]
+Forces = Annotated[tuple[Annotated[LineForce, Field(gt=0)], ...], OneOrMore]
+Accelerations = Annotated[tuple[Annotated[Acceleration, Field(gt=0)], ...], OneOrMore]
 Rhos = Annotated[tuple[Annotated[Number, Field(ge=0)], ...], OneOrMore]
 Positions = Annotated[tuple[Length, ...], OneOrMore]
 Frequencies = Annotated[
@@ -96,7 +103,7 @@ Frequencies = Annotated[
     Field(min_length=1, max_length=10_000),
     OneOrMore,
 ]
-Drive = Literal["moment", "mode"]
+Drive = Literal["load", "moment", "mode"]
 StepsPerCycle = Annotated[Count, Field(ge=20, le=100_000)]
 
 

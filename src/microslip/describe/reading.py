@@ -14,13 +14,16 @@ from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from microslip.describe import units
-from microslip.describe.excitation import NAME, SIGNALS
+from microslip.describe.excitation import SIGNALS
 from microslip.describe.keys import section_of, written_name
 from microslip.describe.lap import LapJoint
 from microslip.describe.plausible import impossible, questions
-from microslip.describe.quantities import Rule
+from microslip.describe.quantities import NAME, Rule
 from microslip.describe.toml import read_toml
 from microslip.errors import InputError
+
+LISTED = ("port", "output")
+"""Sections that there may be several of."""
 
 
 def load_joint(path: str | Path) -> LapJoint:
@@ -210,7 +213,7 @@ def _written(loc: Sequence[int | str], document: Mapping[str, Any]) -> str:
     if value is None:
         return key
     if isinstance(value, Mapping):
-        return f"[{key}]"
+        return f"[[{loc[0]}]]" if loc[0] in LISTED else f"[{key}]"
     text = json.dumps(value, ensure_ascii=False, default=str)
     return f"{key} = {text if len(text) <= 60 else text[:57] + '...'}"
 

@@ -16,9 +16,12 @@ from pydantic.fields import FieldInfo
 from microslip.describe.band import AscendingBand, check_ascending
 from microslip.describe.excitation import AnyExcitation
 from microslip.describe.quantities import (
+    Accelerations,
     Count,
     Drive,
+    Forces,
     Frequency,
+    Moments,
     Number,
     OneOrMore,
     Positions,
@@ -47,6 +50,9 @@ def _harmonics(value: Any) -> Any:
     return value
 
 
+LISTS = ("moment_over_clamp_force_length", "moment", "force", "acceleration")
+"""Keys that can list the amplitudes of cycles."""
+
 Variant = Literal["printed", "consistent", "refined"]
 Drives = Annotated[tuple[Drive, ...], OneOrMore]
 Variants = Annotated[tuple[Variant, ...], OneOrMore]
@@ -59,22 +65,32 @@ Harmonics = Annotated[int | Literal["adaptive"], BeforeValidator(_harmonics)]
 class CycleAnalysis(Section):
     """Quasi-static cycles: stiffness and damping against amplitude M/(PL).
 
+    Under a port that the file names, `smallest` and `largest` are over the amplitude that opens the
+    joint.
+
     `drives` left out are the end moment and what the forced response reads: `LapJoint.drives`.
     """
 
     drives: Drives | None = None
-    """Driven by the end moments, "moment", or by the inertia of the sliding mode, "mode". Left out,
-    the end moments, and the mode where a forced response reads its table."""
+    """Driven by what [load] says, "load" (or "moment" where that is one), or by the inertia of the
+    sliding mode, "mode". Left out, the load, and the mode where a forced response reads its table."""
     smallest: Number = Field(default=5e-5, gt=0)
     """Smallest amplitude M/(P L); amplitudes are evenly spaced in their logarithm. Begin of the
-    table."""
+    table. Of a named port it is over what opens the joint."""
     largest: Number | None = Field(default=None, gt=0)
     """Largest amplitude; left out: 0.85 of overlap_half_length/length, which opens the joint. End
-    of the table: there is no answer beyond it."""
+    of the table: there is no answer beyond it. Of a named port it is over what opens the joint."""
     count: Count = Field(default=25, ge=2, le=1000)
     """How many amplitudes. Time in proportion."""
     moment_over_clamp_force_length: Ratios | None = None
     """Each of the amplitudes M/(P L), instead of those three. For cycles at given loads."""
+    moment: Moments | None = None
+    """Each of the amplitudes as moments, instead of those three. As above."""
+    force: Forces | None = None
+    """Each of the amplitudes of a force, instead of those three. Where load.port is one, and nothing
+    says how much opens the joint."""
+    acceleration: Accelerations | None = None
+    """Each of the amplitudes of a base, instead of those three. As force."""
     steps: Count = Field(default=300, ge=20, le=100_000)
     """Load steps per cycle. Accuracy of what is dissipated; time in proportion."""
     max_cycles: Count = Field(default=6, ge=2, le=1000)
@@ -82,16 +98,23 @@ class CycleAnalysis(Section):
     closure: Number = Field(default=1e-5, gt=0, lt=0.1)
     """A cycle repeats the last to this part of the largest reaction of the clamp. As max_cycles."""
 
+    @property
+    def listed(self) -> str | None:
+        """Key that lists the amplitudes; None where they are spaced."""
+        return next((key for key in LISTS if getattr(self, key) is not None), None)
+
     def amplitudes(self, opening: float = 1.0) -> tuple[float, ...]:
-        """M/(PL) of every cycle, ascending; `largest` left out is 0.85 of `opening`.
+        """Every amplitude, ascending, in the unit of what says them: a list, or ratios.
+
+        `largest` left out is 0.85 of `opening`.
 
         Examples
         --------
         >>> CycleAnalysis(smallest=0.001, largest=0.1, count=3).amplitudes()
         (0.001, 0.01, 0.1)
         """
-        if self.moment_over_clamp_force_length is not None:
-            return tuple(sorted(set(self.moment_over_clamp_force_length)))
+        if self.listed is not None:
+            return tuple(sorted(set(getattr(self, self.listed))))
         largest = MOST_OF_OPENING * opening if self.largest is None else self.largest
         ratio = largest / self.smallest
         inner = [self.smallest * ratio ** (i / (self.count - 1)) for i in range(1, self.count - 1)]
@@ -101,9 +124,12 @@ class CycleAnalysis(Section):
     def _one_list(self) -> Self:
         check_distinct("drives", self.drives or ())
         range_keys = {"smallest", "largest", "count"} & self.model_fields_set
-        if self.moment_over_clamp_force_length is not None and range_keys:
+        lists = [key for key in LISTS if getattr(self, key) is not None]
+        if len(lists) > 1:
+            raise Rule(lists[1], f"the amplitudes are listed by {lists[0]} already: remove one")
+        if lists and range_keys:
             raise Rule(
-                "moment_over_clamp_force_length",
+                lists[0],
                 f"lists the amplitudes: remove {', '.join(sorted(range_keys))}",
             )
         if self.largest is not None and self.largest <= self.smallest:

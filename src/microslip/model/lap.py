@@ -16,7 +16,7 @@ from microslip.describe.lap import LapJoint
 from microslip.errors import ModelError
 from microslip.model.bodies import rigid_motions
 from microslip.model.elasticity import Body, Material, elastic_body, traction_stiffness
-from microslip.model.end_loads import CLAMPED, FREE, PINNED, EndLoad, FarEnd, end_load
+from microslip.model.end_loads import BOTH, CLAMPED, FREE, PINNED, EndLoad, FarEnd, end_load
 from microslip.model.interface import matching_interface
 from microslip.model.lap_mesh import LapGeometry, MeshControl, lap_joint_meshes
 from microslip.model.points import with_outputs
@@ -77,6 +77,7 @@ def structure_of(joint: LapJoint) -> Structure:
         clamp=pressing(joint),
         ends=(joint.support.left, joint.support.right),
         weak_spring=joint.weak_spring,
+        ports=[EndLoad(port.name, port.kind, port.at or BOTH, port.axis) for port in joint.ports],
     )
     return with_outputs(structure, joint.outputs, joint.clamp.edge)
 
@@ -115,8 +116,9 @@ def lap_joint_structure(
         What holds the left and the right far end: ``"pinned"`` holds the node nearest to its
         mid-height vertically, ``"clamped"`` the whole face, ``"free"`` nothing.
     weak_spring : float
-        Stiffness of horizontal and vertical springs at a free end, in the same unit, that hold the
-        mean position.
+        Stiffness of springs at a free end, in the same unit, that hold the mean position: horizontal
+        ones, and vertical ones; these, where an end is clamped, are weaker by thickness over
+        length, because a slender cantilever would feel them.
     ports : sequence of EndLoad
         Further loads, by name.
     """
@@ -133,13 +135,15 @@ def lap_joint_structure(
     count = lower.nodes.shape[1]
     total = 2 * (count + upper.nodes.shape[1])
     tol = 1e-9 * max(g.lengths)
+    slender = min(g.thicknesses) / sum(g.lengths)
     supports, presses, motions, fixed = [], [], [], []
     for offset, end, kind in zip((0, count), sides, ends, strict=True):
         body = end.body
         spring = {PINNED: horizontal_spring, FREE: weak_spring, CLAMPED: 0.0}[kind]
         along = traction_stiffness(body, end.face, spring / end.thickness, 0)
         if kind == FREE:
-            along = along + traction_stiffness(body, end.face, spring / end.thickness, 1)
+            across = spring * (slender if CLAMPED in ends else 1.0)
+            along = along + traction_stiffness(body, end.face, across / end.thickness, 1)
         supports.append(along)
         outer = body.mesh.facets_satisfying(
             lambda x, end=end: np.abs(x[1] - end.side * end.thickness) < tol, True

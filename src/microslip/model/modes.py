@@ -92,6 +92,21 @@ def bonding(relative: sp.csr_matrix, bonded: Indices) -> sp.csc_matrix:
     return stacked[np.argsort(order)].tocsc()
 
 
+def static_shape(structure: Structure, bonded: Indices, load: str) -> Array:
+    """Displacement of all degrees of freedom under a unit load with components of ``v`` bonded.
+
+    Parameters
+    ----------
+    structure : Structure
+    bonded : (c,) int array
+    load : str
+        Its name.
+    """
+    basis = bonding(structure.interface.relative, np.asarray(bonded, dtype=np.int64))
+    stiffness = (basis.T @ structure.stiffness @ basis).tocsc()
+    return np.asarray(basis @ factorise(stiffness)(basis.T @ structure.loads[load]))
+
+
 def linear_modes(
     structure: Structure, bonded: Indices, count: int, align: str | None = None
 ) -> LinearModes:

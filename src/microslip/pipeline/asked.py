@@ -22,10 +22,14 @@ def cycle_request(joint: LapJoint) -> Iterator[Line]:
     amplitudes = joint.cycle_amplitudes()
     low, high = amplitudes[0], amplitudes[-1]
     drives = " and ".join(joint.drives)
-    yield (
-        "quasi-static cycles",
-        f"{len(amplitudes)} amplitudes, M/(P L) {low:.3g} to {high:.3g}, driven by {drives}",
-    )
+    said, asked = joint.driven.load, joint.analysis.cycle
+    if joint.driven_by_end_moments:
+        span = f"M/(P L) {low:.3g} to {high:.3g}"
+    elif asked is not None and asked.listed:
+        span = f"{said.symbol} {low:.3g} to {high:.3g} {said.unit}"
+    else:
+        span = f"{low:.3g} to {high:.3g} of what opens the joint"
+    yield "quasi-static cycles", f"{len(amplitudes)} amplitudes, {span}, driven by {drives}"
 
 
 def response_request(joint: LapJoint) -> Iterator[Line]:
@@ -74,7 +78,8 @@ def history_request(joint: LapJoint) -> Iterator[Line]:
     InputError
         Where a signal cannot be used.
     """
-    for item in prepare_histories(joint.analysis.history, first_frequency(joint)):
+    kind = joint.driven.load.parsed
+    for item in prepare_histories(joint.analysis.history, first_frequency(joint), kind):
         steps = len(item.load) - 1
         yield (
             f"history {item.entry.label!r}",

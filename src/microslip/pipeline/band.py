@@ -119,6 +119,6 @@ def _peaks(assembly: Assembly, curve: Curve) -> Iterator[Peak]:
         return
     yield Peak(mode.stuck_frequency, (alpha + beta * mode.stuck_omega**2) / turn)
     found = resonance_of(curve.model, curve.table)
-    top = found.reached(curve.load.moment)
+    top = found.reached(curve.load.amplitude)
     for k in {0, top}:
         yield Peak(float(found.omega[k]) / turn, float(found.width[k]) / turn)

@@ -152,7 +152,9 @@ def history_seconds(joint: LapJoint) -> float:
     InputError
         Where a signal cannot be used.
     """
-    signals = prepare_histories(joint.analysis.history, first_frequency(joint))
+    signals = prepare_histories(
+        joint.analysis.history, first_frequency(joint), joint.driven.load.parsed
+    )
     return _cycle(joint, sum(len(signal.load) - 1 for signal in signals))
 
 

@@ -12,9 +12,9 @@ import numpy as np
 from microslip.analyses.reduced.table import EquivalentTable, equivalent_table
 from microslip.analyses.statics.cycle import Cycle, quasi_static_cycle
 from microslip.brief import Brief
-from microslip.errors import ContactError, Failure
+from microslip.errors import ContactError, Failure, MicroslipError
 from microslip.numerics.execute import each, threads
-from microslip.pipeline.loads import DRIVES, on_port
+from microslip.pipeline.loads import on_port, port_of
 from microslip.pipeline.outcome import Outcome, until_interrupted
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.progress import Progress
@@ -30,7 +30,8 @@ class DrivenCycles(Brief):
     cycles : tuple of Cycle
         Ascending load.
     moments : tuple of float
-        End moment of each; for drive ``mode`` the one as close to opening the joint.
+        Load on the driven port of each, by default the end moment; for drive ``mode`` the one as
+        close to opening the joint.
     table : EquivalentTable or None
         None of fewer than two cycles.
     """
@@ -65,13 +66,17 @@ def drive_cycles(assembly: Assembly, drive: str, progress: Progress) -> Outcome[
     """Steady cycles of one drive at every amplitude of the file, in threads."""
     a, settings = assembly, assembly.joint.analysis.cycle
     assert settings is not None
-    loads, moments = cycle_loads(a, drive)
+    try:
+        loads, moments = cycle_loads(a, drive)
+    except MicroslipError as error:
+        failure = Failure("cycle", f"{drive}-driven", str(error))
+        return Outcome(DrivenCycles((), (), None), (failure,))
 
     def one(load: float) -> Cycle | ContactError:
         try:
             return quasi_static_cycle(
                 a.prepared,
-                DRIVES[drive],
+                port_of(a, drive),
                 load,
                 steps=settings.steps,
                 max_cycles=settings.max_cycles,
@@ -90,7 +95,7 @@ def drive_cycles(assembly: Assembly, drive: str, progress: Progress) -> Outcome[
                 solved.append(outcome)
                 kept.append(float(moment))
             else:
-                place = f"{drive}-driven, M/(PL) = {moment / a.moment_unit:.3g}"
+                place = f"{drive}-driven, {amplitude_named(a, moment)}"
                 failures.append(Failure("cycle", place, str(outcome)))
             progress.advance()
         progress.finish()
@@ -101,6 +106,30 @@ def drive_cycles(assembly: Assembly, drive: str, progress: Progress) -> Outcome[
 
 
 def cycle_loads(assembly: Assembly, drive: str) -> tuple[Array, Array]:
-    """Amplitudes on the port of a drive, and the end moments they correspond to."""
-    moments = np.asarray(assembly.joint.cycle_amplitudes()) * assembly.moment_unit
+    """Amplitudes on the port of a drive, and the loads on the driven port they correspond to.
+
+    Raises
+    ------
+    MicroslipError
+        Where amplitudes are over the one that opens the joint, and none does.
+    """
+    joint, opening = assembly.joint, assembly.opening_moment
+    moments = np.asarray(joint.cycle_amplitudes())
+    asked = joint.analysis.cycle
+    if joint.driven_by_end_moments:
+        moments = moments * assembly.moment_unit
+    elif asked is None or asked.listed is None:
+        if not np.isfinite(opening):
+            raise MicroslipError(
+                f"no amplitude of the port {joint.driven.name!r} opens the joint, so that none "
+                f"follows: list them as analysis.cycle.{joint.driven.load.key}"
+            )
+        moments = moments * opening
     return np.asarray(on_port(assembly, drive, moments)), moments
+
+
+def amplitude_named(assembly: Assembly, load: float) -> str:
+    """Amplitude of a cycle in messages: over P L where it is an end moment."""
+    if assembly.joint.driven_by_end_moments:
+        return f"M/(PL) = {load / assembly.moment_unit:.3g}"
+    return assembly.joint.driven.load.named(load)

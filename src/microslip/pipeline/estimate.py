@@ -145,8 +145,11 @@ def slip_length(joint: LapJoint, moment: float) -> float:
 
 
 def largest_moment(joint: LapJoint) -> float:
-    """Largest end moment that the file gives, N m per metre of width; nan where it gives none."""
-    moments = list(joint.load_moments())
+    """Largest end moment that the file gives, N m per metre of width; nan where it gives none, or
+    something else drives the joint."""
+    if not joint.driven_by_end_moments:
+        return math.nan
+    moments = list(joint.load_amplitudes())
     for entry in joint.analysis.history:
         moments.append(getattr(entry, "moment", None) or 0.0)
         ratio = getattr(entry, "moment_over_clamp_force_length", None) or 0.0

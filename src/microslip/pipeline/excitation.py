@@ -26,6 +26,7 @@ from microslip.describe.excitation import (
     SweptSine,
 )
 from microslip.describe.quantities import Rule
+from microslip.describe.units import LINE_MOMENT, Kind
 from microslip.errors import InputError
 from microslip.typing import Array
 
@@ -42,7 +43,7 @@ class Prepared:
     cycle_steps : int
         Steps per cycle of the highest frequency, of the signal or of the sliding mode.
     load : (n,) array
-        End moment: of unit amplitude where the entry has an amplitude, else the load itself.
+        Of unit amplitude where the entry has an amplitude, else the load itself.
     """
 
     entry: Excitation
@@ -56,7 +57,9 @@ class Prepared:
         return max(1, -(-(len(self.load) - 1) // self.cycle_steps))
 
 
-def prepare_histories(entries: Sequence[Excitation], sliding: float) -> list[Prepared]:
+def prepare_histories(
+    entries: Sequence[Excitation], sliding: float, kind: Kind = LINE_MOMENT
+) -> list[Prepared]:
     """Read all signals, before anything that takes long.
 
     Parameters
@@ -64,6 +67,8 @@ def prepare_histories(entries: Sequence[Excitation], sliding: float) -> list[Pre
     entries : sequence of Excitation
     sliding : float
         Sliding frequency of the joint, Hz.
+    kind : Kind
+        What measured signals are, without a unit of another kind.
 
     Raises
     ------
@@ -75,7 +80,7 @@ def prepare_histories(entries: Sequence[Excitation], sliding: float) -> list[Pre
         try:
             dt = entry.resolution(sliding)
             cycle_steps = round(1 / (entry.resolved_frequency(sliding) * dt))
-            prepared.append(Prepared(entry, dt, cycle_steps, sampled_load(entry, 1.0, dt)))
+            prepared.append(Prepared(entry, dt, cycle_steps, sampled_load(entry, 1.0, dt, kind)))
         except Rule as error:
             key = f".{error.key}" if error.key else ""
             raise InputError(f"analysis.history {entry.label!r}{key}: {error}") from None
@@ -85,16 +90,18 @@ def prepare_histories(entries: Sequence[Excitation], sliding: float) -> list[Pre
 
 
 @singledispatch
-def sampled_load(entry: Excitation, moment: float, dt: float) -> Array:
-    """End moment at every step from t = 0, N m per metre of width.
+def sampled_load(entry: Excitation, amplitude: float, dt: float, kind: Kind = LINE_MOMENT) -> Array:
+    """Load at every step from t = 0, in the unit of its amplitude.
 
     Parameters
     ----------
     entry : Excitation
-    moment : float
-        Amplitude, N m per metre of width; a measured signal has its own.
+    amplitude : float
+        A measured signal has its own.
     dt : float
         Time step, s.
+    kind : Kind
+        What a measured signal is.
 
     Raises
     ------
@@ -111,31 +118,35 @@ def sampled_load(entry: Excitation, moment: float, dt: float) -> Array:
 
 
 @sampled_load.register
-def _sine(entry: Sine, moment: float, dt: float) -> Array:
-    return harmonic(moment, entry.frequency, entry.cycles, dt)[1]
+def _sine(entry: Sine, amplitude: float, dt: float, kind: Kind = LINE_MOMENT) -> Array:
+    return harmonic(amplitude, entry.frequency, entry.cycles, dt)[1]
 
 
 @sampled_load.register
-def _stepped(entry: SteppedSine, moment: float, dt: float) -> Array:
-    return stepped_sine(moment, entry.band(), entry.cycles, dt)[1]
+def _stepped(entry: SteppedSine, amplitude: float, dt: float, kind: Kind = LINE_MOMENT) -> Array:
+    return stepped_sine(amplitude, entry.band(), entry.cycles, dt)[1]
 
 
 @sampled_load.register
-def _swept(entry: SweptSine, moment: float, dt: float) -> Array:
-    return swept_sine(moment, entry.from_, entry.to, entry.duration, dt, entry.sweep)[1]
+def _swept(entry: SweptSine, amplitude: float, dt: float, kind: Kind = LINE_MOMENT) -> Array:
+    return swept_sine(amplitude, entry.from_, entry.to, entry.duration, dt, entry.sweep)[1]
 
 
 @sampled_load.register
-def _decay(entry: FreeDecay, moment: float, dt: float) -> Array:
+def _decay(entry: FreeDecay, amplitude: float, dt: float, kind: Kind = LINE_MOMENT) -> Array:
     """Nothing, but what was held before the first step."""
     load = silence(entry.duration, dt)[1]
     if entry.start == "static":
-        load[0] = moment
+        load[0] = amplitude
     return load
 
 
 @sampled_load.register
-def _measured(entry: MeasuredSignal, moment: float, dt: float) -> Array:
+def _measured(
+    entry: MeasuredSignal, amplitude: float, dt: float, kind: Kind = LINE_MOMENT
+) -> Array:
     """As the file has it, times its scale, resampled to the step."""
-    found = read_signal(entry.file, dt, column=entry.column, dataset=entry.dataset, unit=entry.unit)
+    found = read_signal(
+        entry.file, dt, kind=kind, column=entry.column, dataset=entry.dataset, unit=entry.unit
+    )
     return entry.scale * found[1]

@@ -36,7 +36,8 @@ class HarmonicRun(Brief):
     Attributes
     ----------
     rho, friction, load : float
-        ``rho = C mu P L / M`` (nan where the file gives moments), and M, N m per metre of width.
+        ``rho = C mu P L / M`` (nan where the file does not give it), and the amplitude on the driven port:
+        M, N m per metre of width.
     response : HarmonicResponse
     curves : tuple of ((n,) array, (n,) complex array)
         Frequency, Hz, and sliding amplitude along each branch as it was followed: with the harmonics
@@ -123,7 +124,7 @@ def follow(
         adaptive = Adaptive(tolerance=settings.tolerance, most=settings.most)
     response = frequency_response(
         problem,
-        load.moment,
+        load.amplitude,
         settings.band(),
         adaptive=adaptive,
         observe=meter.reached,
@@ -141,12 +142,12 @@ def follow(
             where = f"stability at {point.frequency:.6g} Hz"
             failures.append(Failure("harmonic", where, str(error)))
     meter.close()
-    motions = tuple(outputs_along(problem, load.moment, way) for way in response.branches)
+    motions = tuple(outputs_along(problem, load.amplitude, way) for way in response.branches)
     coordinate = problem.model.port(problem.coordinate)
     return HarmonicRun(
         rho=load.rho,
         friction=friction,
-        load=load.moment,
+        load=load.amplitude,
         response=replace(response, failures=tuple(failures)),
         curves=tuple(
             (way.parameters, motion[:, coordinate])

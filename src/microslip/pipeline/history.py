@@ -21,7 +21,7 @@ from microslip.describe.excitation import Excitation, FreeDecay, LoadedExcitatio
 from microslip.errors import Failure, MicroslipError
 from microslip.numerics.execute import NotBegun, gather, threads
 from microslip.pipeline.excitation import Prepared
-from microslip.pipeline.loads import DRIVES, on_port
+from microslip.pipeline.loads import on_port, port_of
 from microslip.pipeline.outcome import Outcome
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.progress import Progress
@@ -82,13 +82,14 @@ def march_history(
         Where it cannot begin.
     """
     a, entry = assembly, signal.entry
-    amplitude = float(on_port(a, entry.drive, amplitude_of(entry, a)))
-    scheme = time_scheme(a.prepared, signal.dt, port=DRIVES[entry.drive])
+    drive = a.joint.drive_named(entry.drive)
+    amplitude = float(on_port(a, drive, amplitude_of(entry, a)))
+    scheme = time_scheme(a.prepared, signal.dt, port=port_of(a, drive))
     positions = entry.positions or (a.joint.clamp.half_length,)
     recording = Recording(
         name=entry.label,
         kind=entry.kind,
-        drive=entry.drive,
+        drive=drive,
         watched=nearest_pairs(a.model.position, positions),
         kept=field_steps(
             len(signal.load) - 1, signal.dt, entry.field_samples, entry.field_from, entry.field_to
@@ -106,7 +107,7 @@ def march_history(
 
 
 def amplitude_of(entry: Excitation, assembly: Assembly) -> float:
-    """End moment that an entry asks for; 1 where its signal has the amplitude in it."""
+    """Load that an entry asks for; 1 where its signal has the amplitude in it."""
     if not isinstance(entry, LoadedExcitation) or entry.load_key is None:
         return 1.0
     return assembly.joint.end_moment(entry.load_key, getattr(entry, entry.load_key))

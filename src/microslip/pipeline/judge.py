@@ -1,11 +1,12 @@
 """What an engineer asks of answers: stress, deflection and pressure, and whether they may be believed.
 
-The sliding mode bends a section at x by ``m(x)`` per modal amplitude q; the end moment M bends it by
-what the mode does not hold of it (mode acceleration):
+The sliding mode bends a section at x by ``m(x)`` per modal amplitude q; a load A bends it by what the
+mode does not hold of it (mode acceleration):
 
-    | q m(x) + M (1 - m(x) Phi^T p / omega²) |
+    | q m(x) + A (s(x) - m(x) Phi^T p / omega²) |
 
-with the phase of q to M in it. The stress is ``6/h²`` of that, and ``1/h`` of the mode's normal force.
+with the phase of q to A in it, and s(x) the bending moment under a unit load at rest: 1 of end
+moments. The stress is ``6/h²`` of that, and ``1/h`` of the mode's normal force.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ import numpy as np
 from microslip.brief import Brief
 from microslip.errors import Caution
 from microslip.model.lap import materials
+from microslip.model.modes import static_shape
 from microslip.model.stress import Sections, deflection, sections_outside
 from microslip.pipeline.estimate import (
     elastic_limit,
@@ -28,9 +30,9 @@ from microslip.pipeline.estimate import (
     slip_length,
 )
 from microslip.pipeline.motions import Motion
-from microslip.pipeline.prepare import DRIVE
 from microslip.pipeline.run import Run
 from microslip.registry import column
+from microslip.typing import Array
 
 FEWEST_SLIPPING = 3.0
 """Contact pairs that a slip zone must span for its damping to be resolved."""
@@ -55,7 +57,8 @@ class Judgement(Brief):
     elastic_limit : float
         Stress that it is judged by, Pa.
     elastic_moment : float
-        End moment at rest that reaches it, N m per metre of width.
+        End moment at rest that reaches it, N m per metre of width; nan where something else drives the
+        joint.
     pressure : float
         Largest contact pressure under the clamp alone, Pa.
     cautions : tuple of Caution
@@ -77,10 +80,11 @@ def judge(run: Run) -> Judgement:
     joint, mode = run.joint, run.mode
     shape = run.assembly.states.sliding
     sections = sections_outside(run.structure, materials(joint), shape)
-    share = mode.load_on_sliding[DRIVE] / mode.sliding_omega**2
+    share = mode.load_on_sliding[run.prepared.drive] / mode.sliding_omega**2
+    direct = _moment_at_rest(run)
     bent = deflection(run.structure, shape)
     motions = motions_of(run) if run.structure.meshes else []
-    stresses = [stress_of(motion, sections, share) for motion in motions]
+    stresses = [stress_of(motion, sections, share, direct) for motion in motions]
     moved = [abs(motion.amplitude) * bent for motion in motions]
     top = int(np.argmax(stresses)) if motions else -1
     limit, _ = elastic_limit(joint)
@@ -92,7 +96,9 @@ def judge(run: Run) -> Judgement:
         stress_per_amplitude=max(sections.stress, default=np.nan),
         deflection_per_amplitude=bent,
         elastic_limit=limit,
-        elastic_moment=limit * min(joint.beams.thicknesses) ** 2 / 6,
+        elastic_moment=limit * min(joint.beams.thicknesses) ** 2 / 6
+        if joint.driven_by_end_moments
+        else np.nan,
         pressure=pressure,
         cautions=(
             *input_cautions(joint, estimate(joint)),
@@ -113,7 +119,9 @@ def motions_of(run: Run) -> list[Motion]:
     ]
 
 
-def stress_of(motion: Motion, sections: Sections, share: float) -> float:
+def stress_of(
+    motion: Motion, sections: Sections, share: float, direct: Array | float = 1.0
+) -> float:
     """Largest nominal bending stress in a motion, Pa.
 
     Parameters
@@ -122,11 +130,21 @@ def stress_of(motion: Motion, sections: Sections, share: float) -> float:
     sections : Sections
         Of the sliding mode.
     share : float
-        Its static amplitude per end moment, ``Phi^T p / omega²``.
+        Its static amplitude per unit load, ``Phi^T p / omega²``.
+    direct : (k,) array or float
+        Bending moment under a unit load at rest.
     """
     q, h = motion.amplitude, sections.thickness
-    moment = q * sections.moment + motion.moment * (1 - sections.moment * share)
+    moment = q * sections.moment + motion.load * (direct - sections.moment * share)
     return float((np.abs(q * sections.force) / h + 6 * np.abs(moment) / h**2).max(initial=0.0))
+
+
+def _moment_at_rest(run: Run) -> Array | float:
+    """Bending moment of every section under a unit load on the driven port, without friction, at rest."""
+    if run.joint.driven_by_end_moments:
+        return 1.0
+    shape = static_shape(run.structure, run.prestress.bonded(1), run.prepared.drive)
+    return sections_outside(run.structure, materials(run.joint), shape).moment
 
 
 def _worst(

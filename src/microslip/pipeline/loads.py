@@ -1,11 +1,11 @@
 """The loads of an analysis, from what the input file says of them.
 
-An end moment M is given as such, over ``P L``, or as
+A load is given in the unit of the port that it drives. An end moment M is given as such, over ``P L``, or as
 
     rho = C mu P L / M
 
 with a constant C that is the same for every joint (`LapJoint.rho_scale`). The inertia load of the
-sliding mode that corresponds to an end moment is the same fraction of the load that opens the joint:
+sliding mode that corresponds to a load is the same fraction of the load that opens the joint:
 both shift the resultant of the contact pressure equally far.
 
 rho = 0 stands for the joint without friction, which is linear as long as it stays closed: any
@@ -24,11 +24,13 @@ from microslip.analyses.reduced.resonance import linear_resonance
 from microslip.analyses.reduced.response import Response, forced_response
 from microslip.analyses.reduced.table import EquivalentTable
 from microslip.analyses.reduced.two_mode import two_mode_model
+from microslip.describe.ports import KINDS, PortKind
+from microslip.errors import MicroslipError
 from microslip.pipeline.prepare import DRIVE, Assembly
 from microslip.typing import Array
 
 DRIVES = {"moment": DRIVE, "mode": "sliding"}
-"""Port that each drive acts on: the end moment (the paper), or the inertia load of the mode."""
+"""Port that each drive of the end moments acts on: themselves (the paper), or the mode's inertia."""
 
 GENTLE = 3e-4
 """Peak of the joint without friction over the amplitude whose inertia opens the joint."""
@@ -42,8 +44,10 @@ class Load:
     ----------
     rho : float
         ``C mu P L / M``; 0 for the joint without friction, nan where the file does not give rho.
-    moment : float
-        M, amplitude of the end moment, N m per metre of width.
+    amplitude : float
+        On the driven port: of the end moment M, N m per metre of width.
+    kind : str
+        Of that port, see `microslip.describe.ports.KINDS`.
 
     Examples
     --------
@@ -52,15 +56,12 @@ class Load:
     """
 
     rho: float
-    moment: float
+    amplitude: float
+    kind: PortKind = "moment"
 
     def __str__(self) -> str:
-        return named(self.rho, self.moment)
-
-
-def named(rho: float, moment: float) -> str:
-    """A load as the user gave it, in messages."""
-    return f"rho = {rho:.4g}" if np.isfinite(rho) else f"M = {moment:.4g} N m/m"
+        said = KINDS[self.kind]
+        return f"rho = {self.rho:.4g}" if np.isfinite(self.rho) else said.named(self.amplitude)
 
 
 def loads_of_file(
@@ -79,7 +80,10 @@ def loads_of_file(
     if load is None:
         return ()
     if load.rho is None:
-        return tuple(Load(np.nan, joint.end_moment(load.kind, value)) for value in load.values)
+        kind = joint.driven.kind
+        return tuple(
+            Load(np.nan, joint.end_moment(load.kind, value), kind) for value in load.values
+        )
     linear = joint.friction_moment == 0
     return tuple(
         Load(rho, gentle_moment(assembly, tables or {}))
@@ -89,12 +93,29 @@ def loads_of_file(
     )
 
 
-def on_port(assembly: Assembly, drive: str, moment: Array | float) -> Array | float:
-    """Amplitude on the port of a drive that is as close to opening the joint as an end moment."""
-    if drive == "moment":
-        return moment
-    opening = opening_of(assembly, DRIVES[drive])
-    return moment * opening / assembly.opening_moment
+def port_of(assembly: Assembly, drive: str) -> str:
+    """Port that a drive acts on: the driven one, or the inertia load of the mode."""
+    return assembly.mode.port if drive == "mode" else assembly.prepared.drive
+
+
+def on_port(assembly: Assembly, drive: str, load: Array | float) -> Array | float:
+    """Amplitude on the port of a drive that is as close to opening the joint as a load.
+
+    Raises
+    ------
+    MicroslipError
+        Where the load or the inertia of the mode does not open the joint, so that nothing compares
+        them.
+    """
+    if drive != "mode":
+        return load
+    opening = opening_of(assembly, assembly.mode.port)
+    if not (np.isfinite(opening) and np.isfinite(assembly.opening_moment)):
+        raise MicroslipError(
+            "the load or the inertia of the mode opens the joint at no amplitude, so that nothing "
+            'says which inertia is as much as a load: drive by "load" alone'
+        )
+    return load * opening / assembly.opening_moment
 
 
 def opening_of(assembly: Assembly, port: str) -> float:
@@ -107,7 +128,7 @@ def opening_of(assembly: Assembly, port: str) -> float:
 
 
 def frictionless_response(assembly: Assembly, band: Array, moment: float = 1.0) -> Response:
-    """Linear response of the joint without friction to an end moment, eq. (18)."""
+    """Linear response of the joint without friction to the load, eq. (18)."""
     linear = two_mode_model(assembly.prepared, "consistent")
     return forced_response(
         linear, None, band, moment, rho=0.0, friction=0.0, variant="frictionless"

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from microslip.analyses.reduced.sweep import CONVERGED
+from microslip.pipeline.cycle import amplitude_named
 from microslip.pipeline.run import Run
 
 
@@ -24,21 +25,21 @@ class Motion:
     amplitude : complex
         Of the sliding mode's coordinate, kg^0.5 m^0.5, with its phase to the moment: real where both
         are largest at one time.
-    moment : float
-        Amplitude of the end moment, N m per metre of width.
+    load : float
+        Amplitude on the driven port: of the end moment, N m per metre of width.
     """
 
     analysis: str
     where: str
     amplitude: complex
-    moment: float
+    load: float
 
 
 def cycle_motions(run: Run) -> Iterator[Motion]:
     """Every cycle asked for by its load; tables that only serve a response are none."""
     asked = run.joint.analysis.cycle
     assert asked is not None
-    listed = asked.moment_over_clamp_force_length is not None or asked.largest is not None
+    listed = asked.listed is not None or asked.largest is not None
     if run.joint.analysis.response is not None and not listed:
         return
     port = run.model.port(run.mode.port)
@@ -46,35 +47,38 @@ def cycle_motions(run: Run) -> Iterator[Motion]:
         for cycle, moment in zip(cycles, run.moments[drive], strict=True):
             yield Motion(
                 "cycle",
-                f"M/(P L) = {moment / run.assembly.moment_unit:.4g}, {drive}-driven",
+                f"{amplitude_named(run.assembly, moment)}, {drive}-driven",
                 float(np.abs(cycle.output[:, port]).max()),
-                moment if drive == "moment" else 0.0,
+                0.0 if drive == "mode" else moment,
             )
 
 
 def response_motions(run: Run) -> Iterator[Motion]:
     """Peak of every response."""
+    named = run.joint.driven.load.named
     for found in run.responses:
         if (found.flag == CONVERGED).any():
-            where = f"M = {found.load:.4g} N m/m, {found.peak_frequency:.4g} Hz, {found.variant}"
+            where = f"{named(found.load)}, {found.peak_frequency:.4g} Hz, {found.variant}"
             phase = np.angle(found.amplitude[found.peak])
             yield Motion("response", where, found.peak_amplitude * np.exp(1j * phase), found.load)
 
 
 def harmonic_motions(run: Run) -> Iterator[Motion]:
     """Largest response under every load."""
+    named = run.joint.driven.load.named
     for found in run.harmonic:
         if found.points:
             top = max(found.points, key=lambda point: abs(point.amplitude))
-            where = f"M = {found.load:.4g} N m/m, {top.frequency:.4g} Hz"
+            where = f"{named(found.load)}, {top.frequency:.4g} Hz"
             yield Motion("harmonic", where, top.amplitude, found.load)
 
 
 def time_motions(run: Run) -> Iterator[Motion]:
     """Every steady state."""
+    named = run.joint.driven.load.named
     for point in run.time_domain:
         steady = point.steady
-        where = f"M = {steady.load:.4g} N m/m, {steady.frequency:.4g} Hz"
+        where = f"{named(steady.load)}, {steady.frequency:.4g} Hz"
         yield Motion("time", where, steady.amplitude, steady.load)
 
 
@@ -85,6 +89,6 @@ def history_motions(run: Run) -> Iterator[Motion]:
         q = history.output[:, port]
         for signal in (q, history.load):
             top = int(np.argmax(np.abs(signal)))
-            load = float(history.load[top]) if history.drive == "moment" else 0.0
+            load = float(history.load[top]) if history.drive != "mode" else 0.0
             where = f"{history.name!r} at {history.time[top]:.4g} s"
             yield Motion("history", where, float(q[top]), load)

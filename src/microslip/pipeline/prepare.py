@@ -12,8 +12,9 @@ from microslip.analyses.prepared.joint_modes import JointMode, mode_of_structure
 from microslip.analyses.prepared.prestress import Prestress, opening_load, prestress
 from microslip.contact.law import ContactLaw, contact_law
 from microslip.contact.pairs import normal_rows, tangential_rows
+from microslip.describe.excitation import LoadedExcitation
 from microslip.describe.lap import LapJoint
-from microslip.errors import ModelError
+from microslip.errors import InputError, ModelError
 from microslip.model.joint import JointModel, Reducer
 from microslip.model.lap import structure_of
 from microslip.model.states import LinearStates, linear_states
@@ -22,7 +23,7 @@ from microslip.pipeline.excitation import Prepared, prepare_histories
 from microslip.typing import Array
 
 DRIVE, PRELOAD = "moment", "clamp"
-"""Ports of a lap joint that are driven, and held."""
+"""Ports of a lap joint that are driven where the file names no other, and held."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -39,7 +40,8 @@ class Assembly:
     prepared : PreparedJoint
         Ports of its model: the structure's loads, ``sliding`` and ``stuck`` (modal inertia loads).
     opening_moment : float
-        End moment that opens the joint, N m per metre of width.
+        Amplitude on the driven port that opens the joint: of the end moment, N m per metre of width.
+        Infinite where it holds any.
     signals : tuple of Prepared
         What loads the joint in each of its histories, read and resampled.
     """
@@ -75,7 +77,7 @@ class Assembly:
 
     @property
     def moment_unit(self) -> float:
-        """P L: moments are reported over it."""
+        """P L: end moments are reported over it."""
         return self.joint.clamp.force * self.joint.beams.length
 
     @property
@@ -126,37 +128,64 @@ def assemble_without_signals(joint: LapJoint) -> Assembly:
 
 
 def _assemble(joint: LapJoint) -> Assembly:
-    structure = structure_of(joint)
+    structure, drive = structure_of(joint), drive_of(joint)
     modes = min(joint.mesh.modes, structure.dofs // 4)
     reducer = Reducer(structure, modes, (joint.damping.alpha, joint.damping.beta))
     model = reducer.model(structure.loads)
     law = law_of(joint, model)
     start = prestress(model, flexibility_of(model, law), {PRELOAD: joint.clamp.force})
     pairs = np.flatnonzero(start.touching)
-    states = linear_states(structure, pairs, (start.bonded(1), start.bonded(2)), DRIVE)
+    states = linear_states(structure, pairs, (start.bonded(1), start.bonded(2)), drive)
     model = reducer.with_ports(model, states.ports(structure))
     flexibility = flexibility_of(model, law)
     mode = mode_of_structure(states, structure, model)
-    opening = opening_load(model, start, DRIVE)
+    opening = opening_load(model, start, drive)
+    _check_loads(joint, opening)
     _check_finite(opening=opening, sliding=mode.sliding_omega, stuck=mode.stuck_omega)
     return Assembly(
         joint=joint,
         structure=structure,
         reducer=reducer,
         states=states,
-        prepared=PreparedJoint(model, flexibility, start, law, DRIVE, mode),
+        prepared=PreparedJoint(model, flexibility, start, law, drive, mode),
         opening_moment=opening,
-        signals=tuple(prepare_histories(joint.analysis.history, mode.sliding_frequency)),
+        signals=tuple(
+            prepare_histories(
+                joint.analysis.history, mode.sliding_frequency, joint.driven.load.parsed
+            )
+        ),
     )
+
+
+def drive_of(joint: LapJoint) -> str:
+    """Port of the joint model that drives it."""
+    return DRIVE if joint.driven_by_end_moments else joint.driven.name
+
+
+def _check_loads(joint: LapJoint, opening: float) -> None:
+    """Raise `InputError` where a load of the file opens the joint."""
+    given = [("load", value) for value in joint.load_amplitudes()]
+    for entry in joint.analysis.history:
+        if isinstance(entry, LoadedExcitation) and entry.load_key is not None:
+            amplitude = joint.end_moment(entry.load_key, getattr(entry, entry.load_key))
+            given.append((f"analysis.history {entry.label!r}", amplitude))
+    said = joint.driven.load
+    for where, value in given:
+        if value >= opening:
+            raise InputError(
+                f"{where}: {said.named(value)} opens the joint: the clamp holds less than "
+                f"{opening:.4g} {said.unit}; lower it, or raise clamp.force"
+            )
 
 
 def _check_finite(*, opening: float, sliding: float, stuck: float) -> None:
     """Raise `ModelError` where the numbers that all analyses scale with are none."""
     found = {
-        "the moment that opens the joint": opening,
         "the circular frequency of the sliding state": sliding,
         "the circular frequency of the stuck state": stuck,
     }
+    if not opening > 0:
+        found = {"the load that opens the joint": opening, **found}
     for name, value in found.items():
         if not 0 < value < np.inf:
             raise ModelError(

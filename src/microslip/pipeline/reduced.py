@@ -51,7 +51,7 @@ def run_refined(
 ) -> Outcome[Refined] | None:
     """Table for the loads of the file, where a response reads it and there is friction."""
     joint = assembly.joint
-    if "refined" not in joint.variants or joint.friction == 0 or not joint.load_moments():
+    if "refined" not in joint.variants or joint.friction == 0 or not joint.load_amplitudes():
         return None
     settings = joint.analysis.reduced
     smallest, largest = table_range(assembly, tables_of(done).get("mode"))
@@ -93,14 +93,14 @@ def table_range(assembly: Assembly, driven: EquivalentTable | None) -> tuple[flo
     smallest, largest = GENTLE * opening, MOST_OF_OPENING * opening
     if driven is not None:
         smallest, largest = float(driven.amplitude[0]), float(driven.amplitude[-1])
-    needed = ROOM * max(assembly.joint.load_moments(), default=0.0)
+    needed = ROOM * max(assembly.joint.load_amplitudes(), default=0.0)
     if largest < ALMOST * opening and _resonant_load(assembly, largest) < needed:
         largest = ALMOST * opening
     return BELOW * smallest, largest
 
 
 def _resonant_load(assembly: Assembly, amplitude: float) -> float:
-    """End moment whose resonance has an amplitude; infinite where its cycle cannot be solved."""
+    """Load whose resonance has an amplitude; infinite where its cycle cannot be solved."""
     settings = assembly.joint.analysis.reduced
     held = hold_mode(assembly.prepared, assembly.between_states)
     try:

@@ -31,7 +31,7 @@ from microslip.pipeline.reduced import tables_of
 from microslip.pipeline.unanswered import opening_of, response_failures, with_opening
 from microslip.typing import Array
 
-TABLE_OF = {"printed": "moment", "consistent": "mode", "refined": "prescribed"}
+TABLE_OF = {"printed": "load", "consistent": "mode", "refined": "prescribed"}
 """Drive of the table that each variant uses by default: the paper's, and the dynamic ones."""
 
 Model = tuple[TwoModeModel, EquivalentTable | None]
@@ -78,7 +78,7 @@ def run_responses(
             loads = loads_of_file(assembly, tables_of(done))
             cases = [_case(assembly, models, name, load) for load in loads for name in models]
             axis = axis_of(assembly, cases)
-            linear = frictionless_response(assembly, axis.frequency, loads[0].moment)
+            linear = frictionless_response(assembly, axis.frequency, loads[0].amplitude)
             found = replace(found, loads=loads, axis=axis, frictionless=linear)
             progress.start("forced response", len(cases))
             for case in cases:
@@ -87,7 +87,7 @@ def run_responses(
                 curve = with_opening(assembly, curve, case)
                 found = replace(found, curves=(*found.curves, curve))
                 failures += response_failures(curve, case, axis)
-                cautions += opening_of(curve, case)
+                cautions += opening_of(assembly, curve, case)
                 progress.advance()
             progress.finish()
         except MicroslipError as error:
@@ -101,10 +101,11 @@ def models_of(assembly: Assembly, done: Mapping[str, Outcome[Any]]) -> dict[str,
     The joint without friction needs none.
     """
     tables, refined = tables_of(done), value_of(done, "reduced")
-    idle = assembly.joint.friction == 0 or not assembly.joint.load_moments()
+    idle = assembly.joint.friction == 0 or not assembly.joint.load_amplitudes()
     models: dict[str, Model] = {}
     for variant in assembly.joint.variants:
         drive = TABLE_OF[variant]
+        drive = assembly.joint.drive_named(drive) if drive == "load" else drive
         if drive not in tables and variant != "refined":
             drive = next((name for name in tables if name != "prescribed"), "")
         if drive in tables or idle:
@@ -129,7 +130,7 @@ def _case(assembly: Assembly, models: Mapping[str, Model], variant: str, load: L
             model,
             None if frictionless else table,
             frequency,
-            load.moment,
+            load.amplitude,
             rho=load.rho,
             friction=0.0 if frictionless else friction,
             variant=variant,

@@ -52,7 +52,7 @@ POINT_KEYS: dict[str, Callable[[Any], Any]] = {
     "frequency": lambda point: point.steady.frequency,
     "rho": lambda point: point.rho,
 }
-"""What results are selected by, and where it stands."""
+"""What results are selected by, and where it stands; ``moment`` is called as the load is."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -127,7 +127,7 @@ class Run:
 
     @property
     def moments(self) -> dict[str, tuple[float, ...]]:
-        """End moment of each cycle; for drive ``mode`` the one as close to opening the joint."""
+        """Load of each cycle on the driven port; for drive ``mode`` the one as close to opening the joint."""
         driven = self.value("cycle") or {}
         return {drive: found.moments for drive, found in driven.items()}
 
@@ -146,7 +146,7 @@ class Run:
     def responses(self) -> Selection[Response]:
         """Forced responses, load by load; `sel` takes variant, moment and rho."""
         found = self.value("response")
-        return Selection(() if found is None else found.curves, RESPONSE_KEYS)
+        return Selection(() if found is None else found.curves, self._keys(RESPONSE_KEYS))
 
     response = responses
     """The same, to be read as ``run.response.sel(variant="refined", moment=50)``."""
@@ -170,12 +170,17 @@ class Run:
     @property
     def harmonic(self) -> Selection[HarmonicRun]:
         """Responses by harmonic balance, one entry per load; `sel` takes moment and rho."""
-        return Selection(self.value("harmonic") or (), LOAD_KEYS)
+        return Selection(self.value("harmonic") or (), self._keys(LOAD_KEYS))
 
     @property
     def time_domain(self) -> Selection[TimePoint]:
         """Steady states by time integration; `sel` takes moment, frequency and rho."""
-        return Selection(self.value("time") or (), POINT_KEYS)
+        return Selection(self.value("time") or (), self._keys(POINT_KEYS))
+
+    def _keys(self, keys: dict[str, Callable[[Any], Any]]) -> dict[str, Callable[[Any], Any]]:
+        """The same with the load under its own key: moment, force or acceleration."""
+        own = self.joint.driven.load.key
+        return {own if key == "moment" else key: read for key, read in keys.items()}
 
     @property
     def histories(self) -> Selection[History]:

@@ -62,6 +62,7 @@ def requests_of(assembly: Assembly, curves: Sequence[Response]) -> list[Request]
                     tolerance=settings.tolerance,
                     max_cycles=settings.max_cycles,
                     accelerate=settings.search == "accelerated",
+                    said=assembly.joint.driven.load.named(response.load),
                 )
             )
     return requests

@@ -9,6 +9,7 @@ import numpy as np
 from microslip.analyses.reduced.resonance import resonance_of
 from microslip.analyses.reduced.response import Response
 from microslip.analyses.reduced.sweep import OUTSIDE
+from microslip.describe.ports import LoadKind
 from microslip.errors import Caution, Failure
 from microslip.pipeline.band import Axis, Curve
 from microslip.pipeline.loads import opening_amplitude
@@ -68,11 +69,11 @@ def with_opening(assembly: Assembly, response: Response, curve: Curve) -> Respon
     return replace(response, opening_load=min(largest, response.load))
 
 
-def opening_of(response: Response, curve: Curve) -> list[Caution]:
+def opening_of(assembly: Assembly, response: Response, curve: Curve) -> list[Caution]:
     """That the joint opens under a load, where and from which load on; nothing where it does not."""
     if not np.isfinite(response.opening_load):
         return []
-    bad = response.unconverged
+    bad, said = response.unconverged, assembly.joint.driven.load
     if not len(bad):
         assert response.outgrown is not None
         bad = response.frequency[response.outgrown]
@@ -85,13 +86,14 @@ def opening_of(response: Response, curve: Curve) -> list[Caution]:
         at = resonances.omega[int(np.argmax(resonances.load))] / (2 * np.pi)
         what = "it is open" if len(response.unconverged) else "the smaller of two answers is shown"
         reason = (
-            f"its resonance opens the joint: from a moment of {response.opening_load:.4g} N m/m on "
+            f"its resonance opens the joint: from {said.named(response.opening_load)} on "
             f"it outgrows what the clamp holds, near {at:.5g} Hz; {what} from {span}"
         )
     else:
         reason = f"the vibration opens the joint, {span}"
         return [Caution("response", place, reason, "lower the load, or raise clamp.force")]
-    return [Caution("response", place, reason, _weaker(response.load, response.opening_load))]
+    remedy = _weaker(said, response.load, response.opening_load)
+    return [Caution("response", place, reason, remedy)]
 
 
 def _outgrown(response: Response) -> bool:
@@ -99,9 +101,9 @@ def _outgrown(response: Response) -> bool:
     return response.outgrown is not None and bool(response.outgrown.any())
 
 
-def _weaker(load: float, largest: float) -> str:
+def _weaker(said: LoadKind, load: float, largest: float) -> str:
     """What keeps a joint closed under a load; everything scales with the clamp force."""
     return (
-        f"lower the moment from {load:.4g} to below {largest:.4g} N m/m, or raise clamp.force "
+        f"lower the {said.noun} from {load:.4g} to below {largest:.4g} {said.unit}, or raise clamp.force "
         f"more than {load / largest:.3g} times"
     )

@@ -17,12 +17,16 @@ from microslip.pipeline.outputs import static_by_name
 from microslip.pipeline.prepare import DRIVE
 from microslip.pipeline.run import Run
 from microslip.results.labels import (
-    LOAD_UNIT,
     MODAL,
     MODAL_FORCE,
     SLIP,
     field_variables,
+    load_entry,
+    load_named,
+    load_unit,
+    load_variable,
     output_label,
+    output_name,
     pair_position,
     state_variable,
     variable,
@@ -69,7 +73,7 @@ def rows_of_drive(run: Run, drive: str) -> Iterator[dict[str, Any]]:
         extent = contact_extent(a.model.position, touching)
         yield {
             "drive": drive,
-            "moment_over_clamp_force_length": moment / a.moment_unit,
+            **load_entry(run, moment),
             "load": cycle.amplitude,
             "modal_amplitude": table.amplitude[i],
             "dissipated_energy_j_per_m": cycle.dissipated,
@@ -104,7 +108,7 @@ def _outside(position: Array, touching: Mask, extent: tuple[float, float]) -> Ma
 
 
 def cycle_datasets(run: Run) -> dict[str, xr.Dataset]:
-    """Groups ``cycles_moment``, ``cycles_mode`` and, side by side, their ``tables``."""
+    """Groups ``cycles_moment`` or ``cycles_load``, ``cycles_mode`` and, side by side, their ``tables``."""
     groups = {
         f"cycles_{drive}": _cycles_dataset(run, drive)
         for drive, cycles in run.cycles.items()
@@ -134,7 +138,7 @@ def _cycles_dataset(run: Run, drive: str) -> xr.Dataset:
         "state": state_variable(field, np.stack([c.status for c in cycles])),
         **field_variables(field, fields, slip=f"{SLIP} from prestress"),
         "load": variable(
-            trace, np.stack([c.load for c in cycles]), LOAD_UNIT[drive], "driving load"
+            trace, np.stack([c.load for c in cycles]), load_unit(run, drive), "driving load"
         ),
         "q": variable(
             trace, np.stack([q for q, _ in modal]), MODAL, "sliding coordinate from prestress"
@@ -144,6 +148,7 @@ def _cycles_dataset(run: Run, drive: str) -> xr.Dataset:
             np.stack([c.output[:, model.port(DRIVE)] for c in cycles]),
             *output_label(DRIVE),
         ),
+        **_driven(run, cycles),
         **_outputs(run, cycles),
         "f": variable(
             trace,
@@ -164,7 +169,7 @@ def _cycles_dataset(run: Run, drive: str) -> xr.Dataset:
             "friction work per cycle and area",
         ),
         "load_amplitude": variable(
-            each, per_cycle("load"), LOAD_UNIT[drive], "amplitude of the driving load"
+            each, per_cycle("load"), load_unit(run, drive), "amplitude of the driving load"
         ),
         "dissipated_energy": variable(
             each, per_cycle("dissipated_energy_j_per_m"), "J/m", "friction work per cycle"
@@ -206,12 +211,19 @@ def _cycles_dataset(run: Run, drive: str) -> xr.Dataset:
         | output_coordinates(run)
         | {
             "theta": variable(("step",), cycles[0].theta, "rad", "phase of the load"),
-            "moment": variable(
-                each, np.array(run.moments[drive]), "N m/m", "end moment, or its equivalent"
-            ),
+            load_named(run): load_variable(run, each, run.moments[drive], "{}, or its equivalent"),
         }
     )
     return xr.Dataset(data, coords, {"drive": drive})
+
+
+def _driven(run: Run, cycles: Sequence[Cycle]) -> dict[str, xr.Variable]:
+    """What the load of a named port does work on."""
+    port = run.prepared.drive
+    if port == DRIVE:
+        return {}
+    values = np.stack([c.output[:, run.model.port(port)] for c in cycles])
+    return {output_name(port): variable(("cycle", "step"), values, *output_label(port, run))}
 
 
 def _outputs(run: Run, cycles: Sequence[Cycle]) -> dict[str, xr.Variable]:
@@ -257,9 +269,10 @@ def _tables_dataset(run: Run) -> xr.Dataset:
     moments = np.array(levels)
     coords = {
         "drive": variable(("drive",), drives, "1", "what drives the cycles"),
-        "moment": variable(("level",), moments, "N m/m", "end moment, or its equivalent"),
-        "moment_over_clamp_force_length": variable(
-            ("level",), moments / run.assembly.moment_unit, "1", "end moment over P L"
-        ),
+        load_named(run): load_variable(run, ("level",), moments, "{}, or its equivalent"),
     }
+    if run.joint.driven.kind == "moment":
+        coords["moment_over_clamp_force_length"] = variable(
+            ("level",), moments / run.assembly.moment_unit, "1", "end moment over P L"
+        )
     return xr.Dataset(data, coords)

@@ -15,7 +15,16 @@ from microslip.contact.pairs import touches
 from microslip.pipeline.harmonic import HarmonicRun
 from microslip.pipeline.outputs import harmonics_by_name
 from microslip.pipeline.run import Run
-from microslip.results.labels import MODAL, pair_position, rho_entry, rho_of, variable
+from microslip.results.labels import (
+    MODAL,
+    load_entry,
+    load_named,
+    load_variable,
+    pair_position,
+    rho_entry,
+    rho_of,
+    variable,
+)
 from microslip.results.outputs import (
     PARTS,
     lags,
@@ -58,7 +67,7 @@ def _row(
     slowest = None if stability is None or not len(stability.exponents) else _slowest(stability)
     return {
         **rho_entry(entry.rho),
-        "moment_over_clamp_force_length": entry.load / run.assembly.moment_unit,
+        **load_entry(run, entry.load),
         "frequency_hz": point.frequency,
         "modal_amplitude": abs(point.amplitude),
         "phase_rad": point.phase,
@@ -106,7 +115,7 @@ def fold_rows(run: Run) -> list[dict[str, Any]]:
     return [
         {
             **rho_entry(entry.rho),
-            "moment_over_clamp_force_length": entry.load / run.assembly.moment_unit,
+            **load_entry(run, entry.load),
             "frequency_hz": fold.frequency,
             "modal_amplitude": abs(fold.amplitude),
             "phase_rad": fold.phase,
@@ -221,7 +230,6 @@ def _dataset(run: Run) -> xr.Dataset:
         ),
         **_branches(run),
     }
-    unit = run.assembly.moment_unit
     coords = (
         pair_position(run)
         | output_coordinates(run)
@@ -230,22 +238,17 @@ def _dataset(run: Run) -> xr.Dataset:
                 each, column(rows, "frequency_hz"), "Hz", "frequency of the load"
             ),
             **rho_of(each, [entry.rho for entry, *_ in entries(run)]),
-            "moment": variable(
-                each,
-                column(rows, "moment_over_clamp_force_length") * unit,
-                "N m/m",
-                "amplitude of the end moment",
-            ),
+            load_named(run): load_variable(run, each, [entry.load for entry, *_ in entries(run)]),
             "harmonic": variable(("harmonic",), np.arange(most + 1), "1", "0 is the mean"),
             "part": PARTS,
             "fold_frequency": variable(
                 ("fold",), column(folds, "frequency_hz"), "Hz", "frequency of the fold"
             ),
-            "fold_moment": variable(
+            load_named(run, "fold"): load_variable(
+                run,
                 ("fold",),
-                column(folds, "moment_over_clamp_force_length") * unit,
-                "N m/m",
-                "amplitude of the end moment at the fold",
+                [entry.load for entry in run.harmonic for _ in entry.response.folds],
+                "amplitude of the {} at the fold",
             ),
         }
     )
@@ -267,8 +270,8 @@ def _branches(run: Run) -> dict[str, xr.Variable]:
     sizes = [len(frequency) for _, _, frequency, _ in ways]
     amplitude = joined([q for *_, q in ways])
     return {
-        "branch_moment": variable(
-            dims, np.repeat([load for load, *_ in ways], sizes), "N m/m", "end moment of the branch"
+        load_named(run, "branch"): load_variable(
+            run, dims, np.repeat([load for load, *_ in ways], sizes), "{} of the branch"
         ),
         "branch_number": variable(
             dims, np.repeat([n for _, n, *_ in ways], sizes), "1", "which branch of its load"

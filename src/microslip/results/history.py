@@ -19,9 +19,10 @@ from microslip.describe.outputs import PREFIX
 from microslip.pipeline.outputs import samples_by_name
 from microslip.pipeline.run import Run
 from microslip.results.labels import (
-    LOAD_UNIT,
     MODAL,
     field_variables,
+    load_entry,
+    load_unit,
     local_variables,
     output_label,
     output_name,
@@ -49,16 +50,13 @@ def history_row(run: Run, history: History) -> dict[str, Any]:
     q = history.output[:, run.model.port("sliding")]
     top = int(np.argmax(np.abs(q)))
     e = history.energies
-    unit = run.assembly.moment_unit
     peak_load = float(np.abs(history.load).max())
     row = {
         "name": history.name,
         "signal": history.kind,
         "drive": history.drive,
         "peak_load": peak_load,
-        "moment_over_clamp_force_length": (
-            peak_load / unit if history.drive == "moment" else math.nan
-        ),
+        **load_entry(run, math.nan if history.drive == "mode" else peak_load),
         "time_step_s": history.dt,
         "steps": len(history.time) - 1,
         "steps_asked": history.steps,
@@ -107,9 +105,9 @@ def history_dataset(run: Run, history: History) -> xr.Dataset:
         return variable(book, values, "J/m", label)
 
     data = {
-        "load": variable(trace, history.load, LOAD_UNIT[history.drive], "load"),
+        "load": variable(trace, history.load, load_unit(run, history.drive), "load"),
         **{
-            output_name(name): variable(trace, history.output[:, k], *output_label(name))
+            output_name(name): variable(trace, history.output[:, k], *output_label(name, run))
             for k, name in enumerate(model.ports)
             if not name.startswith(PREFIX)
         },

@@ -10,11 +10,11 @@ import xarray as xr
 from microslip.contact.fields import contact_extent
 from microslip.contact.pairs import at_rest, normal, tangential_rows
 from microslip.pipeline.run import Run
-from microslip.results.labels import pair_position, state_variable, variable
+from microslip.results.labels import load_entry, load_named, pair_position, state_variable, variable
 
 
 def model_summary(run: Run) -> dict[str, Any]:
-    """Sizes, interface, linear states and what opens the joint."""
+    """Sizes, interface, linear states, what drives the joint and what opens it."""
     joint, model, mode = run.joint, run.model, run.mode
     clamp_half = joint.clamp.half_length
     bonded = model.position[run.assembly.states.pairs]
@@ -34,8 +34,16 @@ def model_summary(run: Run) -> dict[str, Any]:
         "stuck_frequency_hz": mode.stuck_frequency,
         "mode_overlap": mode.overlap,
         "bonded_half_length_over_clamp_half_length": np.abs(bonded).max() / clamp_half,
-        "opening_moment_over_clamp_force_length": run.assembly.opening_moment
-        / run.assembly.moment_unit,
+        **opening_entry(run),
+    }
+
+
+def opening_entry(run: Run) -> dict[str, Any]:
+    """What opens the joint, on the driven port; None where nothing does."""
+    opening = run.assembly.opening_moment
+    return {
+        f"opening_{key}": value if np.isfinite(opening) else None
+        for key, value in load_entry(run, opening).items()
     }
 
 
@@ -64,10 +72,10 @@ def model_dataset(run: Run) -> xr.Dataset:
         "friction": (joint.friction, "1", "coefficient of friction, mean over the overlap"),
         "clamp_force": (joint.clamp.force, "N/m", "clamp force per metre of width"),
         "clamp_half_length": (joint.clamp.half_length, "m", "half length of the clamped zone"),
-        "opening_moment": (
+        load_named(run, "opening"): (
             run.assembly.opening_moment,
-            "N m/m",
-            "end moment at which the joint opens",
+            joint.driven.load.unit,
+            f"{joint.driven.load.noun} at which the joint opens; infinite where none does",
         ),
     }
     mode = np.arange(len(model.omega))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -17,8 +17,6 @@ MODAL = "kg^0.5 m^0.5"
 
 MODAL_FORCE = "kg^0.5 m^0.5 s^-2"
 
-LOAD_UNIT = {"moment": "N m/m", "mode": MODAL_FORCE}
-"""Unit of the load of each drive."""
 
 OUTPUTS: dict[str, tuple[str, str]] = {
     "clamp": ("m", "approach of the clamped faces, mean of their change from prestress"),
@@ -38,6 +36,52 @@ def variable(
 ) -> xr.Variable:
     """Values with dimensions, unit and long name."""
     return xr.Variable(dims, values, {"units": units, "long_name": long_name, **attrs})
+
+
+def load_unit(run: Run, drive: str) -> str:
+    """Unit of the load of a drive."""
+    return MODAL_FORCE if drive == "mode" else run.joint.driven.load.unit
+
+
+def load_entry(run: Run, load: float) -> dict[str, float]:
+    """A load on the driven port as an entry of the summary: of a moment over P L, else itself."""
+    said = run.joint.driven.load
+    if said.key == "moment":
+        return {"moment_over_clamp_force_length": load / run.assembly.moment_unit}
+    return {said.row: load}
+
+
+def load_named(run: Run, prefix: str = "", *suffix: str) -> str:
+    """Name of a variable of the load: ``moment``, ``force`` or ``acceleration``, with a prefix."""
+    return "_".join((*filter(None, (prefix,)), run.joint.driven.load.key, *suffix))
+
+
+def load_variable(
+    run: Run, dims: Sequence[str], values: Any, label: str = "amplitude of the {}"
+) -> xr.Variable:
+    """Loads on the driven port; `label` says what they are of the noun between its braces."""
+    said = run.joint.driven.load
+    return variable(dims, np.asarray(values, float), said.unit, label.format(said.noun))
+
+
+LOAD_COLUMNS = {
+    "moment_over_clamp_force_length": "M/(PL)",
+    "force_n_per_m": "F, N/m",
+    "acceleration_m_per_s2": "a, m/s²",
+}
+"""Keys of the summary that hold a load, with their headings in tables."""
+
+
+def load_column(rows: Sequence[Mapping[str, Any]]) -> tuple[str, str]:
+    """Heading and key of the load of rows of the summary.
+
+    Examples
+    --------
+    >>> load_column([{"force_n_per_m": 20.0}])
+    ('F, N/m', 'force_n_per_m')
+    """
+    key = next(key for key in LOAD_COLUMNS if all(key in row for row in rows))
+    return LOAD_COLUMNS[key], key
 
 
 def rho_entry(rho: float) -> dict[str, float]:
@@ -78,12 +122,15 @@ def watched_position(run: Run, watched: Indices) -> xr.Variable:
 
 def output_name(port: str) -> str:
     """What the output of a port is called in results."""
-    return {"sliding": "q", "moment": "rotation", "clamp": "approach"}.get(port, port)
+    known = {"sliding": "q", "moment": "rotation", "clamp": "approach"}
+    return known.get(port, port if port in OUTPUTS else f"port_{port}")
 
 
-def output_label(port: str) -> tuple[str, str]:
-    """Unit and meaning of the output of a port."""
-    return OUTPUTS.get(port, ("1", f"output of the port {port}"))
+def output_label(port: str, run: Run | None = None) -> tuple[str, str]:
+    """Unit and meaning of the output of a port, of a named one where `run` has it."""
+    named = () if run is None else run.joint.ports
+    unit = next((own.load.output for own in named if own.name == port), "1")
+    return OUTPUTS.get(port, (unit, f"what the load of the port {port} does work on"))
 
 
 def local_variables(dims: tuple[str, ...], slip: Array, gap: Array) -> dict[str, xr.Variable]:

@@ -12,7 +12,15 @@ import xarray as xr
 from microslip.analyses.reduced.response import CONVERGED, Response
 from microslip.pipeline.loads import frictionless_resonance
 from microslip.pipeline.run import Run
-from microslip.results.labels import MODAL, rho_entry, rho_of, variable
+from microslip.results.labels import (
+    MODAL,
+    load_entry,
+    load_named,
+    load_variable,
+    rho_entry,
+    rho_of,
+    variable,
+)
 from microslip.results.outputs import (
     PARTS,
     modal_variable,
@@ -67,8 +75,8 @@ def _row(run: Run, response: Response) -> dict[str, Any]:
         "variant": response.variant,
         "table": response.drive or None,
         **rho_entry(response.rho),
-        "moment_n": response.load,
-        "moment_over_clamp_force_length": response.load / run.assembly.moment_unit,
+        run.joint.driven.load.row: response.load,
+        **load_entry(run, response.load),
         "peak_frequency_hz": response.peak_frequency if peaks else math.nan,
         "peak_modal_amplitude": peak,
         "peak_amplitude_over_frictionless": peak / frictionless_peak(run, response.load),
@@ -78,7 +86,7 @@ def _row(run: Run, response: Response) -> dict[str, Any]:
         "largest_modal_amplitude": abs(response.amplitude[response.peak])
         if any_answer
         else math.nan,
-        "opens_from_moment_n": response.opening_load,
+        "opens_from_load": response.opening_load,
         "unconverged_points": len(bad),
         "unconverged_from_hz": bad.min() if len(bad) else None,
         "unconverged_to_hz": bad.max() if len(bad) else None,
@@ -158,8 +166,8 @@ def _dataset(run: Run) -> xr.Dataset:
         data["frictionless_compliance"] = variable(
             ("frequency",),
             np.abs(reference.amplitude) / reference.load,
-            f"{MODAL} / (N m/m)",
-            "amplitude of q per end moment without friction",
+            f"{MODAL} / ({run.joint.driven.load.unit})",
+            f"amplitude of q per {run.joint.driven.load.noun} without friction",
         )
     coords = output_coordinates(run) | {
         "part": PARTS,
@@ -171,9 +179,7 @@ def _dataset(run: Run) -> xr.Dataset:
             curves, [r.drive or "none" for r in responses], "1", "drive of the equivalent table"
         ),
         **rho_of(curves, [r.rho for r in responses]),
-        "moment": variable(
-            curves, stack([r.load for r in responses]), "N m/m", "amplitude of the end moment"
-        ),
+        load_named(run): load_variable(run, curves, [r.load for r in responses]),
     }
     attrs: dict[str, Any] = {"band": str(run.value("response").axis)}
     if run.joint.says_rho:
@@ -182,17 +188,17 @@ def _dataset(run: Run) -> xr.Dataset:
 
 
 def _outputs(run: Run) -> dict[str, xr.Variable]:
-    """First harmonics of all outputs, absolute and per end moment."""
+    """First harmonics of all outputs, absolute and per load."""
     if not all(response.outputs for response in run.responses):
         return {}
-    dims = ("curve", "output", "frequency")
+    dims, said = ("curve", "output", "frequency"), run.joint.driven.load
     values = np.stack([stacked(run, response.outputs, 0) for response in run.responses])
     load = np.array([response.load for response in run.responses])[:, None, None]
     return {
         "output_amplitude": output_variable(
             dims, values, "first harmonic of the output: y = Im(Y exp(i omega t)), load a sine"
         ),
-        "output_per_moment": output_variable(
-            dims, values / load, "first harmonic of the output per end moment", "N m/m"
+        f"output_per_{said.key}": output_variable(
+            dims, values / load, f"first harmonic of the output per {said.noun}", said.unit
         ),
     }

@@ -24,6 +24,9 @@ from microslip.results.labels import (
     MODAL,
     MODAL_FORCE,
     field_variables,
+    load_entry,
+    load_named,
+    load_variable,
     local_variables,
     output_label,
     output_name,
@@ -62,7 +65,7 @@ def time_row(run: Run, point: TimePoint) -> dict[str, Any]:
     first = {name: y[1] for name, y in outputs_of(run, point).items()}
     return {
         **rho_entry(point.rho),
-        "moment_over_clamp_force_length": steady.load / run.assembly.moment_unit,
+        **load_entry(run, steady.load),
         "frequency_hz": steady.frequency,
         "corrected_frequency_hz": point.corrected_frequency,
         "modal_amplitude": abs(steady.amplitude),
@@ -131,7 +134,7 @@ def _dataset(run: Run) -> xr.Dataset:
         return np.stack([of(p) for p in points])
 
     data = {
-        "load": variable(trace, np.stack([c.load for c in cycles]), "N m/m", "end moment"),
+        "load": load_variable(run, trace, np.stack([c.load for c in cycles]), "{}"),
         "f": variable(
             trace,
             wave(lambda p: modal_force(p.steady, run.prepared, HARMONICS)),
@@ -146,7 +149,7 @@ def _dataset(run: Run) -> xr.Dataset:
         ),
         **{
             output_name(name): variable(
-                trace, np.stack([c.output[:, k] for c in cycles]), *output_label(name)
+                trace, np.stack([c.output[:, k] for c in cycles]), *output_label(name, run)
             )
             for name, k in port.items()
             if not name.startswith(PREFIX)
@@ -225,12 +228,7 @@ def _dataset(run: Run) -> xr.Dataset:
                 "corrected_frequency_hz", "Hz", "frequency without the period error of the steps"
             ),
             **rho_of(each, [p.rho for p in points]),
-            "moment": variable(
-                each,
-                np.array([p.steady.load for p in points]),
-                "N m/m",
-                "amplitude of the end moment",
-            ),
+            load_named(run): load_variable(run, each, [p.steady.load for p in points]),
             "theta": variable(trace, theta, "rad", "phase of the load"),
             "harmonic": variable(("harmonic",), np.arange(HARMONICS + 1), "1", "0 is the mean"),
             "part": PARTS,

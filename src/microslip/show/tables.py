@@ -8,6 +8,8 @@ from typing import Any
 from rich.markup import escape
 from rich.table import Table
 
+from microslip.results.labels import load_column
+
 MOVES = 1e-6
 """An output smaller than this share of the modal amplitude, in SI units, is said not to move."""
 
@@ -51,8 +53,7 @@ def _greatest_damping(found: Summary, drive: str, mine: list[dict[str, Any]]) ->
     edge = "" if best not in (mine[0], mine[-1]) else ", the end of the table: widen it"
     return (
         f"  greatest damping   gamma_eq {number(best['gamma_eq'], '.4f')} at "
-        f"{_moving(found, best)}, M/(PL) = "
-        f"{number(best['moment_over_clamp_force_length'], '.3g')} ({drive}-driven{edge})"
+        f"{_moving(found, best)}, {_load(best)} ({drive}-driven{edge})"
     )
 
 
@@ -62,9 +63,15 @@ def _still_open(still: list[dict[str, Any]], count: int) -> str:
     return (
         f"  [yellow]![/yellow] {len(still)} of {count} cycles did not close: the work of the load "
         f"and of friction still differ by up to {worst['energy_imbalance']:.1%}, at "
-        f"M/(PL) = {number(worst['moment_over_clamp_force_length'], '.3g')} "
-        f"({worst['drive']}-driven); raise analysis.cycle.max_cycles"
+        f"{_load(worst)} ({worst['drive']}-driven); raise analysis.cycle.max_cycles"
     )
+
+
+def _load(row: dict[str, Any]) -> str:
+    """The load of a row."""
+    heading, key = load_column([row])
+    symbol, _, unit = heading.partition(", ")
+    return f"{symbol} = {number(row[key], '.3g')} {unit}".rstrip()
 
 
 PEAK = "peak"
@@ -73,9 +80,15 @@ PEAK = "peak"
 REMARK = "no answer, or open"
 """Column of what is missing; left out where nothing is."""
 
+LOAD = "load"
+"""Column of the load, likewise."""
+
 _COLUMNS: tuple[tuple[str, Callable[[dict[str, Any]], str]], ...] = (
     ("variant", lambda row: row["variant"]),
-    ("M, N m/m", lambda row: number(row["moment_n"])),
+    (
+        LOAD,
+        lambda row: number(row["moment_n"] if "moment_n" in row else row[load_column([row])[1]]),
+    ),
     ("peak, Hz", lambda row: _peak(row)),
     (PEAK, lambda row: _bound(row) + row["shown"]),
     (
@@ -94,10 +107,15 @@ def response_table(found: Summary) -> Iterator[str | Table]:
     with_rho = says_rho(rows)
     if with_rho:
         table.add_column("rho", justify="right", no_wrap=True)
+    moment = any("moment_n" in row for row in rows)
+    headings = {
+        PEAK: f"{label}\nat peak, {unit}",
+        LOAD: "M, N m/m" if moment or not rows else load_column(rows)[0],
+    }
     columns = [c for c in _COLUMNS if c[0] != REMARK or any(map(_unanswered, rows))]
     for name, _ in columns:
         table.add_column(
-            f"{label}\nat peak, {unit}" if name == PEAK else name,
+            headings.get(name, name),
             justify="left" if name in ("variant", REMARK) else "right",
             no_wrap=name != REMARK,
         )
@@ -157,9 +175,10 @@ def harmonic_table(found: Summary) -> Iterator[Table]:
     table = _table("Harmonic balance")
     label, unit, wanted = shown(found)
     peak = f"{label}\nat peak, {unit}"
-    rows, key = found["harmonic"], "moment_over_clamp_force_length"
+    rows = found["harmonic"]
+    heading, key = load_column(rows)
     with_rho = says_rho(rows)
-    names = ("M/(PL)", "points", "peak, Hz", peak, "H", "s")
+    names = (heading, "points", "peak, Hz", peak, "H", "s")
     for name in ("rho", *names) if with_rho else names:
         table.add_column(name, justify="right", no_wrap=True)
     table.add_column("folds, Hz", min_width=7)
@@ -191,13 +210,12 @@ def time_table(found: Summary) -> Iterator[Table]:
     rows = found["time_domain"]
     with_rho = says_rho(rows)
     names = ("f, Hz", size, "phase, °", lost, "cycles", "s")
-    for name in ("rho" if with_rho else "M/(PL)", *names):
+    heading, key = load_column(rows)
+    for name in ("rho" if with_rho else heading, *names):
         table.add_column(name, justify="right", no_wrap=True)
     for row in rows:
         table.add_row(
-            number(row["rho"], "g")
-            if with_rho
-            else number(row["moment_over_clamp_force_length"], ".3g"),
+            number(row["rho"], "g") if with_rho else number(row[key], ".3g"),
             number(row["frequency_hz"], ".2f"),
             output(row, wanted),
             number(row.get("phases_deg", {}).get(label), ".1f"),
@@ -242,8 +260,8 @@ def _peak(row: dict[str, Any]) -> str:
 
 def _unanswered(row: dict[str, Any]) -> str:
     """Where there is no answer, or the joint is open."""
-    load = row["opens_from_moment_n"]
-    opens = "" if load is None else f"opens from {number(load)} N m/m on"
+    load = row["opens_from_load"]
+    opens = "" if load is None else f"opens from {number(load)} on"
     if not row["unconverged_points"]:
         return opens
     span = f"{row['unconverged_from_hz']:.5g}–{row['unconverged_to_hz']:.5g} Hz"

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from rich.console import Console
 from rich.markup import escape
 
 from microslip.describe.units import readable
 from microslip.pipeline.run import Run
 from microslip.registry import column
+from microslip.results.labels import load_column
 from microslip.results.summary import summary
 from microslip.show.tables import Summary, number
 
@@ -60,10 +63,19 @@ def _print_joint(found: Summary, console: Console) -> None:
         highlight=False,
     )
     console.print(
-        f"  the joint opens at M/(PL) = "
-        f"{number(model['opening_moment_over_clamp_force_length'], '.3g')}",
+        f"  {_opening(model)}",
         highlight=False,
     )
+
+
+def _opening(model: dict[str, Any]) -> str:
+    """What opens the joint."""
+    own = {k.removeprefix("opening_"): v for k, v in model.items() if k.startswith("opening_")}
+    heading, key = load_column([own])
+    symbol, _, unit = heading.partition(", ")
+    if own[key] is None:
+        return "no amplitude of the load opens the joint"
+    return f"the joint opens at {symbol} = {number(own[key], '.3g')} {unit}".rstrip()
 
 
 def _print_stress(found: Summary, console: Console) -> None:

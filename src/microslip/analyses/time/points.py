@@ -42,6 +42,8 @@ class Request:
     accelerate : bool
     stability : bool
         Refine the Floquet multipliers of a converged point; a few dozen cycles more.
+    said : str
+        The load in messages; its number where left out.
     """
 
     rho: float
@@ -54,11 +56,16 @@ class Request:
     max_cycles: int = 400
     accelerate: bool = True
     stability: bool = False
+    said: str = ""
 
     @property
     def place(self) -> str:
         """Load and frequency, in messages."""
-        load = f"rho = {self.rho:g}" if math.isfinite(self.rho) else f"M = {self.load:.4g} N m/m"
+        load = (
+            f"rho = {self.rho:g}"
+            if math.isfinite(self.rho)
+            else self.said or f"load {self.load:.4g}"
+        )
         return f"{load}, {self.frequency:g} Hz"
 
 

@@ -125,7 +125,7 @@ def response_comparison(runs: Sequence[Lined]) -> Figure | None:
         grid[1, k].set_title("phase", loc="left")
         grid[1, k].set_xlabel("frequency (Hz)")
     amplitude_axis(grid[0, 0])
-    grid[0, 0].set_ylabel(label(output, "N m/m" if over_load else ""))
+    grid[0, 0].set_ylabel(label(output, runs[0].run.joint.driven.load if over_load else None))
     phase_axis(grid[1, 0], runs[0].run, output)
     frequency = np.concatenate([r.frequency for found in by_run for r in found.values()])
     grid[0, 0].set_xlim(frequency.min(), frequency.max())

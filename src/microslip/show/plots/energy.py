@@ -16,7 +16,7 @@ from microslip.show.plots.style import DOUBLE, DRIVES, MM, house_style, letters,
 
 @house_style
 def energy_figure(run: Run) -> Figure | None:
-    """Friction work per cycle of every drive over the end moment, and over the first displacement."""
+    """Friction work per cycle of every drive over the load, and over the first displacement."""
     if not any(cycle.dissipated > 0 for cycles in run.cycles.values() for cycle in cycles):
         return None
     output = displacement(run)
@@ -26,7 +26,10 @@ def energy_figure(run: Run) -> Figure | None:
         draw_energy(axes[0], run, drive, np.array(run.moments[drive]))
         if output is not None:
             draw_energy(axes[1], run, drive, _sizes(run, drive, output))
-    axes[0].set_xlabel("end moment $M$, or as close to opening the joint (N m/m)")
+    said = run.joint.driven.load
+    axes[0].set_xlabel(
+        f"{said.noun} ${said.symbol}$, or as close to opening the joint ({said.unit})"
+    )
     axes[0].set_ylabel("friction work per cycle (J/m)")
     if output is not None:
         axes[1].set_xlabel(f"amplitude of {label(output)}")

@@ -69,7 +69,7 @@ def draw_amplitude(ax: Axes, run: Run) -> None:
         draw_points(ax, run, entry, SERIES[i % len(SERIES)], size_over(unit))
     amplitude_axis(ax)
     ax.set_xlabel("frequency (Hz)")
-    ax.set_ylabel(label(primary(run), "N m/m" if per_moment else ""))
+    ax.set_ylabel(label(primary(run), run.joint.driven.load if per_moment else None))
 
 
 def handles(run: Run) -> list[Entry]:

@@ -72,7 +72,11 @@ def draw_motion(ax: Axes, run: Run, history: History) -> None:
 
 def history_title(history: History) -> str:
     """What a history is called: its name, its signal, what drives it, whether it ended early."""
-    words = {"moment": ", driven by end moments", "mode": ", driven by the inertia of the mode"}
+    words = {
+        "moment": ", driven by moments",
+        "load": ", driven by the load",
+        "mode": ", driven by the inertia of the mode",
+    }
     drive = "" if history.kind == "free_decay" else words[history.drive]
     end = "" if history.complete and not history.failure else ", ended early"
     return f"{history.name}: {history.kind.replace('_', ' ')}{drive}{end}"

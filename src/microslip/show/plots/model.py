@@ -58,7 +58,8 @@ def draw_model(ax: Axes, run: Run) -> None:
     _mesh(ax, run, 0.1)
     ends = zip(SIDES, far, thick, (support.left, support.right), strict=True)
     for side, x, t, kind in ends:
-        _moment(ax, side * x, side * t / 2, side, size)
+        if _bent(run, side):
+            _moment(ax, side * x, side * t / 2, side, size)
         if kind == "pinned":
             _support(ax, side * x, side * t / 2, size)
         elif kind == "clamped":
@@ -144,6 +145,12 @@ def _wall(ax: Axes, x: float, y: float, side: float, size: float) -> None:
     ax.plot([x, x], [low, high], color=BLACK, lw=1.0)
     for start in np.linspace(low, high, 6):
         ax.plot([x, x + 0.3 * side * size], [start, start - 0.3 * size], color=BLACK, lw=0.5)
+
+
+def _bent(run: Run, side: float) -> bool:
+    """Whether a moment acts at an end."""
+    port = run.joint.driven
+    return port.kind == "moment" and ("left" if side < 0 else "right") in port.ends
 
 
 def _moment(ax: Axes, x: float, y: float, side: float, size: float) -> None:

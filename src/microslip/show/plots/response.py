@@ -111,7 +111,7 @@ def draw_response(ax: Axes, run: Run, variant: str) -> None:
     band = run.responses[0].frequency
     ax.set_xlim(band[0], band[-1])
     ax.set_xlabel("frequency (Hz)")
-    ax.set_ylabel(label(primary(run), "N m/m" if per_moment(run) else ""))
+    ax.set_ylabel(label(primary(run), run.joint.driven.load if per_moment(run) else None))
 
 
 def per_moment(run: Run) -> bool:

@@ -39,9 +39,12 @@ def spread(run: Run, drive: str, count: int = 4) -> list[int]:
 def name_of(run: Run, drive: str, index: int) -> str:
     """Amplitude of a cycle as figures write it.
 
-    Of a cycle driven by the mode, M_eq is the end moment that loads the interface alike.
+    Of a cycle driven by the mode, M_eq is the load that loads the interface alike.
     """
-    symbol = "M" if drive == "moment" else "M_{eq}"
+    said = run.joint.driven.load
+    symbol = f"{said.symbol}_{{eq}}" if drive == "mode" else said.symbol
+    if said.key != "moment":
+        return rf"${symbol}={scientific(run.moments[drive][index], 3)}$ {said.unit}"
     moment = run.moments[drive][index] / run.assembly.moment_unit
     return rf"${symbol}/(PL)={scientific(moment)}$"
 
@@ -51,8 +54,9 @@ def load_label(run: Run, rho: float, moment: float) -> str:
     if np.isfinite(rho):
         return rf"$\rho$ = {rho:g}"
     load = run.joint.load
-    if load is not None and load.moment is not None:
-        return f"$M$ = {moment:.4g} N m/m"
+    if load is not None and load.kind == run.joint.driven.load.key:
+        said = run.joint.driven.load
+        return f"${said.symbol}$ = {moment:.4g} {said.unit}"
     return rf"$M/(PL)={scientific(moment / run.assembly.moment_unit)}$"
 
 

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator, NullFormatter
 
 from microslip.describe.outputs import Output
+from microslip.describe.ports import LoadKind
 from microslip.pipeline.run import Run
 from microslip.results.outputs import primary
 
@@ -17,18 +18,19 @@ MANY = 300.0
 """Ratio of the ends of a logarithmic axis beyond which only powers of ten have numbers."""
 
 
-def label(output: Output, per: str = "") -> str:
-    """What an axis says of an output, divided by something of a unit.
+def label(output: Output, per: LoadKind | None = None) -> str:
+    """What an axis says of an output, or of it per load of a kind.
 
     Examples
     --------
     >>> label(Output(name="tip", quantity="rotation"))
     'tip (mrad)'
-    >>> label(Output(name="tip"), "N m/m")
+    >>> from microslip.describe.ports import KINDS
+    >>> label(Output(name="tip"), KINDS["moment"])
     'tip per end moment\\n(mm per N m/m)'
     """
     name, unit = output.name.replace("_", " "), output.measured.shown
-    return f"{name} per end moment\n({unit} per {per})" if per else f"{name} ({unit})"
+    return f"{name} per {per.noun}\n({unit} per {per.unit})" if per else f"{name} ({unit})"
 
 
 def in_units(run: Run, values: Mapping[str, Any], output: Output | None = None) -> Any:
@@ -76,4 +78,4 @@ def phase_axis(ax: Axes, run: Run, output: Output | None = None) -> None:
     start = below_resonance(run, output)
     ax.set_yticks(start - np.array([0, 45, 90, 135, 180]))
     ax.set_ylim(start - 190, start + 10)
-    ax.set_ylabel("phase to the moment (degrees)")
+    ax.set_ylabel(f"phase to the {run.joint.driven.load.key} (degrees)")

@@ -48,6 +48,7 @@ LINES = ("-", "--", "-.", ":")
 
 DRIVES: dict[str, dict[str, Any]] = {
     "moment": {"color": BLUE, "marker": "s", "linestyle": "--", "label": "driven by end moments"},
+    "load": {"color": BLUE, "marker": "s", "linestyle": "--", "label": "driven by the load"},
     "mode": {"color": VERMILLION, "marker": "o", "linestyle": "-", "label": "driven by the mode"},
 }
 
