@@ -108,8 +108,11 @@ def draw_tractions(
     area: Array,
     friction: float,
     unit: float,
-) -> None:
-    """Friction limit ``±mu p`` and traction on the upper body at one step, over a unit (Pa)."""
+) -> float:
+    """Friction limit ``±mu p`` and traction on the upper body at one step, over a unit (Pa).
+
+    Returns the largest friction limit.
+    """
     limit = friction * normal(contact.r[step]) / area / unit
     traction = -tangential(contact.r[step]) / area / unit
     ax.fill_between(position, -limit, limit, color="#dcdcdc", lw=0)
@@ -117,6 +120,7 @@ def draw_tractions(
     ax.plot(position, -limit, color=GREY, lw=0.9, ls="--")
     ax.plot(position, traction, color=VERMILLION, label="traction $f$ on the upper body")
     ax.set_xlim(position[0], position[-1])
+    return float(limit.max())
 
 
 def inner_height(

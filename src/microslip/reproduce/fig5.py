@@ -120,8 +120,11 @@ def draw_cycles(
     for row, letter, contact, name in zip(rows, "bc", contacts, names, strict=True):
         axes = row.subplots(1, 4, sharey=True)
         for ax, (quarter, phase) in zip(axes, QUARTERS, strict=True):
-            draw_tractions(ax, x, contact, contact.at(quarter), area, study.friction, unit)
+            step = contact.at(quarter)
+            largest = draw_tractions(ax, x, contact, step, area, study.friction, unit)
             ax.set_title(rf"$\theta$ = {phase}", loc="left")
+            if largest > height:
+                ax.set_title(f"↑ tip {largest:.2g}", loc="right")
             ax.set_ylim(-height, height)
             ax.set_xlabel("$x/L_p$")
         axes[0].set_title(f"({letter})  {name}, θ = 0", loc="left")

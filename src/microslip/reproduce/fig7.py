@@ -43,7 +43,8 @@ def fig7(study: Study) -> Plate:
         f"greatest γ_eq: quasi-static under M/(PL) = {cycle.amplitude / study.unit:.3g} (ρ there "
         f"would be {PAPER_RHO * study.moment(PAPER_RHO) / cycle.amplitude:.2g}) against time domain "
         f"at {FREQUENCY:g} Hz, ρ = {PAPER_RHO:g}. (a) Contact states, phase counted from the zero "
-        "of the motion. (b) Tractions over P/L_p, quasi-static. (c) Dynamic.",
+        "of the motion. (b) Tractions over P/L_p, quasi-static; arrow: friction limit at a tip, beyond "
+        "the axes. (c) Dynamic.",
         numbers=[
             Number("gamma_peak_low", best / amplitude, why),
             Number("gamma_peak_high", best / amplitude, why),
