@@ -146,6 +146,27 @@ def test_a_section_that_one_file_does_without_is_one_row():
     assert keys == {"analysis.backbone": ("given", "–")}
 
 
+def test_keys_of_a_section_that_a_third_file_does_without_are_still_compared():
+    one, other, without = joint(), joint(), joint()
+    other["analysis"]["backbone"] = {**ANALYSES["backbone"], "count": 5}
+    del without["analysis"]["backbone"]
+    keys = dict(differing_keys([parse_joint(each) for each in (one, other, without)]))
+    assert keys == {
+        "analysis.backbone": ("given", "given", "–"),
+        "analysis.backbone.count": ("4", "5", "–"),
+    }
+
+
+def test_outputs_are_compared_by_their_name():
+    one, other = joint(), joint()
+    one["output"] = [{"name": "tip", "x": "right end"}]
+    other["output"] = [{"name": "other", "x": "left end"}]
+    keys = dict(differing_keys([parse_joint(one), parse_joint(other)]))
+    assert keys["output[tip].x"] == ("right end", "–")
+    assert keys["output[other].x"] == ("–", "left end")
+    assert all(key.startswith("output[") for key in keys)
+
+
 # -- what cannot be compared -------------------------------------------------------------------
 
 

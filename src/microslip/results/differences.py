@@ -46,24 +46,38 @@ def differing_keys(joints: Sequence[LapJoint]) -> list[tuple[str, tuple[str, ...
         for key in section.keys
     }
     said = [dict(_leaves(joint.model_dump(by_alias=True))) for joint in joints]
+    absent = [dict.fromkeys(key for key, value in one.items() if value is None) for one in said]
     for one in said:
-        _fold(one, {key for other in said for key in other if other[key] is None})
-    keys = dict.fromkeys(key for one in said for key in one)
+        left_out = dict.fromkeys(section for other in absent for section in other)
+        one |= {section: GIVEN for section in left_out if any(_in(key, section) for key in one)}
+    keys = sorted(dict.fromkeys(key for one in said for key in one), key=_section)
     return [
         (key, tuple(_text(one.get(key), units.get(_general(key), "")) for one in said))
         for key in keys
-        if key != NOT_COMPARED and any(one.get(key) != said[0].get(key) for one in said[1:])
+        if key != NOT_COMPARED and _differs(key, said, absent)
     ]
 
 
-def _fold(said: dict[str, Any], sections: set[str]) -> None:
-    """Put the name of a section that another file does without in place of its keys."""
-    for section in sections:
-        mine = [key for key in said if key.startswith((f"{section}.", f"{section}["))]
-        for key in mine:
-            del said[key]
-        if mine:
-            said[section] = GIVEN
+def _in(key: str, section: str) -> bool:
+    """Whether a key lies in a section."""
+    return key.startswith((f"{section}.", f"{section}["))
+
+
+def _section(key: str) -> str:
+    """The section at the top that a key lies in."""
+    return key.partition(".")[0].partition("[")[0]
+
+
+def _differs(
+    key: str, said: Sequence[Mapping[str, Any]], absent: Sequence[Mapping[str, Any]]
+) -> bool:
+    """Whether files differ in a key, of those that do not do without its whole section."""
+    values = [
+        one.get(key)
+        for one, sections in zip(said, absent, strict=True)
+        if not any(_in(key, section) for section in sections)
+    ]
+    return any(value != values[0] for value in values)
 
 
 def _leaves(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
