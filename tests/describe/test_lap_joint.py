@@ -31,7 +31,7 @@ def test_example_is_the_reference_joint():
     assert joint.support.horizontal_spring == 1e5
     assert (joint.damping.alpha, joint.damping.beta) == (0.0, 7.3e-7)
     assert joint.load is not None
-    assert (joint.load.kind, joint.load.values) == ("moment", (20.0, 50.0, 100.0))
+    assert (joint.load.kind, joint.load.values) == ("moment", (10.0, 20.0, 50.0))
     assert joint.analysis.cycle is not None
     assert joint.analysis.response is not None
 
@@ -207,7 +207,7 @@ def test_a_notebook_shows_a_table_of_two_columns(document):
     assert rows["length of a beam"] == "251.5 mm"
     assert rows["clamp force"] == "1 MN/m"
     assert rows["friction"] == "0.25"
-    assert rows["load: moment"] == "20, 50, 100 N m/m"
+    assert rows["load: moment"] == "10, 20, 50 N m/m"
     assert rows["analyses"] == "cycle, response"
     document["load"] = {"moment": ["50 N*m/m", "0.1 kN*m/m"]}
     assert "<td>load: moment</td><td>50, 100 N m/m</td>" in parse_joint(document)._repr_html_()

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import find_peaks
 
+from microslip.reproduce.drawing import STATIC
 from microslip.reproduce.plate import Plate, Trend
 from microslip.reproduce.settings import PAPER_RHO
 from microslip.reproduce.study import Study, dynamic_equivalent
@@ -13,7 +14,6 @@ from microslip.reproduce.variants import read_table
 from microslip.show.plots.style import (
     BLACK,
     DOUBLE,
-    DRIVES,
     GREY,
     MM,
     house_style,
@@ -39,7 +39,7 @@ def fig10(study: Study) -> Plate:
     figure = new_figure(DOUBLE, 85 * MM)
     axes = figure.subplots(1, 2)
     styles = {
-        **{d: {**s, "label": f"table, {s['label']}", "marker": None} for d, s in DRIVES.items()},
+        **{d: {**s, "label": f"table, {s['label']}", "marker": None} for d, s in STATIC.items()},
         "friction": {"color": GREY, "ls": ":", "label": "table, end moments, friction alone"},
     }
     for ax, part in zip(axes, ("imag", "real"), strict=True):

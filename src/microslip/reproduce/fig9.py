@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from microslip.reproduce.drawing import STATIC
 from microslip.reproduce.plate import Number, Plate, Trend
 from microslip.reproduce.settings import PAPER_RHO
 from microslip.reproduce.study import Study, dynamic_equivalent
 from microslip.show.plots.curves import draw_line, jumps
-from microslip.show.plots.style import BLACK, DOUBLE, DRIVES, MM, house_style, letters, new_figure
+from microslip.show.plots.style import BLACK, DOUBLE, MM, house_style, letters, new_figure
 
 CLEAR = 0.01
 """Where |k_eq| is less the stored energy passes through zero and has no relative error."""
@@ -27,13 +28,13 @@ def fig9(study: Study) -> Plate:
         np.array([p.steady.cycle.dissipated for p in points]),
         0.5 * equivalent.real * omega2 * amplitude**2,
     )
-    static = {drive: study.static_energies(drive, amplitude) for drive in DRIVES}
+    static = {drive: study.static_energies(drive, amplitude) for drive in STATIC}
     figure = new_figure(DOUBLE, 85 * MM)
     axes = figure.subplots(1, 2)
     names = (r"dissipated energy $\Delta E$", r"mean stored energy $\Delta\bar E$")
     unit = dynamic[0].max()
     for i, (ax, name) in enumerate(zip(axes, names, strict=True)):
-        for drive, style in DRIVES.items():
+        for drive, style in STATIC.items():
             line = {**style, "marker": None, "label": f"quasi-static, {style['label']}"}
             draw_line(ax, frequency, static[drive][i] / unit, jumps(amplitude), **line)
         ax.plot(frequency, dynamic[i] / unit, "o", color=BLACK, mfc="white", label="time domain")
@@ -45,10 +46,10 @@ def fig9(study: Study) -> Plate:
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
     error = {
         drive: tuple(s / d - 1 for s, d in zip(static[drive], dynamic, strict=True))
-        for drive in DRIVES
+        for drive in STATIC
     }
     clear = np.abs(equivalent.real) > CLEAR
-    worst = {drive: (_worst(error[drive][0]), _worst(error[drive][1][clear])) for drive in DRIVES}
+    worst = {drive: (_worst(error[drive][0]), _worst(error[drive][1][clear])) for drive in STATIC}
     near = np.abs(frequency - 177) < 3.5
     near_mode = float(np.nanmax(np.abs(error["mode"][0][near])))
     at = int(np.nanargmax(np.abs(error["moment"][0])))
