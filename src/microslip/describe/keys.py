@@ -106,7 +106,7 @@ def sections(model: type[BaseModel] = LapJoint, path: str = "") -> Iterator[Sect
     Examples
     --------
     >>> [section.path for section in sections()][:3]
-    ['', 'beams', 'material']
+    ['', 'beams', 'beams.upper']
     """
     own = tuple(
         key_of(written_name(name, info), info)

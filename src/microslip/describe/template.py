@@ -35,7 +35,7 @@ def template(name: str = "lap") -> str:
     Examples
     --------
     >>> print(template().splitlines()[6])
-    [beams]                           # Two identical beams and how far they overlap
+    [beams]                           # Two beams and how far they overlap
     """
     source = resources.files("microslip").joinpath("templates", f"{name}.toml").read_text("utf-8")
     return commented(source)
