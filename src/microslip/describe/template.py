@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 import textwrap
 import tomllib
+from collections.abc import Sequence
 from importlib import resources
 from typing import Any
 
@@ -43,6 +44,7 @@ def template(name: str = "lap") -> str:
 
 def commented(source: str) -> str:
     """A joint file with the meaning of every section and key beside it."""
+    known = tuple(sections())
     lines: list[str] = []
     place, signal = "", ""
     for line in source.splitlines():
@@ -50,13 +52,13 @@ def commented(source: str) -> str:
             lines.append(f"#{free[1]}")
         elif heading := _HEADING.fullmatch(line):
             place, signal = heading[3], ""
-            lines += _beside(line, _meaning(place))
+            lines += _beside(line, _meaning(known, place))
         elif entry := _ENTRY.fullmatch(line):
             if place.endswith("history") and entry[2] == "signal":
                 signal = entry[3].strip('"')
-                lines += _beside(line, _section(place, signal).meaning)
+                lines += _beside(line, _section(known, place, signal).meaning)
             else:
-                lines += _beside(line, _said(_key(place, entry[2], signal), entry[3]))
+                lines += _beside(line, _said(_key(known, place, entry[2], signal), entry[3]))
         else:
             lines.append(line)
     return "\n".join(lines) + "\n"
@@ -72,11 +74,11 @@ def _beside(line: str, text: str) -> list[str]:
     return [f"{line:<{start}}# {first}", *(f"{'':<{INDENT}}# {part}" for part in rest)]
 
 
-def _meaning(place: str) -> str:
+def _meaning(known: Sequence[SectionKeys], place: str) -> str:
     """Of a section; of the table of histories what they have in common."""
     if place.endswith("history"):
         return "Motion over time under a load that changes; any number of these"
-    return _section(place).meaning.partition(",")[0].replace("`", "")
+    return _section(known, place).meaning.partition(",")[0].replace("`", "")
 
 
 def _said(key: Key, written: str) -> str:
@@ -102,7 +104,7 @@ def _value(text: str) -> Any:
     return tomllib.loads(f"x = {text}")["x"]
 
 
-def _section(place: str, signal: str = "") -> SectionKeys:
+def _section(known: Sequence[SectionKeys], place: str, signal: str = "") -> SectionKeys:
     """A section of the file.
 
     Raises
@@ -110,13 +112,13 @@ def _section(place: str, signal: str = "") -> SectionKeys:
     LookupError
         Where there is none.
     """
-    for section in sections():
+    for section in known:
         if section.path == place and section.signal == signal:
             return section
     raise LookupError(f"there is no section [{place}]")
 
 
-def _key(place: str, name: str, signal: str) -> Key:
+def _key(known: Sequence[SectionKeys], place: str, name: str, signal: str) -> Key:
     """A key of a section.
 
     Raises
@@ -124,7 +126,7 @@ def _key(place: str, name: str, signal: str) -> Key:
     LookupError
         Where the file names a key that there is not.
     """
-    for key in _section(place, signal).keys:
+    for key in _section(known, place, signal).keys:
         if key.name == name:
             return key
     raise LookupError(f"[{place}] has no key {name!r}")
