@@ -38,6 +38,10 @@ class Flexibility(Brief):
     loads_q: Array
     loads_loads: Array
 
+    def outputs(self, a: Array, q: Array, r: Array) -> Array:
+        """Outputs ``(..., p)`` of all ports, of port amplitudes, coordinates and reactions."""
+        return np.asarray(a @ self.loads_loads.T + q @ self.loads_q - r @ self.loads_v)
+
 
 def static_flexibility(model: JointModel) -> Flexibility:
     """Static flexibility; the nearly rigid modes stay unknowns of equilibrium."""

@@ -133,8 +133,8 @@ def outputs_dataset(run: Run) -> xr.Dataset:
     """The group ``outputs``: where they are, what they are in the mode and under the clamp alone."""
     outputs, dims, mode = run.joint.outputs, ("output",), run.mode
     places = list(columns(run.assembly).values())
-    f, s, held = run.prepared.flexibility, run.prestress.solution, run.prepared.held
-    rest = held @ f.loads_loads + s.q @ f.loads_q - s.r @ f.loads_v
+    joint, s = run.prepared, run.prestress.solution
+    rest = joint.flexibility.outputs(joint.held, s.q, s.r)
     still = np.array([o.measured.order == 0 for o in outputs])
 
     def said(values: Sequence[str | None]) -> list[str]:

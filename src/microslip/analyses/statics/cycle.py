@@ -12,12 +12,10 @@ from functools import cached_property
 import numpy as np
 
 from microslip.analyses.prepared.joint import PreparedJoint
-from microslip.analyses.prepared.prestress import opening_load
+from microslip.analyses.statics.start import check_stays_closed, prestressed_solver
 from microslip.contact.fields import ContactFields, contact_fields
 from microslip.contact.pairs import tangential
 from microslip.contact.path import PathRecord, follow_path
-from microslip.contact.solver import ContactSolver
-from microslip.errors import JointOpensError
 from microslip.typing import Array, Indices, Status
 
 
@@ -169,9 +167,9 @@ def quasi_static_cycle(
         Where a step does not solve; names the phase.
     """
     f, start, column = joint.flexibility, joint.prestress, joint.model.port(port)
-    held, limit = joint.held, opening_load(joint.model, start, port)
-    _check_stays_closed(limit, abs(amplitude), port)
-    solver = _prestressed_solver(joint)
+    held = joint.held
+    check_stays_closed(joint, port, abs(amplitude))
+    solver = prestressed_solver(joint)
     theta = phase + 2 * np.pi * np.arange(steps + 1) / steps
     path = np.tile(held, (steps + 1, 1))
     path[:, column] += amplitude * np.sin(theta)
@@ -204,9 +202,8 @@ def quasi_static_cycle(
             break
         last = record.r
     load = path[:, column] - held[column]
-    output = path @ f.loads_loads.T + record.q @ f.loads_q - record.r @ f.loads_v
-    rest = held @ f.loads_loads + start.solution.q @ f.loads_q - start.solution.r @ f.loads_v
-    output = output - rest
+    rest = f.outputs(held, start.solution.q, start.solution.r)
+    output = f.outputs(path, record.q, record.r) - rest
     mean_load = 0.5 * (load[1:] + load[:-1])
     status = record.status.copy()
     status[0] = status[-1]
@@ -230,20 +227,3 @@ def quasi_static_cycle(
         rest=start.solution.v,
         area=joint.model.area,
     )
-
-
-def _check_stays_closed(limit: float, amplitude: float, port: str) -> None:
-    """Beyond the opening load only the soft supports hold, with motions that mean nothing."""
-    if amplitude >= limit:
-        raise JointOpensError(
-            f"the load {amplitude:.4g} on {port!r} opens the joint: the preload holds less than "
-            f"{limit:.4g}"
-        )
-
-
-def _prestressed_solver(joint: PreparedJoint) -> ContactSolver:
-    start = joint.prestress
-    force = np.full(joint.model.pairs, start.largest_reaction)
-    solver = ContactSolver(joint.flexibility, joint.law.friction, force, start.status)
-    solver.start_from(start.solution.r, start.solution.q, start.solution.v)
-    return solver

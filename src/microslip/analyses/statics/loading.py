@@ -8,13 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from microslip.analyses.prepared.joint import PreparedJoint
-from microslip.analyses.prepared.prestress import opening_load
+from microslip.analyses.statics.start import check_stays_closed, prestressed_solver
 from microslip.brief import Brief
 from microslip.contact.fields import ContactFields, contact_fields
 from microslip.contact.pairs import tangential
 from microslip.contact.path import FRICTION, follow_path
-from microslip.contact.solver import ContactSolver
-from microslip.errors import JointOpensError, ModelError
+from microslip.errors import ModelError
 from microslip.typing import Array, Status
 
 
@@ -111,27 +110,20 @@ def load_path(joint: PreparedJoint, loads: Mapping[str, Array], *, steps: int = 
     model, start, f = joint.model, joint.prestress, joint.flexibility
     wanted = _as_path(joint, loads)
     for name in loads:
-        limit, largest = opening_load(model, start, name), np.abs(wanted[:, model.port(name)]).max()
-        if largest >= limit:
-            raise JointOpensError(
-                f"the load {largest:.4g} on {name!r} opens the joint: the preload holds less than "
-                f"{limit:.4g}"
-            )
+        check_stays_closed(joint, name, np.abs(wanted[:, model.port(name)]).max())
     corners = np.vstack([np.zeros(len(model.ports)), wanted])
     at = np.arange(len(wanted) * steps + 1) / steps
     fine = np.column_stack([np.interp(at, np.arange(len(corners)), y) for y in corners.T])
-    force = np.full(model.pairs, start.largest_reaction)
-    solver = ContactSolver(f, joint.law.friction, force, start.status)
-    solver.start_from(start.solution.r, start.solution.q, start.solution.v)
+    path = joint.held + fine
     record = follow_path(
-        solver,
+        prestressed_solver(joint),
         f,
-        joint.held + fine,
+        path,
         tangential(start.solution.v).copy(),
         where=lambda step: f"(point {-(-step // steps)} of {len(wanted)})",
         remedy="try more steps",
     )
-    output = (joint.held + fine) @ f.loads_loads.T + record.q @ f.loads_q - record.r @ f.loads_v
+    output = f.outputs(path, record.q, record.r)
     kept = slice(steps, None, steps)
     return Loading(
         ports=model.ports,

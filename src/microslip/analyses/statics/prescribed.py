@@ -360,9 +360,8 @@ def prescribed_cycle(
         if change <= closure:
             break
         last = record.r
-    output = path @ f.loads_loads.T + record.q @ f.loads_q - record.r @ f.loads_v
     s = held.prestress.solution
-    output -= held.carried @ f.loads_loads + s.q @ f.loads_q - s.r @ f.loads_v
+    output = f.outputs(path, record.q, record.r) - f.outputs(held.carried, s.q, s.r)
     y = output[:, model.port(held.port)]
     force = path[:, model.port(held.port)] - held.hold * y
     force = force + held.load_on_sliding * path[:, model.port(held.drive)]
