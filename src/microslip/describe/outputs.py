@@ -14,7 +14,7 @@ from typing import Annotated, Any, Literal, get_args
 from pydantic import BeforeValidator, Field, model_validator
 
 from microslip.describe import units
-from microslip.describe.quantities import NAME, Rule, Section
+from microslip.describe.quantities import NAME, Rule, Section, list_of_sections
 
 PREFIX = "output "
 """Of the port that an output is in a joint model, before its name."""
@@ -166,22 +166,9 @@ USUAL = (
 """What is reported where the file names no outputs."""
 
 
-def entries(value: Any) -> Any:
-    """One section ``[output]`` is a list of one.
-
-    Examples
-    --------
-    >>> entries({"name": "tip"})
-    ({'name': 'tip'},)
-    """
-    if isinstance(value, Mapping):
-        return (value,)
-    if not isinstance(value, list | tuple) or len(value) > 100:
-        raise ValueError("must be at most 100 sections, [[output]]")
-    return value
-
-
-Outputs = Annotated[tuple[Output, ...], BeforeValidator(entries)]
+Outputs = Annotated[
+    tuple[Output, ...], list_of_sections(100, "must be at most 100 sections, [[output]]")
+]
 
 
 def position_of(output: Output, extents: Mapping[str, tuple[float, float]], clamp: float) -> float:

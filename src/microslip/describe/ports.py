@@ -6,14 +6,14 @@ drives it; without a name that is the pair of end moments.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import Field, model_validator
 
 from microslip.describe import units
-from microslip.describe.quantities import NAME, Rule, Section
+from microslip.describe.quantities import NAME, Rule, Section, list_of_sections
 
 PortKind = Literal["moment", "force", "base"]
 PortEnd = Literal["left", "right", "both"]
@@ -129,22 +129,7 @@ END_MOMENTS = Port(name="end-moments", kind="moment", at="both")
 """What drives a joint whose file names no port."""
 
 
-def entries(value: Any) -> Any:
-    """One section ``[port]`` is a list of one.
-
-    Examples
-    --------
-    >>> entries({"name": "tip"})
-    ({'name': 'tip'},)
-    """
-    if isinstance(value, Mapping):
-        return (value,)
-    if not isinstance(value, list | tuple) or len(value) > 20:
-        raise ValueError("must be at most 20 sections, [[port]]")
-    return value
-
-
-Ports = Annotated[tuple[Port, ...], BeforeValidator(entries)]
+Ports = Annotated[tuple[Port, ...], list_of_sections(20, "must be at most 20 sections, [[port]]")]
 
 
 def check_ports(ports: Sequence[Port], ends: tuple[str, str], springs: bool) -> None:

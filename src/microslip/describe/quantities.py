@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
@@ -48,6 +48,32 @@ def _one_or_more(value: Any) -> tuple[Any, ...]:
     if not 1 <= len(values) <= 1000:
         raise ValueError("must be one value or a list of 1 to 1000")
     return values
+
+
+def list_of_sections(most: int, allowed: str) -> BeforeValidator:
+    """Reader of a list of sections, of which one ``[section]`` makes a list of one.
+
+    Parameters
+    ----------
+    most : int
+        Sections it may hold.
+    allowed : str
+        What anything else is told.
+
+    Examples
+    --------
+    >>> list_of_sections(20, "must be at most 20 sections, [[port]]").func({"name": "tip"})
+    ({'name': 'tip'},)
+    """
+
+    def listed(value: Any) -> Any:
+        if isinstance(value, Mapping):
+            return (value,)
+        if not isinstance(value, list | tuple) or len(value) > most:
+            raise ValueError(allowed)
+        return value
+
+    return BeforeValidator(listed)
 
 
 NAME = "^[A-Za-z][A-Za-z0-9_-]*$"

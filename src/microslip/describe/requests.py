@@ -7,7 +7,6 @@ A section that is left out is not computed. Analyses from outside bring their ow
 from __future__ import annotations
 
 import keyword
-from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar
 
 from pydantic import BaseModel, BeforeValidator, Field, model_validator
@@ -30,6 +29,7 @@ from microslip.describe.quantities import (
     Section,
     StepsPerCycle,
     check_distinct,
+    list_of_sections,
 )
 
 MOST_OF_OPENING = 0.85
@@ -292,15 +292,6 @@ class HarmonicAnalysis(AscendingBand):
         return self
 
 
-def _entries(value: Any) -> Any:
-    """One section [analysis.history] is a list of one."""
-    if isinstance(value, Mapping):
-        return (value,)
-    if not isinstance(value, list | tuple) or len(value) > 1000:
-        raise ValueError("must be sections, [[analysis.history]]")
-    return value
-
-
 class Requests(Section):
     """The table `[analysis]`: what to compute. A section left out is not computed."""
 
@@ -310,7 +301,9 @@ class Requests(Section):
     backbone: BackboneAnalysis | None = None
     harmonic: HarmonicAnalysis | None = None
     time: TimeAnalysis | None = None
-    history: Annotated[tuple[AnyExcitation, ...], BeforeValidator(_entries)] = ()
+    history: Annotated[
+        tuple[AnyExcitation, ...], list_of_sections(1000, "must be sections, [[analysis.history]]")
+    ] = ()
 
     @property
     def asked(self) -> tuple[str, ...]:
