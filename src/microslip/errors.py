@@ -31,19 +31,34 @@ class ModelError(MicroslipError):
 
 
 @dataclass(frozen=True)
-class Failure:
-    """Something asked for that has no answer.
+class Remark:
+    """Something said of a point: of which stage, where, why, and what to try.
 
     Attributes
     ----------
     stage : str
-        Analysis that failed, as it is called in the input file: ``cycle``, ``harmonic``, ...
+        Analysis it is about, as it is called in the input file: ``cycle``, ``harmonic``, ...
     where : str
-        Load, frequency, amplitude, mode: which point of the analysis; empty where it is all of it.
+        Key and value, load, frequency, amplitude, mode: which point; empty where it is all of it.
     reason : str
-        What happened.
+        What happened, or what is doubtful.
     remedy : str
         What to try; empty where the reason says it or nothing helps.
+    """
+
+    stage: str
+    where: str
+    reason: str
+    remedy: str = ""
+
+    def __str__(self) -> str:
+        place = ", ".join(part for part in (self.stage, self.where) if part)
+        return f"{place}: {self.reason}" + (f"; {self.remedy}" if self.remedy else "")
+
+
+@dataclass(frozen=True)
+class Failure(Remark):
+    """Something asked for that has no answer; attributes of `Remark`.
 
     Examples
     --------
@@ -51,46 +66,16 @@ class Failure:
     backbone, mode 2, amplitude 0.1: no frequency of its own
     """
 
-    stage: str
-    where: str
-    reason: str
-    remedy: str = ""
-
-    def __str__(self) -> str:
-        return _sentence(self)
-
 
 @dataclass(frozen=True)
-class Caution:
-    """Something that has an answer, and that an engineer should doubt.
+class Caution(Remark):
+    """Something that has an answer, and that an engineer should doubt; attributes of `Remark`.
 
-    Attributes
-    ----------
-    stage : str
-        ``input`` for what the joint file says, ``cost`` for what a run takes, else the analysis
-        whose answer it is about, as it is called in the input file.
-    where : str
-        Key and value, load, frequency: what it is about.
-    reason : str
-        What is doubtful, and what is usual.
-    remedy : str
-        What to do; empty where the reason says it.
+    Its stage is ``input`` for what the joint file says, ``cost`` for what a run takes, else the
+    analysis whose answer it is about.
 
     Examples
     --------
     >>> print(Caution("response", "M = 50 N m/m", "the bending stress is 1.2 GPa", "lower the load"))
     response, M = 50 N m/m: the bending stress is 1.2 GPa; lower the load
     """
-
-    stage: str
-    where: str
-    reason: str
-    remedy: str = ""
-
-    def __str__(self) -> str:
-        return _sentence(self)
-
-
-def _sentence(said: Failure | Caution) -> str:
-    place = ", ".join(part for part in (said.stage, said.where) if part)
-    return f"{place}: {said.reason}" + (f"; {said.remedy}" if said.remedy else "")
