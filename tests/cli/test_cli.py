@@ -9,88 +9,22 @@ import subprocess
 import sys
 from io import StringIO
 from pathlib import Path
-from types import SimpleNamespace
 
+import command_line
 import pytest
-from conftest import ROOT
+from command_line import EXAMPLE, assert_refused
 from rich.console import Console
-from typer.testing import CliRunner
 from wrong_inputs import MEASURED, RIGHT, WRONG, WRONG_SIGNALS, history
 
 from microslip import __version__
 from microslip.cli import main
-from microslip.cli.main import COMMANDS, app, load
+from microslip.cli.main import COMMANDS, load
 from microslip.describe.reading import load_joint
 from microslip.errors import ContactError
-from microslip.numerics.execute import workers
 from microslip.pipeline.progress import NullProgress
 from microslip.show.progress import LineProgress, RichProgress, progress_on
 
-EXAMPLE = ROOT / "examples" / "lap_joint.toml"
-
-
-@pytest.fixture
-def command(tmp_path, monkeypatch):
-    """Run a command in an empty folder that holds nothing but the example as joint.toml."""
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "joint.toml").write_text(EXAMPLE.read_text())
-    return lambda *words: CliRunner().invoke(app, [str(word) for word in words])
-
-
-class Stages:
-    """Stands in for the computation: a run is what the command line makes of its stages."""
-
-    def __init__(self) -> None:
-        self.runs = 0
-        self.interrupted = False
-        self.failures: list[str] = []
-        self.warnings: list[str] = []
-        self.formats: tuple[str, ...] = ()
-        self.workers = 0
-        self.failure: BaseException | None = None
-
-    def run_joint(self, joint, progress, **kept):
-        self.runs += 1
-        progress.start("cycles", 2)
-        progress.advance()
-        progress.advance()
-        progress.finish()
-        if self.failure is not None:
-            raise self.failure
-        self.workers = workers()
-        return SimpleNamespace()
-
-    def summary(self, result):
-        return {
-            "interrupted": self.interrupted,
-            "failures": self.failures,
-            "warnings": self.warnings,
-        }
-
-    def write_results(self, result, out_dir, progress, formats, **kept):
-        self.formats = formats
-        file = out_dir / "summary.json"
-        file.write_text("{}")
-        return [file]
-
-    def print_found(self, found, console):
-        console.print("the summary")
-
-
-@pytest.fixture
-def stages(monkeypatch):
-    stages = Stages()
-    for name in ("run_joint", "write_results", "summary", "print_found"):
-        monkeypatch.setattr(f"microslip.cli.run.{name}", getattr(stages, name))
-    return stages
-
-
-def assert_refused(result, *parts):
-    assert result.exit_code == 2
-    assert result.stderr.startswith("error: ")
-    assert "Traceback" not in result.output
-    for part in parts:
-        assert part in result.stderr
+command, stages = command_line.command, command_line.stages
 
 
 # -- start -------------------------------------------------------------------------------------

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import assert_refused
 from conftest import description
-from test_cli import assert_refused
 from typer.testing import CliRunner
 
 from microslip.cli.main import app

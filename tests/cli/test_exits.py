@@ -7,13 +7,13 @@ import os
 import subprocess
 import sys
 
+import command_line
 import pytest
-from conftest import ROOT, description
+from command_line import EXAMPLE, assert_refused
+from conftest import description
 from rich.console import Console
-from test_cli import Stages, assert_refused
-from typer.testing import CliRunner
 
-from microslip.cli.main import COMMANDS, app
+from microslip.cli.main import COMMANDS
 from microslip.describe.reading import parse_joint
 from microslip.errors import Failure
 from microslip.numerics.execute import workers
@@ -23,26 +23,12 @@ from microslip.results.files import SUMMARY
 from microslip.show.terminal import print_summary
 from microslip.show.write import write_results
 
-EXAMPLE = ROOT / "examples" / "lap_joint.toml"
 SMALL = description(
     21, 20, analysis={"cycle": {"moment_over_clamp_force_length": [1e-3, 1e-2], "steps": 40}}
 )
 
 
-@pytest.fixture
-def command(tmp_path, monkeypatch):
-    """Run a command in an empty folder that holds nothing but the example as joint.toml."""
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "joint.toml").write_text(EXAMPLE.read_text())
-    return lambda *words: CliRunner().invoke(app, [str(word) for word in words])
-
-
-@pytest.fixture
-def stages(monkeypatch):
-    stages = Stages()
-    for name in ("run_joint", "write_results", "summary", "print_found"):
-        monkeypatch.setattr(f"microslip.cli.run.{name}", getattr(stages, name))
-    return stages
+command, stages = command_line.command, command_line.stages
 
 
 @pytest.fixture(scope="module")
