@@ -21,7 +21,7 @@ from microslip.pipeline.prepare import Assembly
 from microslip.typing import Array, Complex, Indices
 
 Model = tuple[TwoModeModel, EquivalentTable | None]
-"""A reduced model and the table it reads."""
+"""A reduced model and the table it reads; None where there is no friction."""
 
 
 def columns(assembly: Assembly) -> dict[Output, int]:

@@ -11,9 +11,8 @@ import numpy as np
 
 from microslip.analyses.reduced.response import Response, forced_response, swept_down
 from microslip.analyses.reduced.sweep import OUTSIDE
-from microslip.analyses.reduced.table import EquivalentTable
 from microslip.analyses.reduced.trust import error_indicator
-from microslip.analyses.reduced.two_mode import TwoModeModel, two_mode_model
+from microslip.analyses.reduced.two_mode import two_mode_model
 from microslip.brief import Brief
 from microslip.errors import Caution, Failure, MicroslipError
 from microslip.pipeline.band import Axis, Curve, axis_of
@@ -24,7 +23,7 @@ from microslip.pipeline.loads import (
     opening_amplitude,
 )
 from microslip.pipeline.outcome import Outcome, until_interrupted, value_of
-from microslip.pipeline.outputs import with_outputs
+from microslip.pipeline.outputs import Model, with_outputs
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.progress import Progress
 from microslip.pipeline.reduced import tables_of
@@ -33,9 +32,6 @@ from microslip.typing import Array
 
 TABLE_OF = {"printed": "load", "consistent": "mode", "refined": "prescribed"}
 """Drive of the table that each variant uses by default: the paper's, and the dynamic ones."""
-
-Model = tuple[TwoModeModel, EquivalentTable | None]
-"""A reduced model and the table it reads; None where there is no friction."""
 
 
 @dataclass(frozen=True, repr=False)
