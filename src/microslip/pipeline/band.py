@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from microslip.analyses.reduced.band import Peak, band_around, refined, widened
-from microslip.analyses.reduced.resonance import linear_resonance, resonance_of
+from microslip.analyses.reduced.resonance import Resonance, linear_resonance, resonance_of
 from microslip.analyses.reduced.response import Response
 from microslip.analyses.reduced.table import EquivalentTable
 from microslip.analyses.reduced.two_mode import TwoModeModel
@@ -40,6 +41,12 @@ class Curve(Brief):
     model: TwoModeModel
     table: EquivalentTable | None
     respond: Callable[[Array], Response]
+
+    @cached_property
+    def resonance(self) -> Resonance:
+        """Where the model resonates at the amplitudes of its table; there must be one."""
+        assert self.table is not None
+        return resonance_of(self.model, self.table)
 
 
 @dataclass(frozen=True, repr=False)
@@ -118,7 +125,7 @@ def _peaks(assembly: Assembly, curve: Curve) -> Iterator[Peak]:
     if curve.table is None:
         return
     yield Peak(mode.stuck_frequency, (alpha + beta * mode.stuck_omega**2) / turn)
-    found = resonance_of(curve.model, curve.table)
+    found = curve.resonance
     top = found.reached(curve.load.amplitude)
     for k in {0, top}:
         yield Peak(float(found.omega[k]) / turn, float(found.width[k]) / turn)

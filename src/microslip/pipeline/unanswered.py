@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from microslip.analyses.reduced.resonance import resonance_of
 from microslip.analyses.reduced.response import Response
 from microslip.analyses.reduced.sweep import OUTSIDE
 from microslip.describe.ports import LoadKind
@@ -65,8 +64,7 @@ def with_opening(assembly: Assembly, response: Response, curve: Curve) -> Respon
         return replace(response, opening_load=largest)
     if curve.table.amplitude[-1] < NEARLY * limit:
         return response
-    largest = resonance_of(curve.model, curve.table).largest_load
-    return replace(response, opening_load=min(largest, response.load))
+    return replace(response, opening_load=min(curve.resonance.largest_load, response.load))
 
 
 def opening_of(assembly: Assembly, response: Response, curve: Curve) -> list[Caution]:
@@ -82,8 +80,7 @@ def opening_of(assembly: Assembly, response: Response, curve: Curve) -> list[Cau
     if curve.table is None:
         reason = f"without friction the vibration opens the joint, {span}"
     elif response.load > response.opening_load:
-        resonances = resonance_of(curve.model, curve.table)
-        at = resonances.omega[int(np.argmax(resonances.load))] / (2 * np.pi)
+        at = curve.resonance.omega[int(np.argmax(curve.resonance.load))] / (2 * np.pi)
         what = "it is open" if len(response.unconverged) else "the smaller of two answers is shown"
         reason = (
             f"its resonance opens the joint: from {said.named(response.opening_load)} on "
