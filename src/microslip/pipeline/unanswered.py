@@ -55,10 +55,9 @@ def _unanswered(response: Response) -> tuple[str, str]:
 
 def with_opening(assembly: Assembly, response: Response, curve: Curve) -> Response:
     """The response with the load from which on its resonance opens the joint, where this one does."""
-    outside = bool((response.flag == OUTSIDE).any()) or _outgrown(response)
-    limit = opening_amplitude(assembly)
-    if not outside:
+    if not ((response.flag == OUTSIDE).any() or _outgrown(response)):
         return response
+    limit = opening_amplitude(assembly)
     if curve.table is None:
         largest = limit / float(np.abs(response.amplitude).max()) * response.load
         return replace(response, opening_load=largest)
