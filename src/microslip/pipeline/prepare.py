@@ -141,7 +141,7 @@ def _assemble(joint: LapJoint) -> Assembly:
     mode = mode_of_structure(states, structure, model)
     opening = opening_load(model, start, drive)
     _check_loads(joint, opening)
-    _check_finite(opening=opening, sliding=mode.sliding_omega, stuck=mode.stuck_omega)
+    _check_scales(opening, mode)
     return Assembly(
         joint=joint,
         structure=structure,
@@ -178,16 +178,17 @@ def _check_loads(joint: LapJoint, opening: float) -> None:
             )
 
 
-def _check_finite(*, opening: float, sliding: float, stuck: float) -> None:
-    """Raise `ModelError` where the numbers that all analyses scale with are none."""
-    found = {
-        "the circular frequency of the sliding state": sliding,
-        "the circular frequency of the stuck state": stuck,
-    }
-    if not opening > 0:
-        found = {"the load that opens the joint": opening, **found}
-    for name, value in found.items():
-        if not 0 < value < np.inf:
+def _check_scales(opening: float, mode: JointMode) -> None:
+    """Raise `ModelError` where the numbers that all analyses scale with are none; the load that opens
+    the joint may be infinite."""
+    sliding, stuck = mode.sliding_omega, mode.stuck_omega
+    scales = (
+        ("the load that opens the joint", opening, opening > 0),
+        ("the circular frequency of the sliding state", sliding, 0 < sliding < np.inf),
+        ("the circular frequency of the stuck state", stuck, 0 < stuck < np.inf),
+    )
+    for name, value, usable in scales:
+        if not usable:
             raise ModelError(
                 f"{name} is {value:g}: check the dimensions, the material and the supports, and "
                 "their units"
