@@ -78,7 +78,7 @@ class Assembly:
     @property
     def moment_unit(self) -> float:
         """P L: end moments are reported over it."""
-        return self.joint.clamp.force * self.joint.beams.length
+        return self.joint.clamp_force_length
 
     @property
     def between_states(self) -> float:
