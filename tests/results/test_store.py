@@ -115,7 +115,7 @@ def test_an_interrupted_run_goes_on(joint, whole, tmp_path):
     for name in ("backbone", "cycle"):
         store.keep(name, result.outcomes[name])
     store.keep("reduced", replace(result.outcomes["reduced"], interrupted=True))
-    done, _ = finished(tmp_path, joint)
+    done = finished(tmp_path, joint)
     assert list(done) == ["backbone", "cycle"]
     ran = []
     again = run(joint, done=done, keep=lambda name, outcome: ran.append(name))

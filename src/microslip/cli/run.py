@@ -64,7 +64,7 @@ def run(
         check_size(joint, degrees_of_freedom(joint))
         doubts = input_cautions(joint, estimate(joint))
         warn(doubts)
-        done = finished(folder, joint)[0] if resume else {}
+        done = finished(folder, joint) if resume else {}
         with (
             claimed(folder, force or resume),
             progress_on(Console(stderr=True), quiet=quiet) as progress,

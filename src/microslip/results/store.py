@@ -113,10 +113,8 @@ class Keeper:
         self.store.keep(name, outcome)
 
 
-def finished(
-    folder: str | Path, joint: LapJoint
-) -> tuple[dict[str, Outcome[Any]], dict[str, float]]:
-    """Analyses that an interrupted run of the same description has finished, and all timings.
+def finished(folder: str | Path, joint: LapJoint) -> dict[str, Outcome[Any]]:
+    """Analyses that an interrupted run of the same description has finished.
 
     Raises
     ------
@@ -124,13 +122,13 @@ def finished(
         Where the folder holds no run, or one of another description.
     """
     path = Path(folder) / STORE
-    stored, outcomes, timings, _ = RunStore(path).read()
+    stored, outcomes, _, _ = RunStore(path).read()
     if stored.model_dump() != joint.model_dump():
         raise InputError(
             f"{path}: is the run of another joint file, which says: {_difference(stored, joint)}; "
             "choose another --out, or --force to begin again"
         )
-    return {name: done for name, done in outcomes.items() if not done.interrupted}, timings
+    return {name: done for name, done in outcomes.items() if not done.interrupted}
 
 
 def load_run(folder: str | Path) -> Run:
