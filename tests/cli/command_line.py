@@ -48,7 +48,10 @@ class Stages:
         self.workers = workers()
         return SimpleNamespace()
 
-    def summary(self, result):
+    def judge(self, result):
+        return SimpleNamespace()
+
+    def summary(self, result, judged):
         return {
             "interrupted": self.interrupted,
             "failures": self.failures,
@@ -68,7 +71,7 @@ class Stages:
 @pytest.fixture
 def stages(monkeypatch):
     stages = Stages()
-    for name in ("run_joint", "write_results", "summary", "print_found"):
+    for name in ("run_joint", "judge", "write_results", "summary", "print_found"):
         monkeypatch.setattr(f"microslip.cli.run.{name}", getattr(stages, name))
     return stages
 

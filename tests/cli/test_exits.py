@@ -17,6 +17,7 @@ from microslip.cli.main import COMMANDS
 from microslip.describe.reading import parse_joint
 from microslip.errors import Failure
 from microslip.numerics.execute import workers
+from microslip.pipeline.judge import judge
 from microslip.pipeline.run import Run
 from microslip.pipeline.run import run as run_joint
 from microslip.results.files import SUMMARY
@@ -120,7 +121,12 @@ def test_json_is_all_there_is_on_stdout(command, stages, quiet):
     assert ("results are in joint-output" in result.stderr) == (not quiet)
 
 
-def test_json_is_the_summary_that_is_stored(command, tmp_path):
+def test_json_is_the_summary_that_is_stored_of_a_run_judged_once(command, tmp_path, monkeypatch):
+    judged = []
+    for place in ("cli.run", "results.summary", "show.write", "show.plots.overview"):
+        monkeypatch.setattr(
+            f"microslip.{place}.judge", lambda run: judged.append(run) or judge(run)
+        )
     text = EXAMPLE.read_text().replace("pairs = 201", "pairs = 21")
     text = text.split("[load]")[0] + "[mesh]\nmodes = 20\n" * (
         "[mesh]" not in text.split("[load]")[0]
@@ -132,6 +138,7 @@ def test_json_is_the_summary_that_is_stored(command, tmp_path):
     assert json.loads(result.stdout) == json.loads(
         (tmp_path / "joint-output" / SUMMARY).read_text()
     )
+    assert len(judged) == 1
     pictures = list((tmp_path / "joint-output" / "figures").iterdir())
     assert pictures
     assert all(p.read_bytes().startswith(b"%PDF-") for p in pictures)

@@ -17,6 +17,7 @@ from microslip.describe.reading import load_joint
 from microslip.numerics.execute import limited
 from microslip.pipeline.cost import check_size, degrees_of_freedom
 from microslip.pipeline.estimate import estimate, input_cautions
+from microslip.pipeline.judge import judge
 from microslip.pipeline.run import run as run_joint
 from microslip.results.files import SUMMARY
 from microslip.results.store import STORE, Keeper, RunStore, finished
@@ -73,9 +74,13 @@ def run(
             keep = Keeper(RunStore(folder / STORE), joint, begun=resume)
             result = run_joint(joint, progress, done=done, keep=keep)
             progress.finish()
-            written = write_results(result, folder, progress, kinds, store=not keep.begun)
+            judged = judge(result)
+            found = summary(result, judged)
+            store = not keep.begun
+            written = write_results(
+                result, folder, progress, kinds, found=found, judged=judged, store=store
+            )
             progress.finish()
-            found = summary(result)
     if as_json or quiet:
         said = set(map(str, doubts))
         warn(warning for warning in found["warnings"] if warning not in said)

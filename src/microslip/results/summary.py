@@ -13,12 +13,14 @@ from microslip.results.outputs import outputs_summary
 from microslip.version import __version__
 
 
-def summary(run: Run) -> dict[str, Any]:
+def summary(run: Run, judged: Judgement | None = None) -> dict[str, Any]:
     """What a run found, in plain JSON types; None where there is no number.
 
     Parameters
     ----------
     run : Run
+    judged : Judgement, optional
+        Of that run, where it is known; else it is judged here.
 
     Returns
     -------
@@ -36,7 +38,7 @@ def summary(run: Run) -> dict[str, Any]:
         for row in ANALYSES.values()
         for key, of in row.rows.items()
     }
-    judged = judge(run)
+    judged = judge(run) if judged is None else judged
     found: dict[str, Any] = plain(
         {
             "title": run.joint.title,

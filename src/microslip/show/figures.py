@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 
 from matplotlib.figure import Figure
 
+from microslip.pipeline.judge import Judgement
 from microslip.pipeline.progress import NullProgress, Progress
 from microslip.pipeline.run import Run
 from microslip.registry import ANALYSES, resolved
@@ -19,13 +21,20 @@ Drawing = Callable[[Run], Figure | Mapping[str, Figure] | None]
 """A figure, several by what is appended to the file name, or None where there is nothing to show."""
 
 
-def figures_of(run: Run) -> dict[str, Drawing]:
-    """File name of every figure that the run may have data for, and what draws it."""
+def figures_of(run: Run, judged: Judgement | None = None) -> dict[str, Drawing]:
+    """File name of every figure that the run may have data for, and what draws it.
+
+    Parameters
+    ----------
+    run : Run
+    judged : Judgement, optional
+        Of that run, where it is known, for the overview.
+    """
     drawings: dict[str, Drawing] = {"model": model_figure, "prestress": prestress_figure}
     for row in ANALYSES.values():
         if run.value(row.name) is not None:
             drawings |= {name: resolved(draw) for name, draw in row.figures.items()}
-    return {**drawings, "overview": overview}
+    return {**drawings, "overview": partial(overview, judged=judged)}
 
 
 def draw_figures(name: str, draw: Drawing, run: Run) -> dict[str, Figure]:
@@ -43,6 +52,7 @@ def save_figures(
     folder: str | Path,
     progress: Progress | None = None,
     formats: Sequence[str] = USUAL_FORMATS,
+    judged: Judgement | None = None,
 ) -> list[Path]:
     """Write every figure that the run has data for.
 
@@ -55,6 +65,8 @@ def save_figures(
         Advanced once per entry of `figures_of`.
     formats : sequence of str
         Any of ``png``, ``svg``, ``pdf``.
+    judged : Judgement, optional
+        Of that run, where it is known.
 
     Returns
     -------
@@ -62,7 +74,7 @@ def save_figures(
     """
     progress = progress or NullProgress()
     written: list[Path] = []
-    for name, draw in figures_of(run).items():
+    for name, draw in figures_of(run, judged).items():
         for file, figure in draw_figures(name, draw, run).items():
             written += save(figure, Path(folder), file, formats)
         progress.advance()

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
+from microslip.pipeline.judge import Judgement, judge
 from microslip.pipeline.progress import NullProgress, Progress
 from microslip.pipeline.run import Run
 from microslip.results.dataset import dataset
@@ -21,6 +23,8 @@ def write_results(
     progress: Progress | None = None,
     formats: Sequence[str] = USUAL_FORMATS,
     *,
+    found: Mapping[str, Any] | None = None,
+    judged: Judgement | None = None,
     store: bool = True,
 ) -> list[Path]:
     """Write ``results.nc``, ``summary.json``, ``run.h5`` and ``figures/``.
@@ -35,6 +39,10 @@ def write_results(
     progress : Progress, optional
     formats : sequence of str
         Of the figures: any of ``png``, ``svg``, ``pdf``.
+    found : mapping, optional
+        `microslip.results.summary.summary` of the run, where it is known.
+    judged : Judgement, optional
+        Of the run, where it is known.
     store : bool
         Whether to write ``run.h5``; a run from the command line has written it on its way.
 
@@ -53,11 +61,13 @@ def write_results(
         for name, outcome in run.outcomes.items():
             file.keep(name, outcome)
     file.finish(run)
-    written = [write_summary(summary(run), place / SUMMARY)]
+    judged = judge(run) if judged is None else judged
+    found = summary(run, judged) if found is None else found
+    written = [write_summary(found, place / SUMMARY)]
     progress.advance()
     written.append(write_dataset(dataset(run), place / DATA))
     progress.advance()
     written.append(file.path)
-    written += save_figures(run, place / FIGURES, progress, formats)
+    written += save_figures(run, place / FIGURES, progress, formats, judged)
     progress.finish()
     return written

@@ -10,7 +10,7 @@ from typing import Any
 from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 
-from microslip.pipeline.judge import judge
+from microslip.pipeline.judge import Judgement, judge
 from microslip.pipeline.run import Run
 from microslip.show.plots.backbones import draw_damping, draw_frequency, moving_output, spans_much
 from microslip.show.plots.equivalent import AMPLITUDE, amplitude_label, draw_equivalent
@@ -42,9 +42,10 @@ MOST_PANELS = 3
 
 
 @house_style
-def overview(run: Run) -> Figure:
+def overview(run: Run, judged: Judgement | None = None) -> Figure:
     """Joint, and up to three panels of what was computed: contact states, equivalent stiffness and
-    damping, response, backbone, motion in time; the prestress where there is nothing else."""
+    damping, response, backbone, motion in time; the prestress where there is nothing else. A run that
+    comes with its judgement is not judged again."""
     panels = _panels(run)
     rows = 1 if len(panels) == 1 else 2
     figure = new_figure(DOUBLE, (90 if rows == 1 else 165) * MM)
@@ -55,7 +56,7 @@ def overview(run: Run) -> Figure:
         places += [grid[1, 0], grid[1, 1]] if len(panels) == MOST_PANELS else [grid[1, :]]
     for draw, place, letter in zip(panels, places, "bcd", strict=False):
         draw(figure, place, run, letter)
-    _warn(figure, run)
+    _warn(figure, judge(run) if judged is None else judged)
     return figure
 
 
@@ -132,9 +133,9 @@ def _prestress(figure: Figure, place: SubplotSpec, run: Run, letter: str) -> Non
     ax.set_title(f"({letter})  pressure under the clamp alone", loc="left")
 
 
-def _warn(figure: Figure, run: Run) -> None:
+def _warn(figure: Figure, judged: Judgement) -> None:
     """What should be doubted, at the foot, a line each; what to do is in the summary."""
-    said = [str(replace(caution, remedy="")) for caution in judge(run).cautions]
+    said = [str(replace(caution, remedy="")) for caution in judged.cautions]
     cautions = [textwrap.shorten(line, LINE, placeholder=" ...") for line in said]
     if cautions:
         more = [f"and {len(cautions) - MOST} more in summary.json"] if len(cautions) > MOST else []
