@@ -127,6 +127,22 @@ def test_template_keeps_to_the_width_where_values_do():
     assert max(map(len, template().splitlines())) <= 101
 
 
+@pytest.mark.parametrize(
+    ("key", "value", "shown"),
+    [
+        ("horizontal_spring", '"1e5 N/m/m"', False),
+        ("horizontal_spring", '"100 N/mm/m"', False),  # 100 / 1e-3
+        ("horizontal_spring", "1e5", False),
+        ("horizontal_spring", '"0.1 N/m/m"', True),
+        ("horizontal_spring", '"0 N/m/m"', True),
+        ("left", '"pinned"', False),
+        ("left", '"clamped"', True),
+    ],
+)
+def test_a_default_stands_beside_another_value_alone_in_whatever_units(key, value, shown):
+    assert ("default" in commented(f"[support]\n{key} = {value}\n")) == shown
+
+
 def test_a_template_with_a_key_that_there_is_not():
     with pytest.raises(LookupError, match="lenght"):
         commented('[beams]\nlenght = "1 m"\n')

@@ -42,6 +42,8 @@ class Key:
         Kind of value and its range.
     meaning, matters : str
         What it is, and what depends on it; empty where the model does not say.
+    kind : Kind or None
+        How a value of it is read; None where it is no quantity.
     """
 
     name: str
@@ -50,6 +52,7 @@ class Key:
     allowed: str
     meaning: str
     matters: str
+    kind: Kind | None = None
 
     @property
     def needed(self) -> bool:
@@ -158,6 +161,7 @@ def key_of(name: str, info: FieldInfo) -> Key:
         _allowed(facts),
         meaning,
         matters,
+        facts.kind,
     )
 
 

@@ -85,23 +85,17 @@ def _said(key: Key, written: str) -> str:
     """Meaning, range where there is one, and default where another value is written."""
     bounds = key.allowed.partition(", ")[2]
     facts = [bounds] if re.match(r"\d\S* to ", bounds) else []
-    if key.default not in ("", "–") and not _same(key.default, written):
+    if key.default not in ("", "–") and _value(key, key.default) != _value(key, written):
         facts.append(f"default {key.default}")
     return key.meaning + (f" ({'; '.join(facts)})" if facts else "")
 
 
-def _same(one: str, other: str) -> bool:
-    """Whether two values are the same, also in other units."""
-    values = _value(one), _value(other)
-    if all(isinstance(value, str) and value[:1].isdigit() for value in values):
-        numbers = [value.split(" ", 1) for value in values]
-        if all(len(parts) == 2 for parts in numbers) and float(numbers[0][0]) == 0:
-            return float(numbers[1][0]) == 0
-    return bool(values[0] == values[1])
-
-
-def _value(text: str) -> Any:
-    return tomllib.loads(f"x = {text}")["x"]
+def _value(key: Key, text: str) -> Any:
+    """What a key is given by a piece of the file, a quantity in SI units."""
+    value = tomllib.loads(f"x = {text}")["x"]
+    if key.kind is None:
+        return value
+    return [key.kind.parse(v) for v in value] if isinstance(value, list) else key.kind.parse(value)
 
 
 def _section(known: Sequence[SectionKeys], place: str, signal: str = "") -> SectionKeys:
