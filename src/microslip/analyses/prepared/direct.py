@@ -13,7 +13,7 @@ import numpy as np
 
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.model.joint import bonded_modes
-from microslip.typing import Array, Complex, Mask
+from microslip.typing import Array, Complex
 
 RIGID = 1e-12
 """Square of a frequency over that of the median mode below which a mode has no stiffness at all:
@@ -48,11 +48,8 @@ def direct_motion(joint: PreparedJoint, port: str, omega: Array) -> Complex:
     >>> bool(abs(direct_motion(joint, "sliding", np.zeros(1))[0, lift]) < 1e-6 * abs(own))
     True
     """
-    model, mode = joint.model, joint.principal()
-    omegas, shapes = bonded_modes(model, joint.prestress.bonded(1))
-    own = int(np.argmax(np.abs(shapes.T @ model.port_modes[:, model.port(mode.port)])))
-    others = np.arange(len(omegas)) != own
-    return _modal_sum(joint, port, np.asarray(omega, dtype=float), 1, others)
+    own = joint.principal().port
+    return _modal_sum(joint, port, np.asarray(omega, dtype=float), 1, without=own)
 
 
 def stuck_motion(joint: PreparedJoint, port: str) -> Array:
@@ -68,14 +65,16 @@ def stuck_motion(joint: PreparedJoint, port: str) -> Array:
     -------
     (p,) array
     """
-    every = np.ones(len(joint.model.omega), dtype=bool)
-    return _modal_sum(joint, port, np.zeros(1), joint.model.dimension, every)[0].real
+    return _modal_sum(joint, port, np.zeros(1), joint.model.dimension)[0].real
 
 
 def _modal_sum(
-    joint: PreparedJoint, port: str, omega: Array, directions: int, modes: Mask
+    joint: PreparedJoint, port: str, omega: Array, directions: int, without: str | None = None
 ) -> Complex:
-    """Outputs of all ports per unit load on one, with so many directions of the touching pairs bonded."""
+    """Outputs of all ports per unit load on one, with so many directions of the touching pairs bonded.
+
+    The mode that the port `without` drives most is left out.
+    """
     model, bonded = joint.model, joint.prestress.bonded(directions)
     compliance = joint.law.compliance if directions == model.dimension else None
     omegas, shapes = bonded_modes(model, bonded, compliance)
@@ -86,7 +85,9 @@ def _modal_sum(
     held = np.linalg.solve(W, V)
     y = shapes.T @ (model.port_modes - psi.T @ held)
     residual = (model.port_port - V.T @ held)[:, model.port(port)]
-    kept = modes & (omegas**2 > RIGID * np.median(omegas) ** 2)
+    kept = omegas**2 > RIGID * np.median(omegas) ** 2
+    if without is not None:
+        kept[np.argmax(np.abs(shapes.T @ model.port_modes[:, model.port(without)]))] = False
     alpha, beta = model.rayleigh
     w, wn = omega[:, None], omegas[kept]
     give = 1 / (wn**2 - w**2 + 1j * w * (alpha + beta * wn**2))
