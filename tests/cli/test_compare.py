@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import assert_refused
-from conftest import description
+from conftest import description, with_value
 from typer.testing import CliRunner
 
 from microslip.cli.main import app
@@ -165,6 +165,82 @@ def test_outputs_are_compared_by_their_name():
     assert keys["output[tip].x"] == ("right end", "–")
     assert keys["output[other].x"] == ("–", "left end")
     assert all(key.startswith("output[") for key in keys)
+
+
+# -- loads of other kinds ----------------------------------------------------------------------
+
+
+def ported(kind: str, key: str, factor: float = 1.0) -> dict:
+    """A small cantilever of a joint, driven through a port at its free end or by its base."""
+    at = {} if kind == "base" else {"at": "right"}
+    small = joint(factor)
+    return small | {
+        "support": {"left": "clamped", "right": "free"},
+        "port": [{"name": "drive", "kind": kind, **at}],
+        "load": {"port": "drive", key: [20.0 * factor]},
+        "analysis": {
+            "cycle": {"smallest": 0.02, "largest": 0.5, "count": 3, "steps": 40},
+            "response": {"count": 61},
+            "reduced": {"amplitudes": 8, "steps": 60, "upper_modes": 0},
+        },
+        "output": [{"name": "tip", "x": "right end"}],
+    }
+
+
+@pytest.fixture(scope="module")
+def pushed() -> tuple[Run, Run]:
+    """A force at the tip; of the second, clamp and force are larger by one factor."""
+    first, second = (run_joint(parse_joint(ported("force", "force", f))) for f in (1.0, HARDER))
+    return first, second
+
+
+def under(run: Run, kind: str, key: str) -> Named:
+    """What a run found, as if its file had said another load."""
+    said = parse_joint(ported(kind, key))
+    return Named(kind, replace(run, assembly=replace(run.assembly, joint=said)))
+
+
+def test_forces_are_compared_as_forces(pushed):
+    """Contact knows no force of its own: with clamp and load larger by one factor all forces are, and
+    frequencies and damping are the same."""
+    found = {q.name: q for q in quantities([Named("a", pushed[0]), Named("b", pushed[1])])}
+    assert found["opening force"].unit == "N/m"
+    assert found["opening force"].changes()[1] == pytest.approx(HARDER - 1, rel=1e-6)
+    assert found["greatest gamma_eq, force-driven"].changes()[1] == pytest.approx(0, abs=1e-6)
+    assert not [name for name in found if "moment" in name or "PL" in name]
+    assert found["peak, F = 20 N/m"].values[1] is None
+    assert found["peak, F = 30 N/m"].values[0] is None
+    first, second = (run.responses[0].peak_frequency for run in pushed)
+    assert found["peak, F = 20 N/m"].values[0] == pytest.approx(first)
+    assert second == pytest.approx(first, rel=1e-6)
+
+
+def test_equal_numbers_of_other_kinds_of_load_are_no_equal_loads(pushed):
+    runs = [Named("force", pushed[0]), under(pushed[0], "base", "acceleration")]
+    runs += [under(pushed[0], "moment", "moment")]
+    labels = [{curve.load_label for curve in found} for found in curves(runs)]
+    assert labels == [{"F = 20 N/m"}, {"a = 20 m/s^2"}, {"M = 20 N m/m"}]
+    names = [q.name for q in quantities(runs)]
+    assert not [name for name in names if "opening" in name or "gamma_eq" in name]
+    shown = [t.get_text() for t in comparison_figures(runs)["response"].legends[0].get_texts()]
+    assert {"F = 20 N/m", "a = 20 m/s^2", "M = 20 N m/m"} < set(shown)
+
+
+def test_amplitudes_per_load_of_two_kinds_are_said_to_be_so(pushed):
+    idle = replace(pushed[0].responses[0], rho=0.0)
+    found = pushed[0].value("response")
+    zero = with_value(pushed[0], "response", replace(found, curves=(idle,)))
+    one, other = under(zero, "moment", "moment"), Named("force", pushed[0])
+    per_moment = comparison_figures([one, replace(one, name="again")])["response"]
+    assert per_moment.axes[0].get_ylabel() == "tip per end moment\n(mm per N m/m)"
+    mixed = comparison_figures([one, other])["response"]
+    assert mixed.axes[0].get_ylabel() == "tip per load\n(mm per unit of the load)"
+
+
+def test_a_load_that_opens_nothing_is_said_in_words(runs):
+    endless = replace(runs[1], assembly=replace(runs[1].assembly, opening_moment=np.inf))
+    found = {q.name: q for q in quantities([Named("a", runs[0]), Named("b", endless)])}
+    assert found["opening moment"].values[1] == found["opening M/(PL)"].values[1] == "none"
 
 
 # -- what cannot be compared -------------------------------------------------------------------

@@ -10,13 +10,18 @@ from pathlib import Path
 import numpy as np
 
 from microslip.analyses.reduced.response import Response
+from microslip.analyses.reduced.table import EquivalentTable
 from microslip.describe.outputs import Output
+from microslip.describe.ports import KINDS
 from microslip.errors import InputError
 from microslip.pipeline.run import Run
 from microslip.results.cycle import table_of
 from microslip.results.response import beside_unconverged, has_peak, peak_outputs
 
 NO_PEAK = "no peak in the band"
+
+NO_LIMIT = "none"
+"""Said of the load that opens a joint which no load opens."""
 
 
 @dataclass(frozen=True)
@@ -91,9 +96,15 @@ class Curve:
     variant : str
         Of the reduced model.
     kind : str
-        Key that gives the load, the same in all runs; else ``moment``.
+        Key that gives the load, the same in all runs that are driven by one kind of load; else that of
+        its amplitude, as ``moment``.
     load : float
         Value of that key, six digits.
+
+    Examples
+    --------
+    >>> Curve("refined", "force", 20.0).load_label
+    'F = 20 N/m'
     """
 
     variant: str
@@ -105,30 +116,37 @@ class Curve:
         """The load as the files give it."""
         if self.kind == "rho":
             return f"rho = {self.load:g}"
-        if self.kind == "moment":
-            return f"M = {self.load:g} N m/m"
-        return f"M/(PL) = {self.load:g}"
+        if self.kind == "moment_over_clamp_force_length":
+            return f"M/(PL) = {self.load:g}"
+        said = next(said for said in KINDS.values() if said.key == self.kind)
+        return f"{said.symbol} = {self.load:g} {said.unit}"
 
 
 def curves(runs: Sequence[Named]) -> list[dict[Curve, Response]]:
     """Forced responses of every run by what they are matched by.
 
-    Loads match where files that give them by the same key give the same value; else where their
-    moments are the same.
+    Loads of one kind, moments say, match where files that give them by the same key give the same
+    value; else where their amplitudes are the same. Those of two kinds never match; ends at which a
+    force acts are keys of the joint files, which are compared by themselves.
     """
-    loads = [each.run.joint.load for each in runs if each.run.responses]
-    kinds = {"moment" if load is None else load.kind for load in loads}
-    kind = kinds.pop() if len(kinds) == 1 else "moment"
-    return [
-        {Curve(r.variant, kind, _load(each.run, r, kind)): r for r in each.run.responses}
-        for each in runs
-    ]
+    keys: dict[str, set[str]] = {}
+    for joint in (each.run.joint for each in runs if each.run.responses):
+        own = joint.driven.load.key
+        keys.setdefault(own, set()).add(own if joint.load is None else joint.load.kind)
+    shared = {own: given.pop() if len(given) == 1 else own for own, given in keys.items()}
+    found = []
+    for each in runs:
+        kind = shared.get(each.run.joint.driven.load.key, "")
+        found.append(
+            {Curve(r.variant, kind, _load(each.run, r, kind)): r for r in each.run.responses}
+        )
+    return found
 
 
 def _load(run: Run, response: Response, kind: str) -> float:
-    unit = run.assembly.moment_unit
-    values = {"rho": response.rho, "moment": response.load}
-    return float(f"{values.get(kind, response.load / unit):.6g}")
+    ratio = response.load / run.assembly.moment_unit
+    values = {"rho": response.rho, "moment_over_clamp_force_length": ratio}
+    return float(f"{values.get(kind, response.load):.6g}")
 
 
 def shared_output(runs: Sequence[Named], static: bool = False) -> Output | None:
@@ -158,7 +176,7 @@ def named_output(run: Run, output: Output) -> Output:
 
 
 def quantities(runs: Sequence[Named]) -> list[Quantity]:
-    """Frequencies, opening moment, greatest damping, peaks and backbones, side by side.
+    """Frequencies, opening load, greatest damping, peaks and backbones, side by side.
 
     Those that only one run looked for are left out, but for peaks: a load that has no partner is listed
     with a gap.
@@ -171,20 +189,45 @@ def _joint(runs: Sequence[Named]) -> Iterator[Quantity]:
     every = [each.run for each in runs]
     yield Quantity("sliding frequency", "Hz", tuple(r.mode.sliding_frequency for r in every))
     yield Quantity("stuck frequency", "Hz", tuple(r.mode.stuck_frequency for r in every))
-    opening = [(r.assembly.opening_moment, r.assembly.moment_unit) for r in every]
-    yield Quantity("opening moment", "N m/m", tuple(float(m) for m, _ in opening))
-    yield Quantity("opening M/(PL)", "", tuple(float(m / unit) for m, unit in opening))
+    yield from _opening(every)
     peak = tuple(float(r.prestress.pressure.max()) / 1e6 for r in every)
     yield Quantity("peak pressure, clamp alone", "MPa", peak)
 
 
+def _opening(runs: Sequence[Run]) -> Iterator[Quantity]:
+    """Amplitude that opens the joint, of every kind of load that drives more than one run."""
+    for said in KINDS.values():
+        limits = [r.assembly.opening_moment if r.joint.driven.load == said else None for r in runs]
+        if sum(limit is not None for limit in limits) < 2:
+            continue
+        yield Quantity(f"opening {said.key}", said.unit, tuple(map(_limit, limits)))
+        if said.key == "moment":
+            units = (r.assembly.moment_unit for r in runs)
+            ratios = [m if m is None else m / PL for m, PL in zip(limits, units, strict=True)]
+            yield Quantity("opening M/(PL)", "", tuple(map(_limit, ratios)))
+
+
+def _limit(amplitude: float | None) -> float | str | None:
+    if amplitude is None:
+        return None
+    return float(amplitude) if math.isfinite(amplitude) else NO_LIMIT
+
+
 def _damping(runs: Sequence[Named]) -> Iterator[Quantity]:
     """Greatest equivalent damping of every drive that more than one run has cycles of."""
-    for drive in ("moment", "mode"):
-        tables = [table_of(each.run, drive) for each in runs]
+    for drive in (*(said.key for said in KINDS.values()), "mode"):
+        tables = [_table(each.run, drive) for each in runs]
         if sum(table is not None for table in tables) > 1:
             best = tuple(None if t is None else float(np.max(t.gamma_eq)) for t in tables)
             yield Quantity(f"greatest gamma_eq, {drive}-driven", "", best)
+
+
+def _table(run: Run, drive: str) -> EquivalentTable | None:
+    """Equivalent table of the mode, or of the driven port where its load has that key."""
+    if drive == "mode":
+        return table_of(run, drive)
+    joint = run.joint
+    return table_of(run, joint.drive_named("load")) if joint.driven.load.key == drive else None
 
 
 def _peaks(runs: Sequence[Named]) -> Iterator[Quantity]:

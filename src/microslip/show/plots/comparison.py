@@ -94,7 +94,7 @@ def _run_handles(runs: Sequence[Lined]) -> list[Line2D]:
 def response_comparison(runs: Sequence[Lined]) -> Figure | None:
     """One column per variant: amplitude of the first output that all runs have, and its phase.
 
-    Amplitudes are per end moment where a run has the joint without friction, whose load means nothing.
+    Amplitudes are per load where a run has the joint without friction, whose load means nothing.
     None where the runs have no output in common.
     """
     output = shared_output(runs)
@@ -125,7 +125,7 @@ def response_comparison(runs: Sequence[Lined]) -> Figure | None:
         grid[1, k].set_title("phase", loc="left")
         grid[1, k].set_xlabel("frequency (Hz)")
     amplitude_axis(grid[0, 0])
-    grid[0, 0].set_ylabel(label(output, runs[0].run.joint.driven.load if over_load else None))
+    grid[0, 0].set_ylabel(_amplitude_label(output, runs, over_load))
     phase_axis(grid[1, 0], runs[0].run, output)
     frequency = np.concatenate([r.frequency for found in by_run for r in found.values()])
     grid[0, 0].set_xlim(frequency.min(), frequency.max())
@@ -141,6 +141,17 @@ def response_comparison(runs: Sequence[Lined]) -> Figure | None:
         entries.append(no_peak_handle(marked))
     draw_legend(figure, entries, loc="outside lower center", ncols=2)
     return figure
+
+
+def _amplitude_label(output: Output, runs: Sequence[Named], over_load: bool) -> str:
+    """What the axis of amplitudes says, also where one is per moment and another per force."""
+    if not over_load:
+        return label(output)
+    loads = {each.run.joint.driven.load for each in runs}
+    if len(loads) == 1:
+        return label(output, loads.pop())
+    name, unit = output.name.replace("_", " "), output.measured.shown
+    return f"{name} per load\n({unit} per unit of the load)"
 
 
 def _load_handles(every: Sequence[Curve], colors: dict[tuple[str, float], str]) -> list[Line2D]:
