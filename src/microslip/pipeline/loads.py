@@ -26,11 +26,8 @@ from microslip.analyses.reduced.table import EquivalentTable
 from microslip.analyses.reduced.two_mode import two_mode_model
 from microslip.describe.ports import KINDS, PortKind
 from microslip.errors import MicroslipError
-from microslip.pipeline.prepare import DRIVE, Assembly
+from microslip.pipeline.prepare import Assembly
 from microslip.typing import Array
-
-DRIVES = {"moment": DRIVE, "mode": "sliding"}
-"""Port that each drive of the end moments acts on: themselves (the paper), or the mode's inertia."""
 
 GENTLE = 3e-4
 """Peak of the joint without friction over the amplitude whose inertia opens the joint."""

@@ -16,6 +16,7 @@ from microslip.analyses.time.steady import SteadyState
 from microslip.contact.pairs import normal, tangential
 from microslip.model.joint import JointModel
 from microslip.numerics.fourier import harmonic
+from microslip.reproduce.settings import PORTS
 from microslip.show.plots.states import COLOURS
 from microslip.show.plots.style import BLACK, DRIVES, GREY, VERMILLION
 from microslip.typing import Array
@@ -24,7 +25,7 @@ QUARTERS = ((0, "0"), (1, "π/2"), (2, "π"), (3, "3π/2"))
 """Quarters of a cycle and their phases as text."""
 
 
-STATIC = {drive: DRIVES[drive] for drive in ("moment", "mode")}
+STATIC = {drive: DRIVES[drive] for drive in PORTS}
 """Lines of the paper's drives: the end moment, and the inertia of the mode."""
 
 

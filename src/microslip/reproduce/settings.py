@@ -6,7 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from microslip.pipeline.prepare import DRIVE
 from microslip.typing import Array
+
+PORTS = {"moment": DRIVE, "mode": "sliding"}
+"""Port that each of the paper's drives acts on: the end moments, or the inertia of the mode."""
 
 PAPER_RHO = 0.8
 """The load of the paper's time-domain figures."""

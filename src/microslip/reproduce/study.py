@@ -23,7 +23,7 @@ from microslip.describe.lap import LapJoint
 from microslip.describe.reading import load_joint
 from microslip.errors import Failure, MicroslipError
 from microslip.pipeline.cycle import DrivenCycles, drive_cycles
-from microslip.pipeline.loads import DRIVES, frictionless_response
+from microslip.pipeline.loads import frictionless_response
 from microslip.pipeline.outcome import Outcome
 from microslip.pipeline.prepare import Assembly, assemble
 from microslip.pipeline.progress import NullProgress, Progress
@@ -32,7 +32,7 @@ from microslip.pipeline.run import Run
 from microslip.pipeline.time import integrate
 from microslip.reproduce.calibration import calibrated_scale
 from microslip.reproduce.friction_force import friction_table
-from microslip.reproduce.settings import FULL, PAPER_BEST_RHO, Settings
+from microslip.reproduce.settings import FULL, PAPER_BEST_RHO, PORTS, Settings
 from microslip.typing import Array
 
 T = TypeVar("T")
@@ -140,7 +140,7 @@ class Study:
     def run(self) -> Run:
         """Quasi-static cycles of both drives and their tables."""
         driven: dict[str, DrivenCycles] = {}
-        for drive in DRIVES:
+        for drive in PORTS:
             with self.timed(f"cycles_{drive}"):
                 outcome = drive_cycles(self.assembly, drive, self.progress)
             if outcome.interrupted:
@@ -148,7 +148,7 @@ class Study:
             driven[drive] = outcome.value
             self.failures += outcome.failures
         run = Run(self.assembly, {"cycle": Outcome(driven)})
-        if len(run.tables) < len(DRIVES):
+        if len(run.tables) < len(PORTS):
             raise MicroslipError("too few quasi-static cycles were solved for a table")
         return run
 
@@ -190,7 +190,7 @@ class Study:
         settings = {"steps": self.settings.time_steps, "max_cycles": 6, "closure": 1e-6, **options}
         return quasi_static_cycle(
             self.assembly.prepared,
-            DRIVES[drive],
+            PORTS[drive],
             load,
             steps=int(settings["steps"]),
             max_cycles=int(settings["max_cycles"]),

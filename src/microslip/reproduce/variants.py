@@ -17,7 +17,7 @@ from microslip.analyses.reduced.curve import evaluate_curve, table_curve
 from microslip.analyses.reduced.response import Response, all_amplitudes, forced_response
 from microslip.analyses.reduced.sweep import CONVERGED, fixed_point, next_amplitude
 from microslip.analyses.reduced.two_mode import VARIANTS, TwoModeModel, two_mode_model
-from microslip.pipeline.loads import DRIVES
+from microslip.reproduce.settings import PORTS
 from microslip.reproduce.study import Study
 from microslip.typing import Array
 
@@ -59,7 +59,7 @@ REFINED = Case("refined", "prescribed")
 def cases() -> tuple[Case, ...]:
     """What the paper prints, every two-mode variant with either drive, and the refined model."""
     two_mode = (v for v in VARIANTS if v != REFINED.variant)
-    return (PRINTED, *(Case(v, drive) for v in two_mode for drive in DRIVES), REFINED)
+    return (PRINTED, *(Case(v, drive) for v in two_mode for drive in PORTS), REFINED)
 
 
 def linear_part(study: Study, case: Case) -> TwoModeModel:
