@@ -56,6 +56,7 @@ LISTS = ("moment_over_clamp_force_length", "moment", "force", "acceleration")
 Variant = Literal["printed", "consistent", "refined"]
 Drives = Annotated[tuple[Drive, ...], OneOrMore]
 Variants = Annotated[tuple[Variant, ...], OneOrMore]
+ResponseMethod = Literal["reduced", "auto"]
 BackboneMethod = Literal["quasi_static", "prescribed", "harmonic"]
 BackboneMethods = Annotated[tuple[BackboneMethod, ...], OneOrMore]
 ModeNumbers = Annotated[tuple[Annotated[Count, Field(ge=1, le=2000)], ...], OneOrMore]
@@ -152,6 +153,14 @@ class ResponseAnalysis(Section):
     count: Count = Field(default=501, ge=2, le=1_000_000)
     """How many frequencies, evenly spaced; more where a curve is steep, if from or to is left out.
     How well the peak is resolved."""
+    method: ResponseMethod = "reduced"
+    """"reduced": reduced models alone. "auto": the refined model put right by steady states of time
+    integration wherever it is not sure of itself, with a bound of its error at every frequency.
+    Where the answer must be right: seconds instead of milliseconds."""
+    error: Number = Field(default=0.01, ge=1e-3, lt=1)
+    """Of method "auto": the relative error of the amplitude to get below. More time points."""
+    points: Count = Field(default=40, ge=8, le=1000)
+    """Of method "auto": steady states at most, per load. Some tenths of a second each."""
     variants: Variants = ("refined",)
     """Reduced models: the accurate one, "refined"; as the paper prints it, "printed"; put right,
     "consistent". Each gives a curve per load."""
@@ -163,6 +172,10 @@ class ResponseAnalysis(Section):
     @model_validator(mode="after")
     def _ascending(self) -> Self:
         check_distinct("variants", self.variants)
+        if self.method == "auto" and "refined" not in self.variants:
+            raise Rule(
+                "method", 'is "auto", which puts the model "refined" right: add it to variants'
+            )
         check_ascending(self.from_, self.to, "analysis.response")
         return self
 

@@ -87,12 +87,13 @@ def cycle_seconds(joint: LapJoint) -> float:
 
 
 def response_seconds(joint: LapJoint) -> float:
-    """Responses of the reduced models, per frequency."""
+    """Responses of the reduced models, per frequency; steady states of method "auto", 40 cycles each."""
     asked = joint.analysis.response
     if asked is None or joint.load is None:
         return 0.0
-    curves = len(joint.load.values) * len(joint.variants)
-    return 5e-5 * curves * asked.count
+    loads = len(joint.load.values)
+    states = loads * asked.points if asked.method == "auto" and joint.friction > 0 else 0
+    return 5e-5 * loads * len(joint.variants) * asked.count + _cycle(joint, states * 150 * 40)
 
 
 def refined_seconds(joint: LapJoint) -> float:

@@ -106,9 +106,10 @@ def with_outputs(assembly: Assembly, models: Mapping[str, Model], response: Resp
     models : mapping of str to (TwoModeModel, EquivalentTable)
         By variant.
     response : Response
-        Of one of them; one without a table is that of the joint without friction.
+        Of one of them, or of the refined one put right; one without a table is that of the joint
+        without friction.
     """
-    model, table = models[response.variant]
+    model, table = models["refined" if response.variant == "auto" else response.variant]
     motion = response_motion(response, model, table if response.drive else None, assembly.prepared)
     omega = 2 * np.pi * response.frequency
     return replace(response, outputs=harmonics_by_name(assembly, motion, omega))

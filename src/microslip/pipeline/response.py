@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
+from threading import Event
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,9 @@ from microslip.analyses.reduced.sweep import OUTSIDE
 from microslip.analyses.reduced.trust import error_indicator
 from microslip.analyses.reduced.two_mode import two_mode_model
 from microslip.brief import Brief
+from microslip.describe.requests import ResponseAnalysis
 from microslip.errors import Caution, Failure, MicroslipError
+from microslip.pipeline.auto import Lost, anchored_response, unsure
 from microslip.pipeline.band import Axis, Curve, axis_of
 from microslip.pipeline.loads import (
     Load,
@@ -76,19 +79,80 @@ def run_responses(
             axis = axis_of(assembly, cases)
             linear = frictionless_response(assembly, axis.frequency, loads[0].amplitude)
             found = replace(found, loads=loads, axis=axis, frictionless=linear)
-            progress.start("forced response", len(cases))
-            for case in cases:
-                curve = _judged(case.respond(axis.frequency), models)
+            settings = assembly.joint.analysis.response
+            assert settings is not None
+            auto = [settings.method == "auto" and _corrigible(case) for case in cases]
+            steps = [settings.points if chosen else 1 for chosen in auto]
+            progress.start("forced response", sum(steps))
+            for case, chosen, share in zip(cases, auto, steps, strict=True):
+                base = case.respond(axis.frequency)
+                if chosen:
+                    curve, said = _put_right(assembly, settings, case, base, stop, share, progress)
+                    cautions += said
+                else:
+                    curve = _judged(base, models)
+                    progress.advance()
                 curve = with_outputs(assembly, models, curve)
                 curve = with_opening(assembly, curve, case)
                 found = replace(found, curves=(*found.curves, curve))
                 failures += response_failures(curve, case, axis)
                 cautions += opening_of(assembly, curve, case)
-                progress.advance()
             progress.finish()
         except MicroslipError as error:
             failures.append(Failure("response", "", str(error)))
     return Outcome(found, tuple(failures), stop.is_set(), cautions=tuple(cautions))
+
+
+def _corrigible(case: Curve) -> bool:
+    """Whether a case is one of the refined model with friction."""
+    return case.table is not None and case.table.uncertainty is not None
+
+
+def _put_right(
+    assembly: Assembly,
+    settings: ResponseAnalysis,
+    case: Curve,
+    base: Response,
+    stop: Event,
+    points: int,
+    progress: Progress,
+) -> tuple[Response, list[Caution]]:
+    """A response by method "auto", and where its bound is above what is asked for."""
+    sought = 0
+
+    def advance(count: int) -> None:
+        nonlocal sought
+        sought += count
+        progress.advance(count)
+
+    curve, lost = anchored_response(assembly, settings, case, base, stop, advance)
+    progress.advance(max(points - sought, 0))
+    return curve, _cautions(settings, case, curve, lost)
+
+
+def _cautions(
+    settings: ResponseAnalysis, case: Curve, curve: Response, lost: Lost
+) -> list[Caution]:
+    place, found = f"auto, {case.load}", []
+    if lost.reasons:
+        reason = f"no steady state found at {len(lost.reasons)} of the frequencies sought, first "
+        found.append(
+            Caution(
+                "response",
+                place,
+                reason + lost.reasons[0],
+                "the error beside them is not bounded; [analysis.time] says what the motion is",
+            )
+        )
+    doubtful = unsure(curve, settings.error)
+    if len(doubtful):
+        reason = (
+            f"the error is not below {settings.error:g} at {len(doubtful)} of "
+            f"{len(curve.frequency)} frequencies, {doubtful.min():.6g} to {doubtful.max():.6g} Hz"
+        )
+        advice = "raise analysis.response.points; beside the jump of a fold it stays large"
+        found.append(Caution("response", place, reason, advice))
+    return found
 
 
 def models_of(assembly: Assembly, done: Mapping[str, Outcome[Any]]) -> dict[str, Model]:

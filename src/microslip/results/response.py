@@ -96,9 +96,13 @@ def _row(run: Run, response: Response) -> dict[str, Any]:
         "error_indicator_max": None
         if response.error_indicator is None or not any_answer
         else response.error_indicator[good].max(),
+        "error_indicator_median": None
+        if response.error_indicator is None or not any_answer
+        else np.median(response.error_indicator[good]),
         "error_indicator_at_peak": None
         if response.error_indicator is None or not peaks
         else response.error_indicator[response.peak],
+        "steady_states": len(response.anchors),
         "peak_outputs": peak_outputs(run, response) if any_answer else {},
     }
 
@@ -122,7 +126,36 @@ def beside_unconverged(response: Response) -> bool:
 
 def response_datasets(run: Run) -> dict[str, xr.Dataset]:
     """The group ``response``: all curves over the same frequencies."""
-    return {"response": _dataset(run)} if run.responses else {}
+    if not run.responses:
+        return {}
+    anchored = any(response.anchors for response in run.responses)
+    return {"response": _dataset(run)} | ({"anchors": _anchors(run)} if anchored else {})
+
+
+def _anchors(run: Run) -> xr.Dataset:
+    """Steady states that the responses by method "auto" pass through, load after load."""
+    found = [(r.load, one) for r in run.responses for one in r.anchors]
+    dims, Q = ("anchor",), np.array([one.amplitude for _, one in found])
+    missed = np.array([one.correction for _, one in found])
+    return xr.Dataset(
+        {
+            "modal_amplitude": modal_variable(run, dims, np.abs(Q), "amplitude of q"),
+            "phase": variable(dims, np.angle(Q), "rad", "phase of q to the load"),
+            "stiffness_correction": variable(
+                dims, missed.real, "1", "what the table misses of the equivalent stiffness"
+            ),
+            "damping_correction": variable(
+                dims, missed.imag, "1", "what the table misses of the equivalent damping"
+            ),
+            "change": variable(
+                dims, [one.change for _, one in found], "1", "change of the state over a cycle"
+            ),
+        },
+        {
+            "frequency": variable(dims, [one.frequency for _, one in found], "Hz", "frequency"),
+            load_named(run): load_variable(run, dims, [load for load, _ in found]),
+        },
+    )
 
 
 def _dataset(run: Run) -> xr.Dataset:
@@ -159,7 +192,7 @@ def _dataset(run: Run) -> xr.Dataset:
         unknown = np.full(len(responses[0].frequency), np.nan)
         estimates = [unknown if r.error_indicator is None else r.error_indicator for r in responses]
         data["error_indicator"] = variable(
-            grid, stack(estimates), "1", "estimated relative error of the amplitude"
+            grid, stack(estimates), "1", "bound of the relative error of the amplitude"
         )
     if run.frictionless is not None:
         reference = run.frictionless

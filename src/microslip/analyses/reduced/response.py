@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
+from microslip.analyses.reduced.anchors import Anchor
 from microslip.analyses.reduced.curve import table_curve
 from microslip.analyses.reduced.sweep import (
     CONVERGED,
@@ -36,7 +37,8 @@ class Response(Brief):
     Attributes
     ----------
     variant, drive : str
-        Of the reduced model and of its table (empty for the frictionless joint).
+        Of the reduced model and of its table (empty for the frictionless joint); ``"auto"`` where
+        steady states put the refined model right.
     rho : float
         As the input gave it; nan where it gave a moment.
     load : float
@@ -52,7 +54,7 @@ class Response(Brief):
     flag : (n,) int array
         0 converged, 1 not converged, 2 amplitude above the table.
     error_indicator : (n,) array, optional
-        Estimated relative error of the amplitude, see `trust.py`.
+        Bound of the relative error of the amplitude, see `trust.py`, or `anchors.py` of ``"auto"``.
     outputs : mapping of str to (n,) complex array
         First harmonic of every output by name, change from prestress, phase against the load's sine;
         m, rad, m/s, ... (`microslip.describe.outputs`).
@@ -61,6 +63,8 @@ class Response(Brief):
     outgrown : (n,) bool array, optional
         Where the answer is the smaller of those that a fold has, as the larger left the table: see
         `swept_down`.
+    anchors : tuple of Anchor
+        Steady states that the answers pass through, by frequency; of ``"auto"``.
     """
 
     variant: str
@@ -77,6 +81,7 @@ class Response(Brief):
     outgrown: Mask | None = None
     opening_load: float = np.nan
     outputs: Mapping[str, Complex] = field(default_factory=dict)
+    anchors: tuple[Anchor, ...] = ()
 
     @property
     def peak(self) -> int:

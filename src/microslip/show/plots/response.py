@@ -15,6 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from microslip.analyses.reduced.response import Response
 from microslip.analyses.reduced.sweep import CONVERGED
 from microslip.pipeline.harmonic import HarmonicRun
 from microslip.pipeline.run import Run
@@ -43,11 +44,13 @@ from microslip.show.plots.style import (
     marks,
     new_figure,
 )
+from microslip.typing import Array
 
 TITLES = {
     "printed": "model as the paper prints it",
     "consistent": "consistent model",
     "refined": "refined model",
+    "auto": "refined model, put right by time integration",
 }
 
 
@@ -92,6 +95,7 @@ def draw_response(ax: Axes, run: Run, variant: str) -> None:
         draw_curve(
             ax, response, size, style["color"], marker=style["marker"], markevery=_every(i, size)
         )
+        _draw_bound(ax, response, size, style["color"])
         bad = np.flatnonzero(~good)
         if len(bad):
             ax.plot(
@@ -112,6 +116,27 @@ def draw_response(ax: Axes, run: Run, variant: str) -> None:
     ax.set_xlim(band[0], band[-1])
     ax.set_xlabel("frequency (Hz)")
     ax.set_ylabel(label(primary(run), run.joint.driven.load if per_moment(run) else None))
+
+
+def _draw_bound(ax: Axes, response: Response, size: Array, color: str) -> None:
+    """Of method "auto": the steady states that the curve passes through, and its stated error."""
+    if not response.anchors:
+        return
+    error = response.error_indicator
+    assert error is not None
+    sure = (response.flag == CONVERGED) & (error < 1)
+    low, high = (
+        np.where(sure, size * (1 - error), np.nan),
+        np.where(sure, size * (1 + error), np.nan),
+    )
+    ax.fill_between(response.frequency, low, high, color=color, alpha=0.25, lw=0)
+    at = [int(np.argmin(np.abs(response.frequency - one.frequency))) for one in response.anchors]
+    on = [
+        k
+        for k, one in zip(at, response.anchors, strict=True)
+        if abs(abs(response.amplitude[k]) - abs(one.amplitude)) < 0.03 * abs(one.amplitude)
+    ]
+    ax.plot(response.frequency[on], size[on], color=color, **ANCHOR)
 
 
 def per_moment(run: Run) -> bool:
@@ -165,6 +190,7 @@ def _draw_points(
             )
 
 
+ANCHOR: dict[str, Any] = {"marker": "d", "mfc": "white", "ls": "none", "ms": 3.5, "mew": 0.7}
 STEADY: dict[str, Any] = {"marker": "o", "mfc": "none", "ls": "none", "ms": 5, "mew": 0.9}
 NOT_STEADY: dict[str, Any] = {"marker": "s", "mfc": "none", "ls": "none", "ms": 7, "mew": 1.1}
 
@@ -191,6 +217,8 @@ def handles(run: Run) -> list[Entry]:
         entries.append(marks(bad, "no answer in the table", marker="x", ls="none", ms=4))
     if edge := of({r.load for r in run.responses if no_peak(r)}):
         entries.append(no_peak_handle(edge))
+    if held := of({r.load for r in run.responses if r.anchors}):
+        entries.append(marks(held, "steady state in time; shaded: bound of the error", **ANCHOR))
     for steady, name, mark in (
         (True, "time domain", STEADY),
         (False, "time domain, not steady", NOT_STEADY),

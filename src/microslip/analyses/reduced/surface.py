@@ -1,0 +1,143 @@
+"""Every answer of the refined model at once: the load over amplitude and frequency.
+
+The equation of the refined model in ``A = Q + c M``,
+
+    Z(a, omega) A = (Phi^T p + D(omega) c) M,      Z = D + omega_sl² kappa(a, omega),      a = |A|,
+    D = omega_sl² (1 + i omega beta) - omega² + i omega alpha,
+
+gives for any amplitude and frequency the load that holds it. A response under a load is a contour of
+this surface, folds and all: no iteration, no branch that a sweep can miss.
+
+Where on its resonance curve an answer lies is told by its detuning ``u = asinh(-Re Z/Im Z)``: 0 at
+resonance, where load and motion are a quarter of a period apart, -0.88 and 0.88 at half power. It
+rises along the curve even where that folds and the frequency does not.
+
+Above the table kappa goes on with the slope that it ends with: a guess, to be put right by whoever
+reads it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from microslip.analyses.reduced.curve import TableCurve, table_curve
+from microslip.analyses.reduced.table import EquivalentTable
+from microslip.analyses.reduced.two_mode import TwoModeModel
+from microslip.brief import Brief
+from microslip.errors import MicroslipError
+from microslip.typing import Array, Complex
+
+BELOW = 1e-2
+"""Smallest amplitude of a surface over that of its table."""
+
+REACH = 2.0
+"""Largest amplitude of a surface over that of its table."""
+
+AMPLITUDES = 700
+"""Amplitudes of a surface, in geometric progression."""
+
+
+@dataclass(frozen=True, repr=False)
+class LoadSurface(Brief):
+    """The refined model over amplitudes and frequencies.
+
+    Attributes
+    ----------
+    model : TwoModeModel
+        The refined one.
+    curve : TableCurve
+    preload : float
+        That the table's amplitudes belong to.
+    frequency : (n,) array
+        Hz.
+    amplitude : (m,) array
+        Of A, ascending.
+    stiffness : (m, n) complex array
+        Z.
+    detuning : (m, n) array
+        u.
+    push : (n,) complex array
+        ``Phi^T p + D c``.
+    """
+
+    model: TwoModeModel
+    curve: TableCurve
+    preload: float
+    frequency: Array
+    amplitude: Array
+    stiffness: Complex
+    detuning: Array
+    push: Complex
+
+
+def load_surface(model: TwoModeModel, table: EquivalentTable, frequency: Array) -> LoadSurface:
+    """The surface of a refined model over its amplitudes.
+
+    Parameters
+    ----------
+    model : TwoModeModel
+    table : EquivalentTable
+        Of the refined model.
+    frequency : (n,) array
+        Hz.
+
+    Raises
+    ------
+    MicroslipError
+        Where `table` is not that of a refined model.
+    """
+    if table.uncertainty is None:
+        raise MicroslipError("a load surface needs the table of the refined model")
+    curve, f = table_curve(table), np.asarray(frequency, dtype=float)
+    a = np.geomspace(BELOW * table.amplitude[0], REACH * table.amplitude[-1], AMPLITUDES)
+    Z = stiffness(model, curve, table.preload, a[:, None], 2 * np.pi * f)
+    push = model.force[0] + linear_stiffness(model, 2 * np.pi * f) * model.offset[0]
+    return LoadSurface(model, curve, table.preload, f, a, Z, detuning(Z, model), push)
+
+
+def linear_stiffness(model: TwoModeModel, omega: Array | float) -> Complex:
+    """D(omega), what the sliding mode resists without contact."""
+    alpha, beta = model.rayleigh
+    w2, w = model.omega**2, np.asarray(omega, dtype=float)
+    return np.asarray(w2 * (1 + 1j * w * beta) - w**2 + 1j * w * alpha)
+
+
+def stiffness(
+    model: TwoModeModel, curve: TableCurve, preload: float, amplitude: Array, omega: Array
+) -> Complex:
+    """Z at amplitudes and circular frequencies (rad/s) that broadcast."""
+    a, w = np.broadcast_arrays(np.asarray(amplitude, float), np.asarray(omega, float))
+    columns = _columns(curve, np.log(np.maximum(amplitude, 1e-300) / preload))
+    alpha, beta = model.rayleigh
+    kappa = columns[0] * (1 + 1j * w * beta * model.lossy) + 1j * columns[1]
+    upper = np.zeros(a.shape, complex)
+    for s, (order, own) in enumerate(curve.upper):
+        D = (order * w) ** 2 - curve.reference - 1j * order * w * (alpha + beta * own**2)
+        parts = columns[4 + 8 * s : 12 + 8 * s].reshape(4, 2, *columns.shape[1:])
+        motion, compliance, in_phase, quadrature = parts[:, 0] + 1j * parts[:, 1]
+        load = D * motion / (1 - D * compliance)
+        upper += in_phase * load.real + quadrature * load.imag
+    return np.asarray(linear_stiffness(model, w) + model.omega**2 * kappa + upper)
+
+
+def detuning(Z: Complex, model: TwoModeModel) -> Array:
+    """``asinh(-Re Z/Im Z)``."""
+    return np.asarray(np.arcsinh(-Z.real / np.maximum(Z.imag, 1e-12 * model.omega**2)))
+
+
+def _columns(curve: TableCurve, x: Array) -> Array:
+    """Columns of a table at ``x = log(a/preload)``, first axis; see `curve.evaluate_curve`."""
+    knots, c = curve.knots, curve.coefficients
+    i = np.clip(np.searchsorted(knots, x) - 1, 0, len(knots) - 2)
+    t = (np.clip(x, knots[0], knots[-1]) - knots[i])[..., None]
+    out = np.moveaxis(((c[0, i] * t + c[1, i]) * t + c[2, i]) * t + c[3, i], -1, 0)
+    below, beyond = x < knots[0], np.maximum(x - knots[-1], 0.0)
+    out[1] *= np.where(below, np.exp(np.minimum(x - knots[0], 0.0)), 1.0)
+    out[4:] = np.where(below, 0.0, out[4:])
+    last = knots[-1] - knots[-2]
+    slope = (3 * c[0, -1, :2] * last + 2 * c[1, -1, :2]) * last + c[2, -1, :2]
+    out[0] += slope[0] * beyond
+    out[1] = np.maximum(out[1] + slope[1] * beyond, 0.0)
+    return np.asarray(out)

@@ -1,0 +1,257 @@
+"""The refined model put right by time integration where it is not sure of itself.
+
+Steady states of the full joint are found where the response under a load is least known: first at its
+resonance, half-power points and ends, then wherever the bound of `analyses.reduced.anchors` is largest,
+two at a time, until it is below what the file asks for or the points are used up. Where the search
+finds no steady state, the error up to the next one that it does find is not bounded. Amplitudes above
+the table, where contact is lost for part of the cycle, are claimed as far as steady states go.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from microslip.analyses.reduced.anchors import Anchor, Answers, anchor_at, corrected_answers
+from microslip.analyses.reduced.response import Response
+from microslip.analyses.reduced.surface import LoadSurface, load_surface
+from microslip.analyses.reduced.sweep import CONVERGED, OUTSIDE
+from microslip.analyses.time.points import Request, steady_states
+from microslip.describe.requests import ResponseAnalysis
+from microslip.errors import Failure
+from microslip.pipeline.band import Curve
+from microslip.pipeline.prepare import Assembly
+from microslip.typing import Array, Indices, Mask
+
+FIRST = ((0.0, -1.2, 1.2), (-2.2, 2.2), (-np.inf, np.inf))
+"""Detunings of the first anchors, round by round: the resonance, below and above half power, the ends."""
+
+STEPS = 150
+"""Time steps per cycle."""
+
+ACCURACY = 3e-4
+"""Relative error of a time point with so many steps."""
+
+CYCLES = 200
+"""Cycles at most."""
+
+SETTLED = 1e-3
+"""Relative change over a cycle from which on a state is steady enough to learn from."""
+
+SPREAD = 0.4
+"""Least distance, in detuning, of two points that are sought at a time."""
+
+NEAR = 0.03
+"""No second anchor is sought so close to one, in detuning."""
+
+CLAIMED = 1.05
+"""Amplitudes above the table are claimed up to so many times that of the largest anchor."""
+
+BELOW_LOST = 0.97
+"""Amplitude, over one above the table at which no steady state was found, that is not exceeded."""
+
+
+@dataclass
+class _Search:
+    """What is known while anchors are sought."""
+
+    surface: LoadSurface
+    load: float
+    anchors: list[Anchor] = field(default_factory=list)
+    tried: list[int] = field(default_factory=list)
+    lost: list[str] = field(default_factory=list)
+    lost_at: list[float] = field(default_factory=list)
+    ceiling: float = np.inf
+
+    def answers(self) -> Answers:
+        """All answers below the ceiling; without a bound where the nearest point sought was lost."""
+        found = corrected_answers(self.surface, self.load, self.anchors, ACCURACY)
+        found = _those(found, found.size < self.ceiling)
+        if not self.lost_at:
+            return found
+        known = np.array([one.detuning for one in self.anchors] + [np.inf])
+        u = found.detuning[:, None]
+        nearer = np.abs(u - self.lost_at).min(axis=1) < np.abs(u - known).min(axis=1)
+        return replace(found, error=np.where(nearer, np.inf, found.error))
+
+    def claimed(self) -> Answers:
+        """Answers within the table, and above it as far as there are steady states."""
+        offset = self.surface.model.offset[0] * self.load
+        sizes = [abs(one.amplitude + offset) for one in self.anchors]
+        top = self.surface.preload * np.exp(self.surface.curve.knots[-1])
+        found = self.answers()
+        return _those(found, found.size <= max(top, CLAIMED * max(sizes, default=0.0)))
+
+    def lose(self, u: float, size: float, reason: str) -> None:
+        """No steady state was found at a detuning and amplitude."""
+        self.lost.append(reason)
+        self.lost_at.append(u)
+        if size > BELOW_LOST * self.surface.preload * np.exp(self.surface.curve.knots[-1]):
+            self.ceiling = min(self.ceiling, BELOW_LOST * size)
+
+
+@dataclass(frozen=True)
+class Lost:
+    """What a response by method "auto" could not learn.
+
+    Attributes
+    ----------
+    reasons : tuple of str
+        Where no steady state was found.
+    """
+
+    reasons: tuple[str, ...]
+
+
+def anchored_response(
+    assembly: Assembly,
+    settings: ResponseAnalysis,
+    case: Curve,
+    base: Response,
+    stop: threading.Event,
+    advance: Callable[[int], None],
+) -> tuple[Response, Lost]:
+    """A response of the refined model held to steady states of the full joint.
+
+    Parameters
+    ----------
+    assembly : Assembly
+    settings : ResponseAnalysis
+    case : Curve
+        The refined model under a load.
+    base : Response
+        What it says, at the frequencies wanted.
+    stop : Event
+        Ends the search; what is known then is returned.
+    advance : callable
+        Told how many points have been sought.
+    """
+    assert case.table is not None
+    search = _Search(load_surface(case.model, case.table, base.frequency), base.load)
+    for targets in FIRST:
+        if not stop.is_set():
+            advance(_learn(assembly, search, base, _nearest(search, targets)))
+    while len(search.tried) < settings.points and not stop.is_set():
+        picks = _least_known(search, settings.error)
+        if not picks:
+            break
+        advance(_learn(assembly, search, base, picks))
+    return _response(base, search), Lost(tuple(search.lost))
+
+
+def _learn(assembly: Assembly, search: _Search, base: Response, picks: Iterable[int]) -> int:
+    """Steady states at frequencies by index; how many were sought."""
+    picks = list(dict.fromkeys(picks))
+    answers = search.answers()
+    top = _largest(answers, len(base.frequency))
+    requests = [
+        Request(
+            rho=base.rho,
+            frequency=float(base.frequency[k]),
+            load=base.load,
+            friction=None,
+            guess=complex(answers.amplitude[top[k]]),
+            steps=STEPS,
+            max_cycles=CYCLES,
+        )
+        for k in picks
+    ]
+    for k, request, found in zip(
+        picks, requests, steady_states(assembly.prepared, requests), strict=True
+    ):
+        search.tried.append(k)
+        at = float(answers.detuning[top[k]]), float(answers.size[top[k]])
+        if isinstance(found, Failure):
+            search.lose(*at, f"{request.frequency:.6g} Hz: {found.reason}")
+            continue
+        steady = found.steady
+        if not (steady.converged or steady.change < SETTLED):
+            reason = f"not steady after {steady.cycles} cycles, last change {steady.change:.1e}"
+            search.lose(*at, f"{request.frequency:.6g} Hz: {reason}")
+            continue
+        search.anchors.append(
+            anchor_at(
+                search.surface,
+                found.corrected_frequency,
+                base.load,
+                steady.amplitude,
+                steady.change,
+            )
+        )
+    return len(picks)
+
+
+def _nearest(search: _Search, targets: Iterable[float]) -> list[int]:
+    """Frequencies, by index, whose answers have detunings closest to some."""
+    answers = search.answers()
+    top = _largest(answers, len(search.surface.frequency))
+    known = np.flatnonzero(top >= 0)
+    if not len(known):
+        return []
+    u = answers.detuning[top[known]]
+    chosen = (known[np.argmin(np.abs(np.clip(t, u.min(), u.max()) - u))] for t in targets)
+    return [int(k) for k in chosen if k not in search.tried]
+
+
+def _least_known(search: _Search, wanted: float) -> list[int]:
+    """One or two frequencies, by index, at which the bound is largest and above what is wanted."""
+    answers = search.answers()
+    top = _largest(answers, len(search.surface.frequency))
+    error, u = np.zeros(len(top)), np.full(len(top), np.nan)
+    known = top >= 0
+    u[known] = answers.detuning[top[known]]
+    error[known] = np.where(answers.slope[top[known]] > 0, answers.error[top[known]], 0.0)
+    for k in search.tried:
+        error[max(k - 1, 0) : k + 2] = 0.0
+    for one in search.anchors:
+        error[np.abs(u - one.detuning) < NEAR] = 0.0
+    picks: list[int] = []
+    while len(picks) < 2 and error.max(initial=0.0) > wanted:
+        picks.append(int(np.argmax(error)))
+        error[np.abs(u - u[picks[-1]]) < SPREAD] = 0.0
+    return picks
+
+
+def _largest(answers: Answers, count: int) -> Indices:
+    """Index of the largest answer at every frequency; -1 where there is none."""
+    top = np.full(count, -1)
+    for k in np.argsort(answers.size):
+        top[answers.point[k]] = k
+    return top
+
+
+def _those(answers: Answers, chosen: Mask) -> Answers:
+    return replace(answers, **{name: getattr(answers, name)[chosen] for name in vars(answers)})
+
+
+def _response(base: Response, search: _Search) -> Response:
+    n = len(base.frequency)
+    everywhere = corrected_answers(search.surface, search.load, search.anchors, ACCURACY)
+    claimed = search.claimed()
+    top, highest = _largest(claimed, n), _largest(everywhere, n)
+    known = top >= 0
+    amplitude, error = np.zeros(n, complex), np.full(n, np.inf)
+    amplitude[known] = claimed.amplitude[top[known]]
+    error[known] = claimed.error[top[known]]
+    larger = known & (everywhere.size[highest] > claimed.size[top] * (1 + 1e-9))
+    return replace(
+        base,
+        variant="auto",
+        amplitude=amplitude,
+        iterations=np.zeros(n, np.int64),
+        contraction=np.zeros(n),
+        flag=np.where(known, CONVERGED, OUTSIDE),
+        error_indicator=error,
+        outgrown=larger if larger.any() else None,
+        anchors=tuple(sorted(search.anchors, key=lambda one: one.frequency)),
+    )
+
+
+def unsure(response: Response, wanted: float) -> Array:
+    """Frequencies, Hz, whose stated error is above what is wanted."""
+    assert response.error_indicator is not None
+    answered = response.flag == CONVERGED
+    return response.frequency[answered & ~(response.error_indicator <= wanted)]
