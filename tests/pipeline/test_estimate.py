@@ -77,8 +77,11 @@ def test_the_largest_of_all_moments_counts():
         {**sine, "name": "b", "moment_over_clamp_force_length": 1e-3},
     ]
     assert estimate.largest_moment(parse_joint(document)) == pytest.approx(1e-3 * 1e6 * 0.2515)
-    document["load"] = {"moment": [50, 300]}
-    assert estimate.largest_moment(parse_joint(document)) == 300
+    document["analysis"]["history"].append({**sine, "name": "c", "rho": 0.1})
+    moment = 1.985e-3 * 0.25 * 1e6 * 0.2515 / 0.1
+    assert estimate.largest_moment(parse_joint(document)) == pytest.approx(moment)
+    document["load"] = {"moment": [50, 3000]}
+    assert estimate.largest_moment(parse_joint(document)) == 3000
     by_rho = joint(lambda t: t.replace("moment = ", "rho = 2 #"))
     assert estimate.largest_moment(by_rho) == pytest.approx(1.985e-3 * 0.25 * 1e6 * 0.2515 / 2)
     document["load"] = {"rho": 0}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from microslip.describe.amplitude import Amplitude, Load
+from microslip.describe.amplitude import Load
 from microslip.describe.excitation import Excitation
 from microslip.describe.ports import END_MOMENTS, Port
 from microslip.describe.quantities import Rule
@@ -55,8 +55,7 @@ def check_loads(
     given: list[tuple[str, str | None]] = [] if load is None else [("load", load.kind)]
     given += [] if cycle is None else [("analysis.cycle", cycle.listed)]
     for k, entry in enumerate(histories):
-        if isinstance(entry, Amplitude):
-            given.append((f"analysis.history.{k}", entry.load_key))
+        given.append((f"analysis.history.{k}", entry.load_key))
     for section, key in given:
         if key is not None and key not in keys_of(driven):
             raise Rule(f"{section}.{key}", _other_key(driven, key))

@@ -13,7 +13,7 @@ from typing import Annotated, Literal, Self, get_args
 
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
-from microslip.describe.amplitude import OneAmplitude
+from microslip.describe.amplitude import LoadKey, OneAmplitude
 from microslip.describe.band import Band
 from microslip.describe.quantities import (
     NAME,
@@ -90,6 +90,11 @@ class Excitation(Section):
         """Kind of signal."""
         kind: str = self.signal  # type: ignore[attr-defined]
         return kind
+
+    @property
+    def load_key(self) -> LoadKey | None:
+        """Which key gives the load; None where the signal has its amplitude in it, or loads nothing."""
+        return None
 
     @property
     def highest_frequency(self) -> float | None:

@@ -17,7 +17,7 @@ from pydantic import Field, model_validator
 from microslip.describe import units
 from microslip.describe.amplitude import RHO_CONSTANT, Load, LoadKey
 from microslip.describe.driving import check_loads, drive_named, end_moments
-from microslip.describe.excitation import Excitation, LoadedExcitation
+from microslip.describe.excitation import Excitation
 from microslip.describe.outputs import USUAL, Output, Outputs, check_outputs
 from microslip.describe.parts import (
     Beams,
@@ -223,6 +223,11 @@ class LapJoint(Section):
             return self.rho_scale * self.friction_moment / value
         return value
 
+    def history_load(self, entry: Excitation) -> float | None:
+        """Amplitude of the load of a history, as `end_moment`; None where no key of it gives one."""
+        key = entry.load_key
+        return None if key is None else self.end_moment(key, getattr(entry, key))
+
     def load_amplitudes(self) -> tuple[float, ...]:
         """Amplitudes of the loads on the driven port; rho = 0 has none and is left out."""
         if self.load is None:
@@ -373,13 +378,12 @@ def _harmonic_has_its_inputs(joint: LapJoint) -> None:
 
 def _histories_have_their_inputs(joint: LapJoint) -> None:
     for k, entry in enumerate(joint.analysis.history):
-        if not isinstance(entry, LoadedExcitation) or entry.load_key is None:
-            continue
         key = f"analysis.history.{k}.{entry.load_key}"
-        if entry.rho is not None and joint.friction == 0:
+        if entry.load_key == "rho" and joint.friction == 0:
             raise Rule(key, "without contact.friction rho is 0: give the moment")
-        moment = joint.end_moment(entry.load_key, getattr(entry, entry.load_key))
-        _holds(joint, key, moment / joint.clamp_force_length)
+        moment = joint.history_load(entry)
+        if moment is not None:
+            _holds(joint, key, moment / joint.clamp_force_length)
 
 
 def _positions_are_on_the_overlap(joint: LapJoint) -> None:

@@ -149,11 +149,8 @@ def largest_moment(joint: LapJoint) -> float:
     something else drives the joint."""
     if not joint.driven_by_end_moments:
         return math.nan
-    moments = list(joint.load_amplitudes())
-    for entry in joint.analysis.history:
-        moments.append(getattr(entry, "moment", None) or 0.0)
-        ratio = getattr(entry, "moment_over_clamp_force_length", None) or 0.0
-        moments.append(ratio * joint.clamp_force_length)
+    histories = (joint.history_load(entry) for entry in joint.analysis.history)
+    moments = [*joint.load_amplitudes(), *(moment or 0.0 for moment in histories)]
     return max((m for m in moments if m > 0), default=math.nan)
 
 

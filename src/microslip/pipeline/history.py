@@ -17,7 +17,7 @@ from microslip.analyses.time.history import (
 )
 from microslip.analyses.time.scheme import State, TimeScheme, prestressed_state, time_scheme
 from microslip.analyses.time.steady import steady_state
-from microslip.describe.excitation import Excitation, FreeDecay, LoadedExcitation
+from microslip.describe.excitation import Excitation, FreeDecay
 from microslip.errors import Failure, MicroslipError
 from microslip.numerics.execute import NotBegun, gather, threads
 from microslip.pipeline.excitation import Prepared
@@ -108,9 +108,8 @@ def march_history(
 
 def amplitude_of(entry: Excitation, assembly: Assembly) -> float:
     """Load that an entry asks for; 1 where its signal has the amplitude in it."""
-    if not isinstance(entry, LoadedExcitation) or entry.load_key is None:
-        return 1.0
-    return assembly.joint.end_moment(entry.load_key, getattr(entry, entry.load_key))
+    amplitude = assembly.joint.history_load(entry)
+    return 1.0 if amplitude is None else amplitude
 
 
 def _start(entry: Excitation, a: Assembly, scheme: TimeScheme, amplitude: float) -> State:

@@ -12,7 +12,6 @@ from microslip.analyses.prepared.joint_modes import JointMode, mode_of_structure
 from microslip.analyses.prepared.prestress import Prestress, opening_load, prestress
 from microslip.contact.law import ContactLaw, contact_law
 from microslip.contact.pairs import normal_rows, tangential_rows
-from microslip.describe.excitation import LoadedExcitation
 from microslip.describe.lap import LapJoint
 from microslip.errors import InputError, ModelError
 from microslip.model.joint import JointModel, Reducer
@@ -166,8 +165,8 @@ def _check_loads(joint: LapJoint, opening: float) -> None:
     """Raise `InputError` where a load of the file opens the joint."""
     given = [("load", value) for value in joint.load_amplitudes()]
     for entry in joint.analysis.history:
-        if isinstance(entry, LoadedExcitation) and entry.load_key is not None:
-            amplitude = joint.end_moment(entry.load_key, getattr(entry, entry.load_key))
+        amplitude = joint.history_load(entry)
+        if amplitude is not None:
             given.append((f"analysis.history {entry.label!r}", amplitude))
     said = joint.driven.load
     for where, value in given:
