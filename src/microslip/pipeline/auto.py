@@ -38,7 +38,7 @@ ACCURACY = 3e-4
 CYCLES = 200
 """Cycles at most."""
 
-SETTLED = 1e-3
+SETTLED = 1e-4
 """Relative change over a cycle from which on a state is steady enough to learn from."""
 
 SPREAD = 0.4

@@ -11,7 +11,8 @@ the outermost anchors), it makes the model pass through every anchor and be righ
 
 How right is measured by leaving anchors out: the correction of each is predicted from the others.
 `SAFETY` times the most that this misses at the two anchors around bounds the error in between, in the
-shape ``4 t (1 - t)``. With the slope ``s = d log M/d log a`` of the surface an error ``dk`` of kappa
+shape ``4 t (1 - t)``; to it comes the median of what is missed anywhere, as resonances of upper modes
+may lie between two anchors that agree. With the slope ``s = d log M/d log a`` of the surface an error ``dk`` of kappa
 moves the amplitude by ``|omega_sl² dk/Z|/|s|``; near a fold s vanishes and the bound says so.
 """
 
@@ -38,8 +39,9 @@ APART = 1e-3
 FEWEST = 4
 """Anchors below which nothing is said of the error."""
 
-UNSETTLED = 3.0
-"""An anchor that still changed over its last cycle is as uncertain as so many of those changes."""
+UNSETTLED = 100.0
+"""An anchor that still changed over its last cycle is as uncertain as so many of those changes: what is
+left where the slowest transient loses a hundredth per cycle."""
 
 BESIDE = 0.3
 """Beyond an outermost anchor by more than this detuning its error counts in full."""
@@ -186,7 +188,7 @@ def _bound(anchors: Sequence[Anchor], u: Array) -> Array:
     if len(anchors) < FEWEST:
         return np.full(np.shape(u), np.inf)
     x, missed = missed_by_others(anchors)
-    missed = SAFETY * missed
+    unseen, missed = float(np.median(missed)), SAFETY * missed
     i = np.searchsorted(x, u)
     left, right = np.clip(i - 1, 0, len(x) - 1), np.clip(i, 0, len(x) - 1)
     width = np.where(right > left, x[right] - x[left], 1.0)
@@ -194,7 +196,7 @@ def _bound(anchors: Sequence[Anchor], u: Array) -> Array:
     between = np.maximum(missed[left], missed[right]) * 4 * t * (1 - t)
     end = np.where(i == 0, 0, len(x) - 1)
     beyond = missed[end] * np.minimum(np.abs(u - x[end]) / BESIDE, 1.0)
-    return np.where(right > left, between, beyond)
+    return np.where(right > left, between, beyond) + unseen
 
 
 def _change_beside(anchors: Sequence[Anchor], u: Array) -> Array:
