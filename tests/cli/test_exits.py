@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 
@@ -12,8 +13,9 @@ import pytest
 from command_line import EXAMPLE, assert_refused
 from conftest import description
 from rich.console import Console
+from typer.testing import CliRunner
 
-from microslip.cli.main import COMMANDS
+from microslip.cli.main import COMMANDS, app
 from microslip.describe.reading import parse_joint
 from microslip.errors import Failure
 from microslip.numerics.execute import workers
@@ -121,25 +123,28 @@ def test_json_is_all_there_is_on_stdout(command, stages, quiet):
     assert ("results are in joint-output" in result.stderr) == (not quiet)
 
 
-def test_json_is_the_summary_that_is_stored_of_a_run_judged_once(command, tmp_path, monkeypatch):
-    judged = []
-    for place in ("cli.run", "results.summary", "show.write", "show.plots.overview"):
-        monkeypatch.setattr(
-            f"microslip.{place}.judge", lambda run: judged.append(run) or judge(run)
-        )
-    text = EXAMPLE.read_text().replace("pairs = 201", "pairs = 21")
-    text = text.split("[load]")[0] + "[mesh]\nmodes = 20\n" * (
-        "[mesh]" not in text.split("[load]")[0]
-    )
+@pytest.fixture(scope="module")
+def ran(tmp_path_factory):
+    """A folder with a small joint and the results of `microslip run` of it, what that said, and how
+    often the run was judged."""
+    place, judged = tmp_path_factory.mktemp("ran"), []
+    text = EXAMPLE.read_text().replace("pairs = 201", "pairs = 21").split("[load]")[0]
     text += "[analysis.cycle]\nmoment_over_clamp_force_length = [0.001, 0.01]\nsteps = 40\n"
-    (tmp_path / "joint.toml").write_text(text)
-    result = command("run", "joint.toml", "--json", "--threads", 1, "--format", "pdf")
+    (place / "joint.toml").write_text(text)
+    words = ["--json", "--threads", "1", "--format", "pdf", "--out", str(place / "joint-output")]
+    with pytest.MonkeyPatch.context() as patch:
+        for called in ("cli.run", "results.summary", "show.write", "show.plots.overview"):
+            patch.setattr(f"microslip.{called}.judge", lambda run: judged.append(run) or judge(run))
+        result = CliRunner().invoke(app, ["run", str(place / "joint.toml"), *words])
+    return place, result, len(judged)
+
+
+def test_json_is_the_summary_that_is_stored_of_a_run_judged_once(ran):
+    place, result, judged = ran
     assert result.exit_code == 0, result.output
-    assert json.loads(result.stdout) == json.loads(
-        (tmp_path / "joint-output" / SUMMARY).read_text()
-    )
-    assert len(judged) == 1
-    pictures = list((tmp_path / "joint-output" / "figures").iterdir())
+    assert json.loads(result.stdout) == json.loads((place / "joint-output" / SUMMARY).read_text())
+    assert judged == 1
+    pictures = list((place / "joint-output" / "figures").iterdir())
     assert pictures
     assert all(p.read_bytes().startswith(b"%PDF-") for p in pictures)
 
@@ -248,18 +253,16 @@ def test_show_of_a_run_that_was_not_stored(command, stored):
 # -- resume ------------------------------------------------------------------------------------
 
 
-def test_resume_takes_what_is_there(command, tmp_path):
+def test_resume_takes_what_is_there(command, ran, tmp_path):
     """Nothing is computed twice, and the summary is the same but for its times."""
-    text = EXAMPLE.read_text().replace("pairs = 201", "pairs = 21").split("[load]")[0]
-    text += "[analysis.cycle]\nmoment_over_clamp_force_length = [0.001, 0.01]\nsteps = 40\n"
-    (tmp_path / "joint.toml").write_text(text)
-    assert command("run", "joint.toml", "--format", "png").exit_code == 0
+    shutil.copytree(ran[0], tmp_path, dirs_exist_ok=True)
     first = json.loads((tmp_path / "joint-output" / SUMMARY).read_text())
     result = command("run", "joint.toml", "--resume", "--format", "png")
     assert result.exit_code == 0, result.output
     assert "quasi-static cycles" not in result.stderr
     again = json.loads((tmp_path / "joint-output" / SUMMARY).read_text())
     assert again["cycles"] == first["cycles"]
+    text = (tmp_path / "joint.toml").read_text()
     (tmp_path / "joint.toml").write_text(text.replace("friction = 0.25", "friction = 0.3"))
     assert_refused(
         command("run", "joint.toml", "--resume"), "another joint file", "contact.friction = 0.25"
