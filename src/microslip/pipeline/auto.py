@@ -42,10 +42,10 @@ SETTLED = 1e-4
 """Relative change over a cycle from which on a state is steady enough to learn from."""
 
 SPREAD = 0.4
-"""Least distance, in detuning, of two points that are sought at a time."""
+"""Least distance, in place, of two points that are sought at a time."""
 
 NEAR = 0.03
-"""No second anchor is sought so close to one, in detuning."""
+"""No second anchor is sought so close to one, in place."""
 
 CLAIMED = 1.05
 """Amplitudes above the table are claimed up to so many times that of the largest anchor."""
@@ -72,9 +72,9 @@ class _Search:
         found = _those(found, found.size < self.ceiling)
         if not self.lost_at:
             return found
-        known = np.array([one.detuning for one in self.anchors] + [np.inf])
-        u = found.detuning[:, None]
-        nearer = np.abs(u - self.lost_at).min(axis=1) < np.abs(u - known).min(axis=1)
+        known = np.array([one.place for one in self.anchors] + [np.inf])
+        s = found.place[:, None]
+        nearer = np.abs(s - self.lost_at).min(axis=1) < np.abs(s - known).min(axis=1)
         return replace(found, error=np.where(nearer, np.inf, found.error))
 
     def claimed(self) -> Answers:
@@ -85,10 +85,10 @@ class _Search:
         found = self.answers()
         return _those(found, found.size <= max(top, CLAIMED * max(sizes, default=0.0)))
 
-    def lose(self, u: float, size: float, reason: str) -> None:
-        """No steady state was found at a detuning and amplitude."""
+    def lose(self, place: float, size: float, reason: str) -> None:
+        """No steady state was found at a place and amplitude."""
         self.lost.append(reason)
-        self.lost_at.append(u)
+        self.lost_at.append(place)
         if size > BELOW_LOST * self.surface.preload * np.exp(self.surface.curve.knots[-1]):
             self.ceiling = min(self.ceiling, BELOW_LOST * size)
 
@@ -163,7 +163,7 @@ def _learn(assembly: Assembly, search: _Search, base: Response, picks: Iterable[
         picks, requests, steady_states(assembly.prepared, requests), strict=True
     ):
         search.tried.append(k)
-        at = float(answers.detuning[top[k]]), float(answers.size[top[k]])
+        at = float(answers.place[top[k]]), float(answers.size[top[k]])
         if isinstance(found, Failure):
             search.lose(*at, f"{request.frequency:.6g} Hz: {found.reason}")
             continue
@@ -200,18 +200,18 @@ def _least_known(search: _Search, wanted: float) -> list[int]:
     """One or two frequencies, by index, at which the bound is largest and above what is wanted."""
     answers = search.answers()
     top = _largest(answers, len(search.surface.frequency))
-    error, u = np.zeros(len(top)), np.full(len(top), np.nan)
+    error, place = np.zeros(len(top)), np.full(len(top), np.nan)
     known = top >= 0
-    u[known] = answers.detuning[top[known]]
+    place[known] = answers.place[top[known]]
     error[known] = np.where(answers.slope[top[known]] > 0, answers.error[top[known]], 0.0)
     for k in search.tried:
         error[max(k - 1, 0) : k + 2] = 0.0
     for one in search.anchors:
-        error[np.abs(u - one.detuning) < NEAR] = 0.0
+        error[np.abs(place - one.place) < NEAR] = 0.0
     picks: list[int] = []
     while len(picks) < 2 and error.max(initial=0.0) > wanted:
         picks.append(int(np.argmax(error)))
-        error[np.abs(u - u[picks[-1]]) < SPREAD] = 0.0
+        error[np.abs(place - place[picks[-1]]) < SPREAD] = 0.0
     return picks
 
 

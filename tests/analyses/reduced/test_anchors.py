@@ -66,18 +66,18 @@ def test_all_answers_of_a_fold_are_found(refined):
 
 
 def test_a_model_with_a_known_flaw_is_put_right_within_its_bound(refined):
-    """The true kappa differs from the table's by a smooth function of the detuning."""
+    """The true kappa differs from the table's by a smooth function of the place."""
     _, model, table = refined
     surface = load_surface(model, table, FREQUENCY)
 
     def flaw(u):
         return 0.004 * np.cos(0.8 * u) + 0.003j * np.exp(-0.3 * u**2)
 
-    truth = [Anchor(0.0, 0.0, u, complex(flaw(u)), 0.0) for u in np.linspace(-8, 8, 400)]
+    truth = [Anchor(0.0, 0.0, u, complex(flaw(u)), 0.0) for u in np.linspace(-12, 12, 600)]
     exact = largest_of(corrected_answers(surface, LOAD, truth), len(FREQUENCY))
     plain = largest_of(corrected_answers(surface, LOAD, []), len(FREQUENCY))
     u = np.array(
-        [anchor_at(surface, f, LOAD, q).detuning for f, q in zip(FREQUENCY, exact, strict=True)]
+        [anchor_at(surface, f, LOAD, q).place for f, q in zip(FREQUENCY, exact, strict=True)]
     )
     chosen = {int(np.argmin(np.abs(u - t))) for t in np.linspace(u.min(), u.max(), 12)}
     anchors = [anchor_at(surface, FREQUENCY[k], LOAD, exact[k]) for k in chosen]

@@ -12,8 +12,9 @@ the outermost anchors), it makes the model pass through every anchor and be righ
 How right is measured by leaving anchors out: the correction of each is predicted from the others.
 `SAFETY` times the most that this misses at the two anchors around bounds the error in between, in the
 shape ``4 t (1 - t)``; to it comes the median of what is missed anywhere, as resonances of upper modes
-may lie between two anchors that agree. With the slope ``s = d log M/d log a`` of the surface an error ``dk`` of kappa
-moves the amplitude by ``|omega_sl² dk/Z|/|s|``; near a fold s vanishes and the bound says so.
+may lie between two anchors that agree. With the slope ``d log M/d log a`` of the surface an error ``dk``
+of kappa moves the amplitude by ``|omega_sl² dk/Z|`` over the slope; near a fold that vanishes and the
+bound says so.
 """
 
 from __future__ import annotations
@@ -24,7 +25,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from microslip.analyses.reduced.surface import LoadSurface, detuning, linear_stiffness, stiffness
+from microslip.analyses.reduced.surface import (
+    LoadSurface,
+    along,
+    detuning,
+    linear_stiffness,
+    stiffness,
+)
 from microslip.brief import Brief
 from microslip.errors import MicroslipError
 from microslip.typing import Array, Complex, Indices
@@ -34,7 +41,7 @@ SAFETY = 2.0
 misses less than this only where the correction has a corner between the anchors."""
 
 APART = 1e-3
-"""Anchors closer than this in detuning count as one, the later."""
+"""Anchors closer than this in place count as one, the later."""
 
 FEWEST = 4
 """Anchors below which nothing is said of the error."""
@@ -44,7 +51,7 @@ UNSETTLED = 100.0
 left where the slowest transient loses a hundredth per cycle."""
 
 BESIDE = 0.3
-"""Beyond an outermost anchor by more than this detuning its error counts in full."""
+"""Beyond an outermost anchor by more than this its error counts in full."""
 
 
 @dataclass(frozen=True)
@@ -57,8 +64,8 @@ class Anchor:
         Hz.
     amplitude : complex
         Q.
-    detuning : float
-        u.
+    place : float
+        s.
     correction : complex
         What the table misses, over omega_sl².
     change : float
@@ -67,7 +74,7 @@ class Anchor:
 
     frequency: float
     amplitude: complex
-    detuning: float
+    place: float
     correction: complex
     change: float
 
@@ -84,7 +91,7 @@ class Answers(Brief):
         ``|A|``.
     amplitude : (k,) complex array
         Q.
-    detuning : (k,) array
+    detuning, place : (k,) arrays
     slope : (k,) array
         ``d log M/d log a``; negative between two folds.
     error : (k,) array
@@ -95,6 +102,7 @@ class Answers(Brief):
     size: Array
     amplitude: Complex
     detuning: Array
+    place: Array
     slope: Array
     error: Array
 
@@ -122,21 +130,21 @@ def anchor_at(
         raise MicroslipError(f"the steady state at {frequency:.6g} Hz does not move")
     true = (model.force[0] + D * model.offset[0]) * load / A
     table = stiffness(model, surface.curve, surface.preload, np.array(abs(A)), np.array(omega))
-    u = float(detuning(table, model))
-    return Anchor(frequency, Q, u, complex(true - table) / model.omega**2, change)
+    s = float(detuning(table, model) + along(surface.curve, model, frequency))
+    return Anchor(frequency, Q, s, complex(true - table) / model.omega**2, change)
 
 
-def correction(anchors: Sequence[Anchor], u: Array) -> Complex:
-    """What the table misses at detunings, interpolated between anchors; zero without any."""
+def correction(anchors: Sequence[Anchor], place: Array) -> Complex:
+    """What the table misses at places, interpolated between anchors; zero without any."""
     x, y = _knots(anchors)
     if len(x) < 2:
-        return np.full(np.shape(u), y[0] if len(x) else 0.0, complex)
-    inside = np.clip(u, x[0], x[-1])
+        return np.full(np.shape(place), y[0] if len(x) else 0.0, complex)
+    inside = np.clip(place, x[0], x[-1])
     return PchipInterpolator(x, y.real)(inside) + 1j * PchipInterpolator(x, y.imag)(inside)
 
 
 def missed_by_others(anchors: Sequence[Anchor]) -> tuple[Array, Array]:
-    """Detunings of the anchors, ascending, and by how much the others miss the correction of each."""
+    """Places of the anchors, ascending, and by how much the others miss the correction of each."""
     x, y = _knots(anchors)
     kept = [Anchor(0.0, 0.0, a, b, 0.0) for a, b in zip(x, y, strict=True)]
     missed = [
@@ -161,7 +169,7 @@ def corrected_answers(
         Relative error of the anchors' own amplitudes, part of the bound.
     """
     model = surface.model
-    Z = surface.stiffness + model.omega**2 * correction(anchors, surface.detuning)
+    Z = surface.stiffness + model.omega**2 * correction(anchors, surface.place)
     x = np.log(surface.amplitude)
     gap = np.log(np.abs(Z)) + x[:, None] - np.log(np.abs(surface.push) * abs(load))[None]
     i, point = np.nonzero((gap[:-1] <= 0) != (gap[1:] <= 0))
@@ -174,46 +182,46 @@ def corrected_answers(
     A = surface.push[point] * load / z
     A *= size / np.abs(A)
     Q = A - model.offset[0] * load
-    u = (1 - t) * surface.detuning[i, point] + t * surface.detuning[i + 1, point]
+    u, s = ((1 - t) * y[i, point] + t * y[i + 1, point] for y in (surface.detuning, surface.place))
     slope = rise / step
-    share = np.abs(model.omega**2 * _bound(anchors, u) / z) * size / np.abs(Q)
-    share += accuracy + UNSETTLED * _change_beside(anchors, u)
+    share = np.abs(model.omega**2 * _bound(anchors, s) / z) * size / np.abs(Q)
+    share += accuracy + UNSETTLED * _change_beside(anchors, s)
     with np.errstate(divide="ignore"):
         error = share / np.minimum(np.abs(slope), 1.0)
-    return Answers(point, size, Q, u, slope, error)
+    return Answers(point, size, Q, u, s, slope, error)
 
 
-def _bound(anchors: Sequence[Anchor], u: Array) -> Array:
-    """Error of the correction at detunings."""
+def _bound(anchors: Sequence[Anchor], place: Array) -> Array:
+    """Error of the correction at places."""
     if len(anchors) < FEWEST:
-        return np.full(np.shape(u), np.inf)
+        return np.full(np.shape(place), np.inf)
     x, missed = missed_by_others(anchors)
     unseen, missed = float(np.median(missed)), SAFETY * missed
-    i = np.searchsorted(x, u)
+    i = np.searchsorted(x, place)
     left, right = np.clip(i - 1, 0, len(x) - 1), np.clip(i, 0, len(x) - 1)
     width = np.where(right > left, x[right] - x[left], 1.0)
-    t = np.where(right > left, (u - x[left]) / width, 0.0)
+    t = np.where(right > left, (place - x[left]) / width, 0.0)
     between = np.maximum(missed[left], missed[right]) * 4 * t * (1 - t)
     end = np.where(i == 0, 0, len(x) - 1)
-    beyond = missed[end] * np.minimum(np.abs(u - x[end]) / BESIDE, 1.0)
+    beyond = missed[end] * np.minimum(np.abs(place - x[end]) / BESIDE, 1.0)
     return np.where(right > left, between, beyond) + unseen
 
 
-def _change_beside(anchors: Sequence[Anchor], u: Array) -> Array:
+def _change_beside(anchors: Sequence[Anchor], place: Array) -> Array:
     """Larger change of the two anchors to either side."""
     if not anchors:
-        return np.zeros(np.shape(u))
-    ordered = sorted(anchors, key=lambda one: one.detuning)
-    x, change = (np.array([getattr(a, k) for a in ordered]) for k in ("detuning", "change"))
-    i = np.searchsorted(x, u)
+        return np.zeros(np.shape(place))
+    ordered = sorted(anchors, key=lambda one: one.place)
+    x, change = (np.array([getattr(a, k) for a in ordered]) for k in ("place", "change"))
+    i = np.searchsorted(x, place)
     return np.maximum(change[np.clip(i - 1, 0, len(x) - 1)], change[np.clip(i, 0, len(x) - 1)])
 
 
 def _knots(anchors: Sequence[Anchor]) -> tuple[Array, Complex]:
-    """Detunings and corrections, ascending, those that are close merged into the later."""
+    """Places and corrections, ascending, those that are close merged into the later."""
     kept: list[Anchor] = []
     for one in anchors:
-        kept = [other for other in kept if abs(other.detuning - one.detuning) > APART]
+        kept = [other for other in kept if abs(other.place - one.place) > APART]
         kept.append(one)
-    kept.sort(key=lambda one: one.detuning)
-    return np.array([a.detuning for a in kept]), np.array([a.correction for a in kept], complex)
+    kept.sort(key=lambda one: one.place)
+    return np.array([a.place for a in kept]), np.array([a.correction for a in kept], complex)

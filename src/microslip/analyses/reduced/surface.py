@@ -10,7 +10,12 @@ this surface, folds and all: no iteration, no branch that a sweep can miss.
 
 Where on its resonance curve an answer lies is told by its detuning ``u = asinh(-Re Z/Im Z)``: 0 at
 resonance, where load and motion are a quarter of a period apart, -0.88 and 0.88 at half power. It
-rises along the curve even where that folds and the frequency does not.
+rises along the curve even where that folds and the frequency does not, and hardly in its tails. With the
+frequency, in units of a third of the distance from the sliding to the stuck one, it makes the place,
+
+    s = u + 3 (omega - omega_sl)/(omega_st - omega_sl),
+
+which rises everywhere along the curve, as fast as anything on it changes.
 
 Above the table kappa goes on with the slope that it ends with: a guess, to be put right by whoever
 reads it.
@@ -35,6 +40,9 @@ BELOW = 1e-2
 REACH = 2.0
 """Largest amplitude of a surface over that of its table."""
 
+STRETCH = 3.0
+"""Of the place along a curve, from the sliding to the stuck frequency."""
+
 AMPLITUDES = 700
 """Amplitudes of a surface, in geometric progression."""
 
@@ -56,8 +64,8 @@ class LoadSurface(Brief):
         Of A, ascending.
     stiffness : (m, n) complex array
         Z.
-    detuning : (m, n) array
-        u.
+    detuning, place : (m, n) arrays
+        u and s.
     push : (n,) complex array
         ``Phi^T p + D c``.
     """
@@ -69,6 +77,7 @@ class LoadSurface(Brief):
     amplitude: Array
     stiffness: Complex
     detuning: Array
+    place: Array
     push: Complex
 
 
@@ -94,7 +103,16 @@ def load_surface(model: TwoModeModel, table: EquivalentTable, frequency: Array) 
     a = np.geomspace(BELOW * table.amplitude[0], REACH * table.amplitude[-1], AMPLITUDES)
     Z = stiffness(model, curve, table.preload, a[:, None], 2 * np.pi * f)
     push = model.force[0] + linear_stiffness(model, 2 * np.pi * f) * model.offset[0]
-    return LoadSurface(model, curve, table.preload, f, a, Z, detuning(Z, model), push)
+    u = detuning(Z, model)
+    s = u + along(curve, model, f)
+    return LoadSurface(model, curve, table.preload, f, a, Z, u, s, push)
+
+
+def along(curve: TableCurve, model: TwoModeModel, frequency: Array | float) -> Array:
+    """What frequencies, Hz, add to the place along a curve; the table sticks where it begins."""
+    ratio = 2 * np.pi * np.asarray(frequency, dtype=float) / model.omega - 1
+    gap = np.sqrt(1 + max(curve.coefficients[3, 0, 0], 1e-6)) - 1
+    return np.asarray(STRETCH * ratio / gap)
 
 
 def linear_stiffness(model: TwoModeModel, omega: Array | float) -> Complex:
