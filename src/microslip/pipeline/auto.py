@@ -2,9 +2,10 @@
 
 Steady states of the full joint are found where the response under a load is least known: first at its
 resonance, half-power points and ends, then wherever the bound of `analyses.reduced.anchors` is largest,
-two at a time, until it is below what the file asks for or the points are used up. Where the search
-finds no steady state, the error up to the next one that it does find is not bounded. Amplitudes above
-the table, where contact is lost for part of the cycle, are claimed as far as steady states go.
+two at a time and first far from all others, until it is below what the file asks for or the points are
+used up. Where the search finds no steady state, the error up to the next one that it does find is not
+bounded. Amplitudes above the table, where contact is lost for part of the cycle, are claimed as far as
+steady states go.
 """
 
 from __future__ import annotations
@@ -26,8 +27,11 @@ from microslip.pipeline.band import Curve
 from microslip.pipeline.prepare import Assembly
 from microslip.typing import Array, Indices, Mask
 
-FIRST = ((0.0, -1.2, 1.2), (-2.2, 2.2), (-np.inf, np.inf))
+FIRST = ((0.0, -1.2), (1.2, -np.inf), (np.inf,))
 """Detunings of the first anchors, round by round: the resonance, below and above half power, the ends."""
+
+UNKNOWN = 1e3
+"""What counts as the error where there is no bound, more the farther from all anchors."""
 
 STEPS = 150
 """Time steps per cycle."""
@@ -208,6 +212,8 @@ def _least_known(search: _Search, wanted: float) -> list[int]:
         error[max(k - 1, 0) : k + 2] = 0.0
     for one in search.anchors:
         error[np.abs(place - one.place) < NEAR] = 0.0
+    away = np.abs(place[:, None] - [one.place for one in search.anchors]).min(axis=1, initial=9.0)
+    error = np.where(np.isinf(error), UNKNOWN * (1 + away), error)
     picks: list[int] = []
     while len(picks) < 2 and error.max(initial=0.0) > wanted:
         picks.append(int(np.argmax(error)))

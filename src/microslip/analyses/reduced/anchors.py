@@ -12,9 +12,9 @@ the outermost anchors), it makes the model pass through every anchor and be righ
 How right is measured by leaving anchors out: the correction of each is predicted from the others.
 `SAFETY` times the most that this misses at the two anchors around bounds the error in between, in the
 shape ``4 t (1 - t)``; to it comes the median of what is missed anywhere, as resonances of upper modes
-may lie between two anchors that agree. With the slope ``d log M/d log a`` of the surface an error ``dk``
-of kappa moves the amplitude by ``|omega_sl² dk/Z|`` over the slope; near a fold that vanishes and the
-bound says so.
+may lie between two anchors that agree. Of what lies between two anchors far apart nothing is said. With
+the slope ``d log M/d log a`` of the surface an error ``dk`` of kappa moves the amplitude by ``|omega_sl²
+dk/Z|`` over the slope; near a fold that vanishes and the bound says so.
 """
 
 from __future__ import annotations
@@ -49,6 +49,9 @@ FEWEST = 4
 UNSETTLED = 100.0
 """An anchor that still changed over its last cycle is as uncertain as so many of those changes: what is
 left where the slowest transient loses a hundredth per cycle."""
+
+WIDEST = 1.2
+"""Distance between two anchors beyond which nothing is said of what lies between them."""
 
 BESIDE = 0.3
 """Beyond an outermost anchor by more than this its error counts in full."""
@@ -204,7 +207,8 @@ def _bound(anchors: Sequence[Anchor], place: Array) -> Array:
     between = np.maximum(missed[left], missed[right]) * 4 * t * (1 - t)
     end = np.where(i == 0, 0, len(x) - 1)
     beyond = missed[end] * np.minimum(np.abs(place - x[end]) / BESIDE, 1.0)
-    return np.where(right > left, between, beyond) + unseen
+    known = np.where(right > left, width <= WIDEST, np.abs(place - x[end]) <= WIDEST)
+    return np.where(known, np.where(right > left, between, beyond) + unseen, np.inf)
 
 
 def _change_beside(anchors: Sequence[Anchor], place: Array) -> Array:
