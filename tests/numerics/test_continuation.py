@@ -29,7 +29,7 @@ class Dense:
     def __init__(self, F, J, F_p):
         self.F, self._J, self._F_p = np.asarray(F, float), np.asarray(J, float), np.asarray(F_p)
 
-    def solve(self, right, tolerance):
+    def solve(self, right, tolerance, guess=None):
         return np.linalg.solve(self._J, right)
 
     def by_parameter(self):

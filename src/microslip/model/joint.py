@@ -21,7 +21,8 @@ import numpy as np
 from microslip.brief import Brief
 from microslip.errors import ModelError
 from microslip.model.bodies import BodyMotions
-from microslip.model.modes import LinearModes, factorise, linear_modes, spectral_shift
+from microslip.model.interface_compliance import interface_compliance
+from microslip.model.modes import LinearModes, PartFactors, linear_modes, spectral_shift
 from microslip.model.structure import Structure
 from microslip.typing import Array, Indices
 
@@ -205,9 +206,11 @@ class Reducer:
             raise ModelError(f"cannot keep {modes} modes of {structure.dofs} degrees of freedom")
         self.structure = structure
         self.rayleigh = rayleigh
-        self.modes: LinearModes = linear_modes(structure, np.array([], dtype=np.int64), modes)
         self._shift = spectral_shift(structure)
-        self._solve = factorise(structure.stiffness + self._shift * structure.mass)
+        self._shifted = (structure.stiffness + self._shift * structure.mass).tocsc()
+        self._factors = PartFactors(self._shifted)
+        free = np.array([], dtype=np.int64)
+        self.modes: LinearModes = linear_modes(structure, free, modes, factors=self._factors)
         self._mass_modes = structure.mass @ self.modes.shapes
         self.equilibrium_modes = soft_modes(
             self.modes.omega, structure.interface.relative @ self.modes.shapes
@@ -218,22 +221,35 @@ class Reducer:
         rigid = slice(0, self.equilibrium_modes)
         shapes, mass_shapes = self.modes.shapes, self._mass_modes
         elastic = loads - mass_shapes[:, rigid] @ (shapes[:, rigid].T @ loads)
-        x = self._solve(np.ascontiguousarray(elastic))
+        x = self._factors.solve(elastic)
         x -= shapes[:, rigid] @ (mass_shapes[:, rigid].T @ x)
         kept = slice(self.equilibrium_modes, None)
         weight = 1 / (self.modes.omega[kept] ** 2 + self._shift)
         return x - (shapes[:, kept] * weight) @ (shapes[:, kept].T @ loads)
 
+    def _residual_flexibility(self) -> Array:
+        """Relative displacement of the truncated modes under unit relative forces."""
+        relative = self.structure.interface.relative.tocsr()
+        rigid, kept = slice(0, self.equilibrium_modes), slice(self.equilibrium_modes, None)
+        shapes = self.modes.shapes
+        whole = interface_compliance(
+            self._shifted,
+            relative,
+            shapes[:, rigid],
+            self._mass_modes[:, rigid],
+            self._factors.orders,
+        )
+        mode_v = relative @ shapes[:, kept]
+        return whole - (mode_v / (self.modes.omega[kept] ** 2 + self._shift)) @ mode_v.T
+
     def model(self, ports: Mapping[str, Array]) -> JointModel:
         """Joint model with the given ports (name to load vector)."""
         interface = self.structure.interface
         relative = interface.relative
-        count = relative.shape[0]
         vectors = np.column_stack(list(ports.values()))
-        x = self.residual_response(np.hstack([relative.T.toarray(), vectors]))
-        v = relative @ x
-        residual = v[:, :count]
-        port_port = vectors.T @ x[:, count:]
+        x = self.residual_response(vectors)
+        residual = self._residual_flexibility()
+        port_port = vectors.T @ x
         supports = self.structure.supports
         return JointModel(
             position=interface.position,
@@ -245,7 +261,7 @@ class Reducer:
             residual=0.5 * (residual + residual.T),
             ports=tuple(ports),
             port_modes=self.modes.shapes.T @ vectors,
-            port_v=v[:, count:],
+            port_v=relative @ x,
             port_port=0.5 * (port_port + port_port.T),
             rayleigh=self.rayleigh,
             image=interface.image,

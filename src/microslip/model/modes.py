@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
+import scipy.sparse.csgraph as csgraph
 import scipy.sparse.linalg as spla
 
 from microslip.brief import Brief
@@ -45,13 +46,63 @@ class LinearModes(Brief):
 
 def factorise(matrix: sp.csc_matrix) -> Callable[[Array], Array]:
     """Return a function that solves with a symmetric matrix (sparse LU, symmetric ordering)."""
-    lu = spla.splu(
+    return _factors(matrix).solve
+
+
+def _factors(matrix: sp.csc_matrix) -> spla.SuperLU:
+    return spla.splu(
         matrix.tocsc(),
         permc_spec="MMD_AT_PLUS_A",
         diag_pivot_thresh=0.0,
         options={"SymmetricMode": True},
     )
-    return lu.solve
+
+
+class PartFactors:
+    """Factors of a symmetric matrix, one for each of its connected parts.
+
+    Bodies that touch nowhere in a matrix are parts of their own: their modes are found apart.
+
+    Parameters
+    ----------
+    matrix : (n, n) sparse
+
+    Attributes
+    ----------
+    parts : list of int arrays
+        Degrees of freedom of each part.
+    """
+
+    def __init__(self, matrix: sp.csc_matrix) -> None:
+        count, label = csgraph.connected_components(matrix, directed=False)
+        # a part of a few degrees of freedom is no body
+        large = count <= MOST_PARTS and np.bincount(label).min() > LEAST_PART
+        self.parts: list[Indices] = (
+            [np.flatnonzero(label == k) for k in range(count)]
+            if large
+            else [np.arange(matrix.shape[0])]
+        )
+        self._lu = [_factors(matrix[part][:, part]) for part in self.parts]
+
+    def solve(self, right: Array) -> Array:
+        """Solution of the whole system."""
+        out = np.empty(right.shape)
+        for part, lu in zip(self.parts, self._lu, strict=True):
+            out[part] = lu.solve(np.ascontiguousarray(right[part]))
+        return out
+
+    def solve_part(self, number: int, right: Array) -> Array:
+        """Solution of one part."""
+        return np.asarray(self._lu[number].solve(right))
+
+    @property
+    def orders(self) -> list[Indices]:
+        """Order in which the degrees of freedom of each part were eliminated."""
+        return [part[np.argsort(lu.perm_c)] for part, lu in zip(self.parts, self._lu, strict=True)]
+
+
+MOST_PARTS, LEAST_PART = 4, 400
+"""Bodies at most, and degrees of freedom of one, that are taken apart."""
 
 
 def spectral_shift(structure: Structure) -> float:
@@ -108,7 +159,11 @@ def static_shape(structure: Structure, bonded: Indices, load: str) -> Array:
 
 
 def linear_modes(
-    structure: Structure, bonded: Indices, count: int, align: str | None = None
+    structure: Structure,
+    bonded: Indices,
+    count: int,
+    align: str | None = None,
+    factors: PartFactors | None = None,
 ) -> LinearModes:
     """Lowest modes with some components of the relative displacement bonded.
 
@@ -121,17 +176,15 @@ def linear_modes(
         Number of modes.
     align : str, optional
         Name of a load; every mode's sign is such that the load does positive work on it.
+    factors : PartFactors, optional
+        Of ``K + sigma M`` with the shift of `spectral_shift`, where nothing is bonded.
     """
     basis = bonding(structure.interface.relative, np.asarray(bonded, dtype=np.int64))
     stiffness = (basis.T @ structure.stiffness @ basis).tocsc()
     mass = (basis.T @ structure.mass @ basis).tocsc()
     shift = spectral_shift(structure)
-    solve = factorise(stiffness + shift * mass)
-    operator = spla.LinearOperator(stiffness.shape, matvec=solve, dtype=float)
-    start = np.sin(1.0 + np.arange(stiffness.shape[0]) ** 1.5)
-    values, vectors = spla.eigsh(
-        stiffness, k=count, M=mass, sigma=-shift, OPinv=operator, which="LM", v0=start
-    )
+    factors = factors or PartFactors(stiffness + shift * mass)
+    values, vectors = _lowest(stiffness, mass, shift, factors, count)
     if not (np.isfinite(values).all() and np.isfinite(vectors).all()):
         raise ModelError(
             "the normal modes are not finite numbers: check the dimensions, the material and the "
@@ -147,3 +200,63 @@ def linear_modes(
         shapes[:, k] *= 1.0 if work >= 0 else -1.0
     omega = np.sqrt(np.maximum(values[order], 0.0))
     return LinearModes(omega, shapes, np.asarray(bonded, dtype=np.int64))
+
+
+MARGIN = 6
+"""Modes beyond its equal share that each of several parts is asked for first."""
+
+
+def _lowest(
+    stiffness: sp.csc_matrix,
+    mass: sp.csc_matrix,
+    shift: float,
+    factors: PartFactors,
+    count: int,
+) -> tuple[Array, Array]:
+    """The lowest eigenvalues and eigenvectors, part by part.
+
+    A part that ends below the last one wanted is asked for more.
+    """
+    parts = factors.parts
+    asked = [min(-(-count // len(parts)) + MARGIN * (len(parts) > 1), count) for _ in parts]
+    found = [_lowest_of(stiffness, mass, shift, factors, k, n) for k, n in enumerate(asked)]
+    while True:
+        last = np.sort(np.concatenate([values for values, _ in found]))[count - 1]
+        short = [
+            k for k, (values, _) in enumerate(found) if asked[k] < count and not values.max() > last
+        ]
+        if not short or not np.isfinite(last):
+            break
+        for k in short:
+            asked[k] = min(count, asked[k] + asked[k] // 2 + 1)
+            found[k] = _lowest_of(stiffness, mass, shift, factors, k, asked[k])
+    values = np.concatenate([each for each, _ in found])
+    vectors = np.zeros((stiffness.shape[0], len(values)))
+    column = 0
+    for part, (_, shapes) in zip(parts, found, strict=True):
+        vectors[part, column : column + shapes.shape[1]] = shapes
+        column += shapes.shape[1]
+    order = np.argsort(values, kind="stable")[:count]
+    return values[order], vectors[:, order]
+
+
+def _lowest_of(
+    stiffness: sp.csc_matrix,
+    mass: sp.csc_matrix,
+    shift: float,
+    factors: PartFactors,
+    number: int,
+    count: int,
+) -> tuple[Array, Array]:
+    part = factors.parts[number]
+    K, M = stiffness, mass
+    if len(part) < K.shape[0]:
+        K, M = K[part][:, part], M[part][:, part]
+    operator = spla.LinearOperator(
+        K.shape, matvec=lambda x: factors.solve_part(number, x), dtype=float
+    )
+    start = np.sin(1.0 + np.arange(len(part)) ** 1.5)
+    values, vectors = spla.eigsh(
+        K, k=count, M=M, sigma=-shift, OPinv=operator, which="LM", v0=start
+    )
+    return values, vectors

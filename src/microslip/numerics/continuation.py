@@ -10,8 +10,10 @@ A step goes along the unit tangent, then Newton's method corrects in the hyperpl
     J a = -F,  J b = -F_p,   dp = -<t, x - x_predicted + (a, 0)> / <t, (b, 1)>,   du = a + dp b,
 
 two solves with the same derivative ("block elimination"), so that a fold, where p turns round, is
-nothing special. Derivatives may jump (friction, contact): tangents are only used to predict and to tell
-directions. A corner sharper than a right angle in this metric has no point ahead of it, and ends a branch.
+nothing special. Along a branch ``b`` changes little and dp is small: the last one is the guess of the
+next, and it is solved for as well as the step needs it. Derivatives may jump (friction, contact): tangents
+are only used to predict and to tell directions. A corner sharper than a right angle in this metric has no
+point ahead of it, and ends a branch.
 E. L. Allgower & K. Georg, Introduction to Numerical Continuation Methods (SIAM 2003).
 """
 
@@ -20,72 +22,41 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 
 from microslip.brief import Brief
-from microslip.errors import MicroslipError
+from microslip.numerics.newton import (
+    ContinuationError,
+    Linearised,
+    Problem,
+    StepControl,
+    inner,
+    newton,
+    size,
+    unit_tangent,
+)
 from microslip.typing import Array
 
-
-class ContinuationError(MicroslipError):
-    """A point of a branch was not found."""
-
-
-class Linearised(Protocol):
-    """``F`` and its derivative at one point."""
-
-    @property
-    def F(self) -> Array:
-        """Residual, (n,), in units in which the tolerance means something."""
-
-    def solve(self, right: Array, tolerance: float) -> Array:
-        """Solve ``J z = right`` to a relative residual; raises `ContinuationError`."""
-
-    def by_parameter(self) -> Array:
-        """``F_p``, (n,)."""
-
-
-class Problem(Protocol):
-    """Equations ``F(u, p) = 0`` with a metric."""
-
-    @property
-    def weight(self) -> Array:
-        """Weight of each unknown in the inner product, (n,)."""
-
-    @property
-    def parameter_scale(self) -> float:
-        """Change of p that counts as a step of length one."""
-
-    def at(self, u: Array, p: float) -> Linearised:
-        """Evaluate; raises `ContinuationError` where p has no meaning."""
-
-
-@dataclass(frozen=True)
-class StepControl:
-    """How far to step, and when a point counts as found.
-
-    Attributes
-    ----------
-    first, smallest, largest : float
-        Length of a step.
-    good_iterations : int
-        Newton steps at which the length stays as it is; more shrink it, fewer let it grow.
-    max_iterations : int
-        Newton steps until a step is given up and halved.
-    tolerance : float
-        Largest entry of F at a point.
-    max_points : int
-    """
-
-    first: float = 0.05
-    smallest: float = 1e-5
-    largest: float = 1.0
-    good_iterations: int = 5
-    max_iterations: int = 15
-    tolerance: float = 1e-8
-    max_points: int = 500
+__all__ = [
+    "Branch",
+    "BranchPoint",
+    "ContinuationError",
+    "Linearised",
+    "Problem",
+    "StepControl",
+    "advance",
+    "crossings",
+    "first_point",
+    "fold",
+    "inner",
+    "load_branch",
+    "locate",
+    "save_branch",
+    "solve_at",
+    "trace",
+    "turned",
+]
 
 
 @dataclass(frozen=True, repr=False)
@@ -147,11 +118,6 @@ class Branch(Brief):
         return [int(i) for i in np.flatnonzero(direction[1:] * direction[:-1] < 0)]
 
 
-def inner(problem: Problem, u1: Array, p1: float, u2: Array, p2: float) -> float:
-    """Inner product that lengths and angles are measured with."""
-    return float(u1 @ (problem.weight * u2)) + p1 * p2 / problem.parameter_scale**2
-
-
 def solve_at(
     problem: Problem, u: Array, p: float, control: StepControl
 ) -> tuple[Array, Linearised, int]:
@@ -161,7 +127,7 @@ def solve_at(
     ------
     ContinuationError
     """
-    x, _, equations, iterations = _newton(problem, u, p, control, None)
+    x, _, equations, iterations, _ = newton(problem, u, p, control, None)
     return x, equations, iterations
 
 
@@ -174,9 +140,9 @@ def first_point(
     ------
     ContinuationError
     """
-    x, _, equations, iterations = _newton(problem, u, p, control, None)
-    t_u, t_p = _tangent(problem, equations, np.zeros_like(x), direction)
-    return BranchPoint(x, p, t_u, t_p, control.first, iterations, _size(equations))
+    x, _, equations, iterations, _ = newton(problem, u, p, control, None)
+    t_u, t_p = unit_tangent(problem, equations, np.zeros_like(x), direction, None)
+    return BranchPoint(x, p, t_u, t_p, control.first, iterations, size(equations))
 
 
 def turned(point: BranchPoint) -> BranchPoint:
@@ -197,9 +163,9 @@ def advance(
     u = point.u + length * point.tangent_u
     p = point.p + length * point.tangent_p
     across = (point.tangent_u, point.tangent_p)
-    x, p, equations, iterations = _newton(problem, u, p, control, across)
-    t_u, t_p = _tangent(problem, equations, *across)
-    return BranchPoint(x, p, t_u, t_p, point.step, iterations, _size(equations))
+    x, p, equations, iterations, b = newton(problem, u, p, control, across)
+    t_u, t_p = unit_tangent(problem, equations, *across, b)
+    return BranchPoint(x, p, t_u, t_p, point.step, iterations, size(equations))
 
 
 def trace(
@@ -208,6 +174,7 @@ def trace(
     bounds: tuple[float, float],
     control: StepControl | None = None,
     observe: Callable[[BranchPoint], bool] | None = None,
+    stops: Sequence[float] | Array = (),
 ) -> Branch:
     """Follow a branch from a point until p leaves its bounds.
 
@@ -224,14 +191,18 @@ def trace(
     control : StepControl, optional
     observe : callable, optional
         Called with every new point; the branch stops where it returns True.
+    stops : sequence of float, optional
+        Values of p on which steps that would pass one of them end, where the branch is not steep.
     """
     control = control or StepControl()
     points = [start]
+    ahead = np.unique(np.asarray(stops, dtype=float))
     step = min(start.step, control.largest)
     while len(points) < control.max_points:
         here = points[-1]
         try:
-            there = _within(problem, here, step, bounds, control)
+            there = _onto(problem, here, step, ahead, control)
+            there = there or _within(problem, here, step, bounds, control)
         except ContinuationError as error:
             step *= 0.5
             if step < control.smallest:
@@ -365,69 +336,50 @@ def _within(
     bound = low if there.p <= low else high
     share = (bound - here.p) / (there.p - here.p)
     u = here.u + share * (there.u - here.u)
-    x, p, equations, iterations = _newton(problem, u, bound, control, None)
-    t_u, t_p = _tangent(problem, equations, there.tangent_u, there.tangent_p)
-    return BranchPoint(x, p, t_u, t_p, there.step, iterations, _size(equations))
+    return _land(problem, there, u, bound, control)
+
+
+STEEP = 0.3
+"""Share of a step in p, squared, below which a branch is too steep to be solved at given p."""
+
+ASIDE = 0.5
+"""A point at given p is on another branch where it is so much farther away than predicted."""
+
+
+def _onto(
+    problem: Problem,
+    here: BranchPoint,
+    step: float,
+    stops: Array,
+    control: StepControl,
+) -> BranchPoint | None:
+    """The point on the first stop that a step would pass; None where there is none, or not found."""
+    end = here.p + step * here.tangent_p
+    between = stops[(stops > min(here.p, end)) & (stops < max(here.p, end))]
+    if len(between) == 0 or (here.tangent_p / problem.parameter_scale) ** 2 < STEEP:
+        return None
+    p = float(between[np.argmin(np.abs(between - here.p))])
+    length = (p - here.p) / here.tangent_p
+    try:
+        there = _land(problem, here, here.u + length * here.tangent_u, p, control)
+    except ContinuationError:
+        return None
+    aside = there.u - here.u - length * here.tangent_u
+    turns = inner(problem, there.tangent_u, there.tangent_p, here.tangent_u, here.tangent_p)
+    if inner(problem, aside, 0.0, aside, 0.0) > (ASIDE * length) ** 2 or turns <= 0:
+        return None
+    return there
+
+
+def _land(
+    problem: Problem, beside: BranchPoint, u: Array, p: float, control: StepControl
+) -> BranchPoint:
+    """The point at a given p, in the direction of a point beside it."""
+    x, _, equations, iterations, _ = newton(problem, u, p, control, None)
+    guess = beside.tangent_u / beside.tangent_p if beside.tangent_p else None
+    t_u, t_p = unit_tangent(problem, equations, beside.tangent_u, beside.tangent_p, guess)
+    return BranchPoint(x, p, t_u, t_p, beside.step, iterations, size(equations))
 
 
 def _growth(iterations: int, control: StepControl) -> float:
     return float(np.clip(control.good_iterations / max(iterations, 1), 0.5, 1.5))
-
-
-def _size(equations: Linearised) -> float:
-    return float(np.abs(equations.F).max())
-
-
-TANGENT_ACCURACY = 1e-6
-STEP_ACCURACY = 1e-3
-
-
-def _tangent(
-    problem: Problem, equations: Linearised, old_u: Array, old_p: float
-) -> tuple[Array, float]:
-    """Unit tangent, on the side of the old one."""
-    b = equations.solve(-equations.by_parameter(), TANGENT_ACCURACY)
-    length = np.sqrt(inner(problem, b, 1.0, b, 1.0))
-    side = np.sign(inner(problem, b, 1.0, old_u, old_p)) or 1.0
-    return side * b / length, float(side / length)
-
-
-def _newton(
-    problem: Problem,
-    u: Array,
-    p: float,
-    control: StepControl,
-    across: tuple[Array, float] | None,
-) -> tuple[Array, float, Linearised, int]:
-    """Newton's method at fixed p, or in the hyperplane through (u, p) across a direction.
-
-    Of the steps 1, 1/2, 1/4 ... the first that makes the residual smaller is taken.
-    """
-    equations = problem.at(u, p)
-    for iteration in range(control.max_iterations + 1):
-        error = _size(equations)
-        if not np.isfinite(error):
-            break
-        if error <= control.tolerance:
-            return u, p, equations, iteration
-        if iteration == control.max_iterations:
-            break
-        du = equations.solve(-equations.F, STEP_ACCURACY)
-        dp = 0.0
-        if across is not None:
-            b = equations.solve(-equations.by_parameter(), STEP_ACCURACY)
-            dp = -inner(problem, du, 0.0, *across) / inner(problem, b, 1.0, *across)
-            du = du + dp * b
-        before = float(np.linalg.norm(equations.F))
-        length = 1.0
-        for _ in range(6):
-            trial = problem.at(u + length * du, p + length * dp)
-            if np.linalg.norm(trial.F) < (1 - 0.1 * length) * before:
-                break
-            length *= 0.5
-        else:
-            length *= 2.0
-        u, p, equations = u + length * du, p + length * dp, trial
-    raise ContinuationError(
-        f"no point near p = {p:.6g}: residual {error:.1e} after {iteration} Newton steps"
-    )

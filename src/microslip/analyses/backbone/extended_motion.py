@@ -12,9 +12,10 @@ has no phase and, besides its vibration, its rest as a solution. Both ambiguitie
 a force that vanishes in the first harmonic where ``Q_1 = L / kappa``, which fixes omega and xi. On
 higher harmonics of q alone, which are thousandths, the spring stays, as ``kappa / ((h² - 1) omega²)``.
 
-With ``z = F_1/Q_1``, the equation of the mode says ``omega² = omega_sl² + Re z`` and
-``xi = c + Im z / omega``. The outer iteration finds the z that gives itself; it depends on its
-guess through the real part, which changes the amplitude, so a secant along that part suffices.
+Motions are followed over their amplitude with omega and xi among the unknowns (`motion_path.py`). Where that
+does not get to, an outer iteration tries every amplitude by itself. With ``z = F_1/Q_1``, the equation of the
+mode says ``omega² = omega_sl² + Re z`` and ``xi = c + Im z / omega``: the z that gives itself is sought; it
+depends on its guess through the real part, which changes the amplitude, so a secant along that part suffices.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from microslip.analyses.backbone.motion_path import MotionEquations, MotionPath
 from microslip.analyses.backbone.points import Backbone, BackbonePoint, amplitude_scale, failed
 from microslip.analyses.harmonic.linear import HarmonicSolver
 from microslip.analyses.harmonic.paths import CONTROL, LoadPath
@@ -34,7 +36,14 @@ from microslip.analyses.prepared.joint_modes import JointMode, with_mode_port
 from microslip.analyses.statics.prescribed import modal_rest
 from microslip.brief import Brief
 from microslip.errors import Failure
-from microslip.numerics.continuation import ContinuationError, first_point, solve_at, trace
+from microslip.numerics.continuation import (
+    BranchPoint,
+    ContinuationError,
+    crossings,
+    first_point,
+    solve_at,
+    trace,
+)
 from microslip.typing import Array
 
 SPRING = 0.3
@@ -294,24 +303,77 @@ def harmonic_backbone(
     state = Nearby(sprung.problem.rest(), 0.0, omega, alpha + beta * omega**2)
     scale = amplitude_scale(joint, mode)
     points, failures = [], []
-    for amplitude in sorted(float(a) for a in amplitudes):
+    sizes = sorted(float(a) for a in amplitudes)
+    followed = _followed(sprung, sizes, solver, state, advance)
+    for amplitude in sizes:
         try:
-            motion = _reach(sprung, amplitude, solver, state, STUCK * scale, HALVINGS)
+            motion = followed.get(amplitude) or _reach(
+                sprung, amplitude, solver, state, STUCK * scale, HALVINGS
+            )
         except ContinuationError as error:
             failures.append(failed(mode, "harmonic", amplitude, error))
         else:
             state = motion.nearby
-            points.append(
-                BackbonePoint(
-                    amplitude=abs(motion.amplitude),
-                    omega=motion.omega,
-                    damping_ratio=motion.xi / (2 * motion.omega),
-                    dissipated=motion.point.dissipated,
-                    residual=motion.point.residual,
-                    closure=0.0,
-                    motion=motion.point.output[1, : len(joint.model.ports)]
-                    * (abs(motion.amplitude) / motion.amplitude),
-                )
-            )
-        advance()
+            points.append(_point(motion, len(joint.model.ports)))
+        if amplitude not in followed:
+            advance()
     return Backbone(mode, "harmonic", tuple(points), scale), failures
+
+
+def _point(motion: ExtendedMotion, ports: int) -> BackbonePoint:
+    return BackbonePoint(
+        amplitude=abs(motion.amplitude),
+        omega=motion.omega,
+        damping_ratio=motion.xi / (2 * motion.omega),
+        dissipated=motion.point.dissipated,
+        residual=motion.point.residual,
+        closure=0.0,
+        motion=motion.point.output[1, :ports] * (abs(motion.amplitude) / motion.amplitude),
+    )
+
+
+def _followed(
+    sprung: SprungMode,
+    amplitudes: Sequence[float],
+    solver: HarmonicSolver,
+    state: Nearby,
+    advance: Callable[[], None],
+) -> dict[float, ExtendedMotion]:
+    """Motions of those amplitudes that the branch from the smallest one gets to."""
+    if not amplitudes:
+        return {}
+    path = MotionPath(sprung.problem, sprung.spring, solver)
+    wanted = {float(np.log(a)): a for a in amplitudes}
+    first, last = min(wanted), max(wanted)
+    found: dict[float, ExtendedMotion] = {}
+
+    def keep(u: Array, p: float) -> None:
+        _, equations, steps = solve_at(path, u, p, CONTROL)
+        assert isinstance(equations, MotionEquations)
+        omega, xi = equations.omega, equations.xi
+        point = describe(equations.motion, steps, 0.0)
+        nearby = Nearby(equations.w, wanted[p], omega, xi)
+        found[wanted[p]] = ExtendedMotion(equations.output, omega, xi, nearby, point, 0)
+        advance()
+
+    passed: list[BranchPoint] = []
+
+    def observe(point: BranchPoint) -> bool:
+        passed.append(point)
+        for p in wanted:
+            if wanted[p] not in found:
+                for guess, _ in crossings(passed[-2:], p)[:1]:
+                    keep(guess, p)
+        return len(found) == len(wanted)
+
+    try:
+        u = np.append(state.unknowns, [state.omega, state.xi])
+        start = first_point(path, u, first, CONTROL)
+        observe(start)
+        if last > first:
+            trace(path, start, (first, last), CONTROL, observe, sorted(wanted))
+        else:
+            keep(start.u, first)
+    except ContinuationError:
+        pass
+    return found

@@ -112,6 +112,13 @@ def frequency_derivative(operator: LinearOperator, point: Evaluation, load: floa
     return _through_contact(problem, point.cycle, x)
 
 
+def damping_derivative(operator: LinearOperator, point: Evaluation, load: float) -> Array:
+    """Derivative of the residual by alpha of the damping."""
+    problem = operator.problem
+    x = operator.damping_derivative(problem.split(point.w)[0], load)
+    return _through_contact(problem, point.cycle, x)
+
+
 def load_derivative(operator: LinearOperator, point: Evaluation) -> Array:
     """Derivative of the residual by the amplitude of the load."""
     problem = operator.problem

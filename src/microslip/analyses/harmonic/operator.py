@@ -7,6 +7,8 @@ are in the arrays of `HarmonicProblem`.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,7 +17,21 @@ from microslip.brief import Brief
 from microslip.errors import MicroslipError
 from microslip.model.flexibility import harmonic_compliance
 from microslip.numerics.fourier import parity, to_complex, to_real
-from microslip.typing import Array, Complex
+from microslip.typing import Array, Complex, Indices
+
+
+class Slope(NamedTuple):
+    """Derivative of the linear side by a parameter.
+
+    Attributes
+    ----------
+    modal : (H + 1, k) complex array
+        Derivative of the modal compliance over that compliance.
+    lag : (H + 1,) complex array
+    """
+
+    modal: Complex
+    lag: Complex
 
 
 @dataclass(frozen=True, repr=False)
@@ -43,16 +59,16 @@ class LinearOperator(Brief):
     def flexibility(self, u: Array) -> Array:
         """``W r`` of coefficients (2 m, c)."""
         p = self.problem
-        own = to_complex(_by_parity(p.residual, u)) * self.lag[:, None]
+        own = to_complex(by_parity(p.residual, u)) * self.lag[:, None]
         return to_real(own) + self.of_modes(self.on_modes(u) * self.modal)
 
     def on_modes(self, u: Array) -> Complex:
         """Forces on the modes, (H + 1, k), to reactions, (2 m, c), along the displacements."""
-        return to_complex(_by_parity(self.problem.gather.transpose(0, 2, 1), u))
+        return to_complex(by_parity(self.problem.gather.transpose(0, 2, 1), u))
 
     def of_modes(self, eta: Complex) -> Array:
         """Relative displacement, (2 m, c), under modal amplitudes (H + 1, k)."""
-        return _by_parity(self.problem.spread, to_real(eta))
+        return by_parity(self.problem.spread, to_real(eta))
 
     def dense(self, h: int) -> Complex:
         """``W_h`` as a matrix."""
@@ -80,7 +96,7 @@ class LinearOperator(Brief):
     def modes(self, u: Array, q: Array, load: float) -> Complex:
         """Modal amplitudes (H + 1, k) under clamp, load and reactions, total."""
         problem, model = self.problem, self.problem.model
-        force = -to_complex(_by_parity(problem.gather.transpose(0, 2, 1), u))
+        force = -to_complex(by_parity(problem.gather.transpose(0, 2, 1), u))
         force[0] += model.port_modes @ problem.held_load
         force[1] += model.port_modes @ problem.driven(load)
         modes = force * self.modal
@@ -97,25 +113,57 @@ class LinearOperator(Brief):
 
     def frequency_derivative(self, u: Array, load: float) -> Array:
         """Derivative of the relative displacement by omega at constant reactions."""
+        return self._displacement(u, load, self.by_frequency)
+
+    def damping_derivative(self, u: Array, load: float) -> Array:
+        """Derivative of the relative displacement by alpha of the damping."""
+        return self._displacement(u, load, self.by_damping)
+
+    @cached_property
+    def by_frequency(self) -> Slope:
+        """Derivative by omega."""
+        problem, h = self.problem, np.arange(self.problem.harmonics + 1)[:, None]
+        model = problem.model
+        modal = 2 * h**2 * self.omega - 1j * h * model.modal_damping()
+        lag = -1j * h[:, 0] * model.rayleigh[1] * self.lag**2
+        return Slope(np.asarray(modal * self.modal), np.asarray(lag))
+
+    @cached_property
+    def by_damping(self) -> Slope:
+        """Derivative by alpha of the damping."""
+        h = np.arange(self.problem.harmonics + 1)[:, None]
+        return Slope(np.asarray(-1j * h * self.omega * self.modal), np.zeros_like(self.lag))
+
+    def _displacement(self, u: Array, load: float, slope: Slope) -> Array:
         problem, model = self.problem, self.problem.model
-        h = np.arange(problem.harmonics + 1)[:, None]
-        slope: Complex = 2 * h**2 * self.omega - 1j * h * model.modal_damping()
-        modes: Complex = (
-            slope * self.modal * self.modes(u, np.zeros(len(problem.rigid_modes)), load)
-        )
-        own = -to_complex(_by_parity(problem.residual, u))
+        modes = slope.modal * self.modes(u, np.zeros(len(problem.rigid_modes)), load)
+        own = -to_complex(by_parity(problem.residual, u))
         own[1] += model.port_v[problem.rows] @ problem.driven(load)
-        own = own * (-1j * h * model.rayleigh[1] * self.lag[:, None] ** 2)
-        return to_real(own) + _by_parity(problem.spread, to_real(modes))
+        return to_real(own * slope.lag[:, None]) + by_parity(problem.spread, to_real(modes))
+
+    def outputs_derivative(self, u: Array, load: float, slope: Slope) -> Complex:
+        """Derivative of the outputs of all ports, (H + 1, p), at constant reactions."""
+        problem, model = self.problem, self.problem.model
+        modes = slope.modal * self.modes(u, np.zeros(len(problem.rigid_modes)), load)
+        residual = -to_complex(model.port_v.T @ problem.unfold(u))
+        residual[1] += problem.driven(load) @ model.port_port
+        return residual * slope.lag[:, None] + modes @ model.port_modes
 
 
-def _by_parity(matrices: Array, u: Array) -> Array:
+def by_parity(matrices: Array, u: Array) -> Array:
     """First matrix times the coefficients of even harmonics, second times those of odd ones."""
-    even = parity(u.shape[1]) > 0
+    even, odd = _columns_by_parity(u.shape[1])
     out = np.empty((matrices.shape[1], u.shape[1]))
     out[:, even] = matrices[0] @ u[:, even]
-    out[:, ~even] = matrices[1] @ u[:, ~even]
+    out[:, odd] = matrices[1] @ u[:, odd]
     return out
+
+
+@lru_cache
+def _columns_by_parity(coefficients: int) -> tuple[Indices, Indices]:
+    """Places of the coefficients of even and of odd harmonics."""
+    even = parity(coefficients) > 0
+    return np.flatnonzero(even), np.flatnonzero(~even)
 
 
 def linear_operator(problem: HarmonicProblem, omega: float) -> LinearOperator:

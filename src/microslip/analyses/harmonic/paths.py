@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -73,10 +73,10 @@ class EquationsAt:
         """Residual over the largest prestress reaction."""
         return self.point.F / self.scale
 
-    def solve(self, right: Array, tolerance: float) -> Array:
+    def solve(self, right: Array, tolerance: float, guess: Array | None = None) -> Array:
         """Solve with the derivative by the unknowns."""
         return self.solver.linear_solve(
-            self.operator, self.point.cycle, right * self.scale, tolerance
+            self.operator, self.point.cycle, right * self.scale, tolerance, guess
         )
 
     def by_parameter(self) -> Array:
@@ -172,6 +172,7 @@ def follow_frequency(
     start: BranchPoint | None = None,
     control: StepControl = CONTROL,
     observe: Callable[[BranchPoint], bool] | None = None,
+    stops: Sequence[float] | Array = (),
 ) -> tuple[FrequencyPath, Branch]:
     """Follow the response from the first frequency of the band to the second, through folds.
 
@@ -183,6 +184,8 @@ def follow_frequency(
         Hz; the branch is begun at the first, which may be the higher one.
     start : BranchPoint, optional
         Point of an earlier branch of the same problem to go on from.
+    stops : sequence of float, optional
+        Hz that the branch steps on where it can (`continuation.trace`).
     """
     first, last = band
     if not (first > 0 and last > 0 and first != last):
@@ -191,4 +194,4 @@ def follow_frequency(
     if start is None:
         w, _ = raise_load(problem, first, load, control)
         start = first_point(path, w, first, control, np.sign(last - first))
-    return path, trace(path, start, (min(band), max(band)), control, observe)
+    return path, trace(path, start, (min(band), max(band)), control, observe, stops)

@@ -139,9 +139,7 @@ def frequency_response(
     def stopped() -> bool:
         return stop is not None and stop()
 
-    path, branches, failures = _branches(
-        problem, load, (float(wanted[0]), float(wanted[-1])), control, tell, stopped
-    )
+    path, branches, failures = _branches(problem, load, wanted, control, tell, stopped)
     ladder = _Ladder(path, control)
     points: list[tuple[int, float, HarmonicPoint]] = []
     for frequency in map(float, wanted):
@@ -169,20 +167,24 @@ def _failure(where: str, reason: str) -> Failure:
 def _branches(
     problem: HarmonicProblem,
     load: float,
-    ends: tuple[float, float],
+    wanted: Array,
     control: StepControl,
     tell: Callable[[BranchPoint], bool],
     stopped: Callable[[], bool],
 ) -> tuple[FrequencyPath, list[Branch], list[Failure]]:
     """The branch from the first end, and that from the second where the first does not get there."""
-    first, last = ends
-    path, branch = follow_frequency(problem, load, (first, last), control=control, observe=tell)
+    first, last = float(wanted[0]), float(wanted[-1])
+    path, branch = follow_frequency(
+        problem, load, (first, last), control=control, observe=tell, stops=wanted
+    )
     branches, failures = [branch], []
     if branch.ended != "range":
         failures.append(_failure(f"branch at load {load:.4g} from {first:.6g} Hz", branch.ended))
     if branch.points[-1].p != last and not stopped():
         try:
-            _, other = follow_frequency(problem, load, (last, first), control=control, observe=tell)
+            _, other = follow_frequency(
+                problem, load, (last, first), control=control, observe=tell, stops=wanted
+            )
         except ContinuationError as error:
             failures.append(_failure("", str(error)))
         else:

@@ -57,6 +57,10 @@ TEST = 0.01
 """Test loads on upper modes deflect them statically by this fraction of q over the harmonic."""
 
 
+REPEATED = 1e-5
+"""Change of the reactions, over the largest prestress reaction, at which a tested cycle repeats itself."""
+
+
 def refined_table(
     held: HeldMode,
     smallest: float,
@@ -282,7 +286,7 @@ def _reactions(
             q,
             steps=steps,
             cycles=2,
-            closure=0.0,
+            closure=REPEATED,
             upper=loads,
             harmonics=HIGHEST,
             start=start,

@@ -29,9 +29,11 @@ import numpy as np
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.prepared.joint_modes import walking_modes
 from microslip.analyses.prepared.prestress import Prestress
+from microslip.analyses.statics.closing import cycle_by_halves, whole_cycle
+from microslip.analyses.statics.half_turn import HalfTurn, find_half_turn
 from microslip.brief import Brief
 from microslip.contact.pairs import tangential, tangential_rows
-from microslip.contact.path import FRICTION, PathRecord, follow_path
+from microslip.contact.path import PathRecord, follow_path
 from microslip.contact.solver import ContactSolver
 from microslip.model.flexibility import Flexibility
 from microslip.model.joint import JointModel, bonded_modes
@@ -70,6 +72,8 @@ class HeldMode(Brief):
         Port of the mode: its inertia load and its coordinate.
     drive : str
         Driven port.
+    half_turn : HalfTurn, optional
+        Where the joint is its own image: cycles are then marched by halves.
     """
 
     model: JointModel
@@ -83,6 +87,7 @@ class HeldMode(Brief):
     upper_omega: Array
     port: str
     drive: str
+    half_turn: HalfTurn | None = None
 
     @property
     def carried(self) -> Array:
@@ -219,9 +224,10 @@ def hold_port(
     )
     rest = vectors.T @ modal_rest(joint)
     carrier, amplitude = next(iter(start.preload.items()))
+    flexibility = _carried(flexibility, start, rest[:soft], wide.port(carrier), amplitude)
     return HeldMode(
         model=wide,
-        flexibility=_carried(flexibility, start, rest[:soft], wide.port(carrier), amplitude),
+        flexibility=flexibility,
         prestress=replace(start, solution=replace(start.solution, q=rest[:soft])),
         friction=joint.law.friction,
         sliding_omega=w,
@@ -231,6 +237,7 @@ def hold_port(
         upper_omega=omegas[chosen],
         port=port,
         drive=joint.drive,
+        half_turn=find_half_turn(model.image, flexibility, joint.law.friction, start.solution.r),
     )
 
 
@@ -353,15 +360,13 @@ def prescribed_cycle(
     ramp = state.load + np.linspace(0, 1, RAMP + 1)[:, None] * (path[0] - state.load)
     if not np.array_equal(state.load, path[0]):
         march(ramp)
-    change, last = np.inf, None
-    for _ in range(cycles):
-        record = march(path)
-        change = np.inf if last is None else float(np.abs(record.r - last).max() / top)
-        if change <= closure:
-            break
-        last = record.r
+    turn = held.half_turn
+    if turn is not None and turn.turns(path):
+        cycle = cycle_by_halves(turn, march, path, cycles, closure * top)
+    else:
+        cycle = whole_cycle(march, path, cycles, closure * top)
     s = held.prestress.solution
-    output = f.outputs(path, record.q, record.r) - f.outputs(held.carried, s.q, s.r)
+    output = f.outputs(path, cycle.q, cycle.r) - f.outputs(held.carried, s.q, s.r)
     y = output[:, model.port(held.port)]
     force = path[:, model.port(held.port)] - held.hold * y
     force = force + held.load_on_sliding * path[:, model.port(held.drive)]
@@ -372,10 +377,16 @@ def prescribed_cycle(
         force=complex(harmonic(force, theta)),
         upper=np.array(tops).T,
         output=harmonic(without_drift(output[:, :first], theta), theta),
-        dissipated=float(record.work[1:, :, FRICTION].sum()),
-        closure=change,
-        residual=float(record.residual.max()),
-        state=ContactState(
-            solver.status.copy(), solver.r.copy(), solver.q.copy(), solver.v.copy(), path[-1]
-        ),
+        dissipated=cycle.dissipated,
+        closure=cycle.change / top,
+        residual=cycle.residual,
+        state=_state_after(solver, turn if cycle.turned else None, path[-1]),
     )
+
+
+def _state_after(solver: ContactSolver, turn: HalfTurn | None, load: Array) -> ContactState:
+    """The state at the end of a cycle: that of the solver, or its image."""
+    status, r, q, v = solver.status.copy(), solver.r.copy(), solver.q.copy(), solver.v.copy()
+    if turn is not None:
+        status, r, q, v = status[turn.pairs], r[turn.rows], turn.q @ q, v[turn.rows]
+    return ContactState(status, r, q, v, load)
