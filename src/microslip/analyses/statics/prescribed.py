@@ -29,7 +29,9 @@ import numpy as np
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.prepared.joint_modes import walking_modes
 from microslip.analyses.prepared.prestress import Prestress
+from microslip.analyses.statics.floating import Floating, balance, floating
 from microslip.brief import Brief
+from microslip.contact.fallbacks import Fallbacks, together
 from microslip.contact.pairs import tangential, tangential_rows
 from microslip.contact.path import FRICTION, PathRecord, follow_path
 from microslip.contact.solver import ContactSolver
@@ -66,6 +68,8 @@ class HeldMode(Brief):
         ``Phi^T p`` of a unit load on the driven port.
     upper_omega : (u,) array
         Upper modes of the sliding state, rad/s.
+    floating : Floating or None
+        Motions with more inertia than support, where they are sought.
     port : str
         Port of the mode: its inertia load and its coordinate.
     drive : str
@@ -81,6 +85,7 @@ class HeldMode(Brief):
     hold: float
     load_on_sliding: float
     upper_omega: Array
+    floating: Floating | None
     port: str
     drive: str
 
@@ -88,7 +93,8 @@ class HeldMode(Brief):
     def carried(self) -> Array:
         """(p,) amplitudes of all ports at prestress: the first preload carries all of it."""
         carrier, amplitude = next(iter(self.prestress.preload.items()))
-        return self.model.amplitudes({carrier: amplitude})
+        own = self.model.amplitudes({carrier: amplitude})
+        return np.pad(own, (0, self.flexibility.loads_q.shape[1] - len(own)))
 
 
 @dataclass(frozen=True, repr=False)
@@ -128,6 +134,8 @@ class PrescribedCycle(Brief):
         Change of the reactions over the last cycle, over the largest prestress reaction.
     residual : float
         Largest complementarity residual.
+    fallbacks : Fallbacks
+        Steps of all cycles by how they were solved.
     state : ContactState
     """
 
@@ -138,6 +146,7 @@ class PrescribedCycle(Brief):
     dissipated: float
     closure: float
     residual: float
+    fallbacks: Fallbacks
     state: ContactState
 
 
@@ -171,6 +180,7 @@ def hold_port(
     reference_omega: float,
     *,
     static: Mask | None = None,
+    floats: bool = False,
     upper: int = 0,
     load_on_mode: float = 0.0,
 ) -> HeldMode:
@@ -188,6 +198,9 @@ def hold_port(
     static : (k,) bool array, optional
         Free-interface modes without inertia; by default those that slide the bodies past each
         other.
+    floats : bool
+        Whether motions with more inertia than support are sought, see `floating.py`, where they
+        would else follow step after step with a negative stiffness.
     upper : int
         As in `hold_mode`.
     load_on_mode : float
@@ -208,17 +221,26 @@ def hold_port(
     values, vectors = values[order], vectors[:, order]
     mode_v, ports = wide.mode_v @ vectors, vectors.T @ wide.port_modes
     v, p, give = mode_v[:, soft:], ports[soft:], 1 / values[soft:]
+    loose = int((values[:soft] < 0).sum()) if floats else 0
+    springs = np.where(np.arange(soft) < loose, HOLD * w**2, 0.0)
+    to_springs = np.diag(springs)[:, :loose]
     W = wide.residual + (v * give) @ v.T + np.diag(joint.law.compliance)
     flexibility = Flexibility(
         W=np.ascontiguousarray(0.5 * (W + W.T)),
         R=np.ascontiguousarray(mode_v[:, :soft]),
-        stiffness=values[:soft],
-        loads_v=wide.port_v + (v * give) @ p,
-        loads_q=np.ascontiguousarray(ports[:soft]),
-        loads_loads=wide.port_port + (p.T * give) @ p,
+        stiffness=values[:soft] + springs,
+        loads_v=np.pad(wide.port_v + (v * give) @ p, ((0, 0), (0, loose))),
+        loads_q=np.hstack([ports[:soft], to_springs]),
+        loads_loads=np.pad(wide.port_port + (p.T * give) @ p, (0, loose)),
     )
     rest = vectors.T @ modal_rest(joint)
     carrier, amplitude = next(iter(start.preload.items()))
+    free = None
+    if loose:
+        own_inertia = vectors[:, :loose].T @ inertia @ vectors[:, :loose]
+        bonded, column = start.bonded(model.dimension), model.port(port)
+        still = vectors[:, :loose].T @ _sliding_past(model, walking_modes(model))
+        free = floating(flexibility, springs[0], own_inertia, rest[:loose], still, bonded, column)
     return HeldMode(
         model=wide,
         flexibility=_carried(flexibility, start, rest[:soft], wide.port(carrier), amplitude),
@@ -229,6 +251,7 @@ def hold_port(
         hold=w**2 - w0**2 + HOLD * w**2,
         load_on_sliding=load_on_mode,
         upper_omega=omegas[chosen],
+        floating=free,
         port=port,
         drive=joint.drive,
     )
@@ -350,18 +373,40 @@ def prescribed_cycle(
             remedy="try more load steps or a smaller amplitude",
         )
 
-    ramp = state.load + np.linspace(0, 1, RAMP + 1)[:, None] * (path[0] - state.load)
     if not np.array_equal(state.load, path[0]):
-        march(ramp)
-    change, last = np.inf, None
-    for _ in range(cycles):
-        record = march(path)
-        change = np.inf if last is None else float(np.abs(record.r - last).max() / top)
-        if change <= closure:
-            break
-        last = record.r
+        march(_ramp(state.load, path[0]))
+    taken: list[Fallbacks] = []
+
+    def settle(path: Array) -> tuple[PathRecord, float]:
+        change, last = np.inf, None
+        for _ in range(cycles):
+            record = march(path)
+            taken.append(record.fallbacks)
+            change = np.inf if last is None else float(np.abs(record.r - last).max() / top)
+            if change <= closure:
+                break
+            last = record.r
+        return record, change
+
+    if held.floating is None:
+        record, change = settle(path)
+    else:
+        loose = len(held.floating.rest)
+
+        def cycle(course: Array) -> Array:
+            nonlocal record, change
+            before = path[-1].copy()
+            path[:, -loose:] = course
+            march(_ramp(before, path[0]))
+            record, change = settle(path)
+            return record.q
+
+        own = held.sliding_omega**2
+        push = held.hold * amplitude
+        balance(held.floating, push, abs(amplitude), own, closure, theta, cycle)
     s = held.prestress.solution
     output = f.outputs(path, record.q, record.r) - f.outputs(held.carried, s.q, s.r)
+    output = output[:, : len(model.ports)]
     y = output[:, model.port(held.port)]
     force = path[:, model.port(held.port)] - held.hold * y
     force = force + held.load_on_sliding * path[:, model.port(held.drive)]
@@ -375,7 +420,13 @@ def prescribed_cycle(
         dissipated=float(record.work[1:, :, FRICTION].sum()),
         closure=change,
         residual=float(record.residual.max()),
+        fallbacks=together(taken),
         state=ContactState(
             solver.status.copy(), solver.r.copy(), solver.q.copy(), solver.v.copy(), path[-1]
         ),
     )
+
+
+def _ramp(before: Array, after: Array) -> Array:
+    """A straight path from one load to another."""
+    return np.asarray(before + np.linspace(0, 1, RAMP + 1)[:, None] * (after - before))
