@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 from conftest import description, with_value
 
 from microslip.describe.reading import parse_joint
-from microslip.errors import InputError
+from microslip.errors import Failure, InputError
+from microslip.pipeline.backbone import split_end
 from microslip.pipeline.run import run as run_joint
 from microslip.results.dataset import dataset
 from microslip.results.summary import summary
@@ -32,7 +36,8 @@ def test_a_run_reports_backbones(run):
     assert first["frequency_hz"] == pytest.approx(first["stuck_frequency_hz"], rel=1e-7)
     assert first["damping_ratio"] == pytest.approx(first["material_damping_ratio"], rel=1e-5)
     assert all(row["residual_max"] <= 1e-8 for row in rows)
-    assert len(rows) + len(run.failures) == 16
+    ended = any("ends at" in caution.reason for caution in run.cautions)
+    assert ended or len(rows) + len(run.failures) == 16
     group = dataset(run)["backbone"]
     assert group["frequency"].attrs["units"] == "Hz"
     assert group.sizes["curve"] == 4
@@ -55,6 +60,26 @@ def test_the_figure_has_a_column_per_mode(run):
 def test_a_mode_beyond_the_model_ends_the_run():
     with pytest.raises(InputError, match=r"analysis.backbone.modes = \[1, 90\].*has \d+ modes"):
         run_joint(described(modes=[1, 90]))
+
+
+def test_a_curve_whose_end_nobody_gave_ends_with_a_word(run):
+    """Amplitudes missed beyond its last point are one caution; those between its points are failures."""
+    curve = next(b for b in run.backbones if b.method == "prescribed")
+    last = curve.points[-1]
+    points = tuple(replace(last, amplitude=a) for a in (1.0, 10.0, 100.0))
+    curve = replace(curve, points=points, scale=1e5)
+    sizes = 10.0 ** np.arange(5)
+    missed = [Failure("backbone", f"{a:g}", f"reason {a:g}") for a in (1e3, 1e4)]
+    failures, cautions = split_end(curve, sizes, missed)
+    assert failures == []
+    assert len(cautions) == 1
+    assert "ends at 0.001 of the amplitude that opens the joint" in cautions[0].reason
+    assert "reason 1000" in cautions[0].reason
+    holed = replace(curve, points=points[::2])
+    failures, cautions = split_end(holed, sizes, [Failure("backbone", "10", "lost"), *missed])
+    assert [failure.where for failure in failures] == ["10"]
+    assert len(cautions) == 1
+    assert split_end(replace(curve, method="harmonic"), sizes, missed) == (missed, [])
 
 
 @pytest.mark.parametrize(

@@ -8,11 +8,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from microslip.contact.active_set import FULL, HALVED, NOT_SOLVED, search
 from microslip.contact.compiled import jit
-from microslip.contact.planar import NOT_SOLVED, solve
+from microslip.contact.fallbacks import Fallbacks, fallbacks
+from microslip.contact.planar import last_resort
 from microslip.contact.problem import Given
 from microslip.contact.solver import CERTIFICATE, ContactSolver, singularity_named
 from microslip.contact.tableau import restart
+from microslip.contact.unsolved import why_unsolved
 from microslip.errors import ContactError
 from microslip.model.flexibility import Flexibility
 from microslip.typing import Array, Status
@@ -37,7 +40,7 @@ class PathRecord(NamedTuple):
     residual : (n + 1,) array
         Complementarity residual.
     rule : (n + 1,) int array
-        How states were changed, numbered as in `planar.py`: 0 is the plain way.
+        How states were changed, numbered as in `active_set.py`: 0 is the plain way.
     work : (n + 1, m, 2) array
         Work of friction and of the normal reactions of each step and pair, J per metre of width.
     """
@@ -50,6 +53,11 @@ class PathRecord(NamedTuple):
     residual: Array
     rule: NDArray[np.int64]
     work: Array
+
+    @property
+    def fallbacks(self) -> Fallbacks:
+        """Steps by how they were solved."""
+        return fallbacks(np.bincount(self.rule[1:], minlength=NOT_SOLVED + 1))
 
     @property
     def friction_work(self) -> Array:
@@ -118,9 +126,11 @@ def follow_path(
         )
     if failed >= 0 or not record.residual.max() <= CERTIFICATE:
         step = failed if failed >= 0 else int(np.argmax(record.residual))
+        load = path[step]
+        given = Given(flexibility.loads_v @ load, flexibility.loads_q @ load, vt_old)
         raise ContactError(
             f"contact not solved at step {step} of {n - 1} {where(step)}: residual "
-            f"{record.residual[step]:.1e}; {remedy}"
+            f"{record.residual[step]:.1e}; {why_unsolved(solver.problem, given)}; {remedy}"
         )
     return record
 
@@ -147,28 +157,32 @@ def march(problem, memory, loads_v, loads_q, path, vt_old, contact, record):
         halvings = 0
         count = 0
         worst = 0.0
-        top_rule = 0
+        top_rule = FULL
         work[step] = 0.0
         while done < 1.0:
             target = min(1.0, done + part)
             load = path[step - 1] + target * (path[step] - path[step - 1])
             v_free[:] = np.dot(loads_v, load)
             f_q[:] = np.dot(loads_q, load)
-            its, residual, rule = solve(problem, memory, given, contact)
+            its, residual, rule = search(problem, memory, given, contact)
             count += its
-            if rule == NOT_SOLVED:
-                halvings += 1
-                if halvings > MAX_HALVINGS:
+            if rule == NOT_SOLVED and halvings == MAX_HALVINGS:
+                its, residual, rule = last_resort(problem, memory, given, contact)
+                count += its
+                if rule == NOT_SOLVED:
                     record.residual[step] = residual
                     record.iterations[step] = count
                     record.rule[step] = NOT_SOLVED
+                    memory.solved[NOT_SOLVED] += 1
                     return step
+            elif rule == NOT_SOLVED:
+                halvings += 1
                 part *= 0.5
                 status[:] = status_old
                 r[:] = r_old
                 v[:] = v_old
                 restart(problem, memory, status)
-                top_rule = NOT_SOLVED
+                top_rule = max(top_rule, HALVED)
                 continue
             top_rule = max(top_rule, rule)
             worst = max(worst, residual)
@@ -189,4 +203,5 @@ def march(problem, memory, loads_v, loads_q, path, vt_old, contact, record):
         record.iterations[step] = count
         record.residual[step] = worst
         record.rule[step] = top_rule
+        memory.solved[top_rule] += 1
     return -1

@@ -9,10 +9,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import lapack
 
 from microslip.contact.compiled import jit
 from microslip.contact.pairs import SEPARATED, STICK
 from microslip.contact.tableau import add_rows
+from microslip.errors import ContactError
 from microslip.typing import Array, Status
 
 
@@ -94,6 +96,39 @@ def contact_problem(
         np.ascontiguousarray(a, dtype=float) for a in (W, R, stiffness, friction, force)
     )
     return Problem(W, R, stiffness, scale, friction, force, mean, tolerance)
+
+
+def check_flexibility(W: Array) -> bool:
+    """Whether W is positive definite, as every flexibility of supported bodies is.
+
+    Raises
+    ------
+    ContactError
+        Where W is singular to rounding: reactions would not be determined.
+
+    Examples
+    --------
+    >>> check_flexibility(np.eye(2)), check_flexibility(np.diag([1.0, -1.0]))
+    (True, False)
+    """
+    n = len(W)
+    if not np.isfinite(W).all():
+        raise ContactError("the flexibility of the contact holds numbers that are not finite")
+    factor, failed = lapack.dpotrf(W, lower=1)
+    if not failed:
+        size = np.abs(W).sum(axis=0).max()
+        inverse_condition, _ = lapack.dpocon(factor, size, uplo="L")
+        if inverse_condition > n * np.finfo(float).eps:
+            return True
+    values = np.linalg.eigvalsh(W)
+    rank = int((np.abs(values) > n * np.finfo(float).eps * np.abs(values).max(initial=0.0)).sum())
+    if rank < n:
+        raise ContactError(
+            f"the flexibility of the contact is singular, of rank {rank} with {n} components of the "
+            "pairs: reactions are not determined, as between parts that do not deform; keep the "
+            "residual flexibility of truncated modes, or give the contact a stiffness"
+        )
+    return not failed
 
 
 @jit

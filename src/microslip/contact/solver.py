@@ -11,8 +11,11 @@ import numpy as np
 
 from microslip.brief import Brief
 from microslip.contact import planar, tableau
+from microslip.contact.active_set import NOT_SOLVED
+from microslip.contact.fallbacks import Fallbacks, fallbacks
 from microslip.contact.pairs import at_rest
-from microslip.contact.problem import Contact, Given, contact_problem
+from microslip.contact.problem import Contact, Given, check_flexibility, contact_problem
+from microslip.contact.unsolved import why_unsolved
 from microslip.errors import ContactError
 from microslip.model.flexibility import Flexibility
 from microslip.typing import Array, Status
@@ -103,6 +106,7 @@ class ContactSolver:
         status: Status,
     ) -> None:
         load_kernels()
+        check_flexibility(flexibility.W)
         pairs = len(status)
         if flexibility.W.shape != (2 * pairs, 2 * pairs):
             raise ContactError(
@@ -130,6 +134,11 @@ class ContactSolver:
             v=np.zeros(2 * pairs),
         )
         self.refresh()
+
+    @property
+    def fallbacks(self) -> Fallbacks:
+        """How the problems were solved so far."""
+        return fallbacks(self.memory.solved)
 
     @property
     def status(self) -> Status:
@@ -175,10 +184,10 @@ class ContactSolver:
         """
         given = Given(*(np.ascontiguousarray(a) for a in (v_free, f_q, vt_old)))
         iterations, residual, rule = planar.solve(self.problem, self.memory, given, self.contact)
-        if rule == planar.NOT_SOLVED or not residual <= CERTIFICATE:
+        if rule == NOT_SOLVED or not residual <= CERTIFICATE:
             raise ContactError(
                 f"contact not solved: residual {residual:.1e} after {iterations} iterations; "
-                "try smaller load steps, or check that the load does not open the joint"
+                f"{why_unsolved(self.problem, given)}"
             )
         return Solution(
             self.r.copy(), self.v.copy(), self.q.copy(), self.status.copy(), residual, iterations

@@ -29,6 +29,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from microslip.contact.compiled import jit
 from microslip.contact.pairs import BACKWARD, FORWARD, SEPARATED, STICK
@@ -59,6 +60,8 @@ class Memory(NamedTuple):
         Of the last solution.
     flags : (2,) bool array
         At `WARM` and `MADE`.
+    solved : (6,) int array
+        Problems by how they were solved, numbered as in `active_set.py`.
     """
 
     transposed: Array
@@ -66,6 +69,7 @@ class Memory(NamedTuple):
     sign: Array
     v_free: Array
     flags: Mask
+    solved: NDArray[np.int64]
 
 
 def memory(pairs: int, coordinates: int) -> Memory:
@@ -77,6 +81,7 @@ def memory(pairs: int, coordinates: int) -> Memory:
         sign=np.ones(pairs),
         v_free=np.zeros(2 * pairs),
         flags=np.zeros(2, np.bool_),
+        solved=np.zeros(6, np.int64),
     )
 
 
@@ -213,7 +218,10 @@ def exchange(memory, J, c):
             C[b, a] = Y[b, J[a]]
             Y[b, J[a]] = 1.0 if a == b else 0.0
     if k >= LARGE:
-        Y = np.linalg.solve(C, Y)
+        try:
+            Y = np.linalg.solve(C, Y)
+        except Exception:
+            return False
     elif not solve_small(C, Y):
         return False
     for b in range(k):
@@ -237,8 +245,8 @@ def exchange(memory, J, c):
 
 
 @jit
-def restart(problem, memory, status):
-    """Make the tableau afresh for given states."""
+def make(problem, memory, status):
+    """Make the tableau afresh for given states. False where their system is singular."""
     W, R, stiffness, scale = problem.W, problem.R, problem.stiffness, problem.scale
     mu, mean = problem.friction, problem.mean
     Dt, held, sign, flags = memory.transposed, memory.held, memory.sign, memory.flags
@@ -267,9 +275,15 @@ def restart(problem, memory, status):
     for a in range(nr):
         J[k] = N + a
         k += 1
-    if not exchange(memory, J[:k], np.zeros(N + nr)):
+    flags[MADE] = exchange(memory, J[:k], np.zeros(N + nr))
+    return flags[MADE]
+
+
+@jit
+def restart(problem, memory, status):
+    """Make the tableau afresh for given states; raises numpy's error where that is singular."""
+    if not make(problem, memory, status):
         raise np.linalg.LinAlgError("Matrix is singular to machine precision.")
-    flags[MADE] = True
 
 
 @jit

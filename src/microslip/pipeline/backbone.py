@@ -16,7 +16,7 @@ from microslip.analyses.backbone.extended_motion import harmonic_backbone
 from microslip.analyses.backbone.points import Backbone, amplitude_scale, geometric
 from microslip.analyses.prepared.joint_modes import JointMode, joint_modes, pick_mode
 from microslip.describe.requests import BackboneAnalysis
-from microslip.errors import Failure, InputError, ModelError
+from microslip.errors import Caution, Failure, InputError, ModelError
 from microslip.pipeline.outcome import Outcome, until_interrupted
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.progress import Progress
@@ -37,6 +37,7 @@ def run_backbones(
     assert settings is not None
     found: list[Backbone] = []
     failures: list[Failure] = []
+    cautions: list[Caution] = []
     modes = modes_asked_for(assembly, settings)
     with until_interrupted() as stop:
         for mode in modes:
@@ -48,8 +49,38 @@ def run_backbones(
             for method in settings.methods:
                 backbone, missed = _follow(assembly, settings, mode, method, sizes, progress)
                 found.append(backbone)
+                if "largest" not in settings.model_fields_set:
+                    missed, ended = split_end(backbone, sizes, missed)
+                    cautions += ended
                 failures += missed
-    return Outcome(tuple(found), tuple(failures), stop.is_set())
+    return Outcome(tuple(found), tuple(failures), stop.is_set(), cautions=tuple(cautions))
+
+
+def split_end(
+    backbone: Backbone, sizes: Array, missed: list[Failure]
+) -> tuple[list[Failure], list[Caution]]:
+    """Failures of a curve whose largest amplitude nobody asked for, and where it ends before that.
+
+    Parameters
+    ----------
+    backbone : Backbone
+    sizes : (n,) array
+        Amplitudes, ascending.
+    missed : list of Failure
+        Those without an answer, in the same order.
+    """
+    reach = backbone.amplitude.max(initial=0.0) * (sizes[1] / sizes[0]) ** 0.5
+    beyond = int((sizes > reach).sum())
+    if backbone.method != "prescribed" or len(backbone.points) < 2 or not 0 < beyond <= len(missed):
+        return missed, []
+    last = backbone.amplitude[-1] / backbone.scale
+    place = f"mode {backbone.mode.number}, {backbone.method}"
+    reason = (
+        f"the curve ends at {last:.3g} of the amplitude that opens the joint: beyond, "
+        f"{missed[-beyond].reason}"
+    )
+    remedy = "try method harmonic, or give analysis.backbone.largest"
+    return missed[:-beyond], [Caution("backbone", place, reason, remedy)]
 
 
 def modes_asked_for(assembly: Assembly, settings: BackboneAnalysis) -> list[JointMode]:

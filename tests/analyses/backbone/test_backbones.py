@@ -203,6 +203,7 @@ def test_amplitude_over_clamp_alone_matters(small_reference, modes):
         (1, 0.003, 1e-4, 0.03),
         pytest.param(1, 0.15, 4e-4, 0.03, marks=pytest.mark.validate),
         (2, 0.003, 1e-5, 0.01),
+        pytest.param(2, 0.15, 4e-4, 0.03, marks=pytest.mark.validate),
         (3, 0.003, 1e-4, 0.02),
     ],
 )

@@ -42,7 +42,7 @@ from microslip.analyses.backbone.points import (
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.prepared.joint_modes import JointMode, walking_modes, with_mode_port
 from microslip.analyses.statics.cycle import quasi_static_cycle
-from microslip.analyses.statics.prescribed import hold_port, prescribed_cycle
+from microslip.analyses.statics.prescribed import PrescribedCycle, hold_port, prescribed_cycle
 from microslip.errors import ContactError, Failure
 from microslip.numerics.execute import Executor, each, threads
 from microslip.numerics.fourier import harmonic, without_drift
@@ -147,49 +147,47 @@ def prescribed_backbone(
     """Backbone of the nonlinear mode from cycles with its motion prescribed.
 
     Bodies that slide past each other as the stuck mode has them do so with their inertia; where
-    the mode leaves that motion alone it has a mean only, and moves without inertia.
+    the mode leaves that motion alone it has a mean only, and moves without inertia. Where equilibrium
+    with that inertia has no stable path, at wide slip, the motions of the bodies are sought as
+    `microslip.analyses.statics.floating` says.
 
     Parameters and results as in `quasi_static_backbone`, but `amplitudes` are those of q.
     """
     wide = joint.with_model(with_mode_port(joint.model, mode))
     walking = walking_modes(joint.model)
     static = walking & (mode.stuck**2 < LINKED)
-    loose = bool((walking & ~static).any())
-    hint = "; here the bodies slide past each other: try method harmonic" if loose else ""
 
-    def one(amplitude: float) -> BackbonePoint:
+    def at_its_frequency(amplitude: float, floats: bool) -> tuple[PrescribedCycle, float]:
         omega, tried = mode.stuck_omega, []
         for _ in range(MOST_FREQUENCIES):
             held = hold_port(
-                wide,
-                mode.port,
-                mode.sliding_omega,
-                omega,
-                static=static,
+                wide, mode.port, mode.sliding_omega, omega, static=static, floats=floats
             )
-            try:
-                cycle = prescribed_cycle(
-                    held,
-                    amplitude,
-                    steps=control.steps,
-                    cycles=control.cycles,
-                    closure=control.closure,
-                )
-            except ContactError as error:
-                raise ContactError(f"{error}{hint}") from None
-            ratio = cycle.force / cycle.q
-            if not mode.sliding_omega**2 + ratio.real > 0:
+            cycle = prescribed_cycle(
+                held,
+                amplitude,
+                steps=control.steps,
+                cycles=control.cycles,
+                closure=control.closure,
+            )
+            stiffness = mode.sliding_omega**2 + (cycle.force / cycle.q).real
+            if not stiffness > 0:
                 raise ContactError("the stiffness of the mode is not positive")
-            tried.append((omega, float(np.sqrt(mode.sliding_omega**2 + ratio.real))))
+            tried.append((omega, float(np.sqrt(stiffness))))
             if abs(tried[-1][1] / omega - 1) <= OWN_FREQUENCY:
-                break
+                return cycle, tried[-1][1]
             omega = _secant(tried)
-        else:
-            raise ContactError(
-                f"no frequency of its own: {tried[-2][1] / (2 * np.pi):.6g} and "
-                f"{tried[-1][1] / (2 * np.pi):.6g} Hz came out last"
-            )
-        omega = tried[-1][1]
+        raise ContactError(
+            f"no frequency of its own: {tried[-2][1] / (2 * np.pi):.6g} and "
+            f"{tried[-1][1] / (2 * np.pi):.6g} Hz came out last"
+        )
+
+    def one(amplitude: float) -> BackbonePoint:
+        try:
+            cycle, omega = at_its_frequency(amplitude, False)
+        except ContactError:
+            cycle, omega = at_its_frequency(amplitude, True)
+        ratio = cycle.force / cycle.q
         return BackbonePoint(
             amplitude=abs(cycle.q),
             omega=omega,

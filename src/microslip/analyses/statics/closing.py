@@ -11,6 +11,9 @@ from microslip.analyses.statics.half_turn import HalfTurn
 from microslip.contact.path import FRICTION, PathRecord
 from microslip.typing import Array
 
+RAMP = 10
+"""Load steps from one cycle's start to another's."""
+
 WALKS = 0.2
 """Share of its size by which the change from one half cycle to the next may vary in a walk."""
 
@@ -88,3 +91,8 @@ def cycle_by_halves(
         change,
         count % 2 == 0,
     )
+
+
+def ramp(before: Array, after: Array) -> Array:
+    """A straight path from one load to another, (RAMP + 1, p)."""
+    return np.asarray(before + np.linspace(0, 1, RAMP + 1)[:, None] * (after - before))

@@ -13,6 +13,7 @@ import numpy as np
 
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.statics.start import check_stays_closed, prestressed_solver
+from microslip.contact.fallbacks import Fallbacks, together
 from microslip.contact.fields import ContactFields, contact_fields
 from microslip.contact.pairs import tangential
 from microslip.contact.path import PathRecord, follow_path
@@ -51,8 +52,8 @@ class Cycle:
         Largest change of a reaction between the last two cycles over the largest prestress
         reaction.
     iterations, residual : (s + 1,) arrays
-    hard_steps : int
-        Steps that needed more than plain active-set changes.
+    fallbacks : Fallbacks
+        Steps of all cycles by how they were solved.
     rest : (2 m,) array
         Relative displacements at prestress.
     area : (m,) array
@@ -74,9 +75,14 @@ class Cycle:
     closure: float
     iterations: Indices
     residual: Array
-    hard_steps: int
+    fallbacks: Fallbacks
     rest: Array
     area: Array
+
+    @property
+    def hard_steps(self) -> int:
+        """Steps of all cycles that needed a fallback."""
+        return self.fallbacks.hard
 
     @property
     def imbalance(self) -> float:
@@ -192,10 +198,11 @@ def quasi_static_cycle(
         ramp[:, column] = held[column] + np.linspace(0, 1, ramp_steps + 1) * change_of_load
         march(ramp)
     change = np.inf
-    hard, last = 0, None
+    found: list[Fallbacks] = []
+    last = None
     for cycle in range(1, max_cycles + 1):  # noqa: B007 - reported
         record = march(path)
-        hard += int(np.sum(record.rule[1:] > 0))
+        found.append(record.fallbacks)
         if last is not None:
             change = float(np.abs(record.r - last).max() / start.largest_reaction)
         if change <= closure:
@@ -223,7 +230,7 @@ def quasi_static_cycle(
         closure=change,
         iterations=record.iterations,
         residual=record.residual,
-        hard_steps=hard,
+        fallbacks=together(found),
         rest=start.solution.v,
         area=joint.model.area,
     )

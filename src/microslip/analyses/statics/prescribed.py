@@ -21,7 +21,7 @@ rest, and their steady offset has no inertia.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -29,9 +29,11 @@ import numpy as np
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.prepared.joint_modes import walking_modes
 from microslip.analyses.prepared.prestress import Prestress
-from microslip.analyses.statics.closing import cycle_by_halves, whole_cycle
+from microslip.analyses.statics.closing import ClosedCycle, cycle_by_halves, ramp, whole_cycle
+from microslip.analyses.statics.floating import Floating, balance, floating
 from microslip.analyses.statics.half_turn import HalfTurn, find_half_turn
 from microslip.brief import Brief
+from microslip.contact.fallbacks import Fallbacks, together
 from microslip.contact.pairs import tangential, tangential_rows
 from microslip.contact.path import PathRecord, follow_path
 from microslip.contact.solver import ContactSolver
@@ -42,9 +44,6 @@ from microslip.typing import Array, Complex, Indices, Mask, Status
 
 HOLD = 100.0
 """Stiffness that holds the mode to its course, over omega_sl²."""
-
-RAMP = 10
-"""Load steps from one cycle's start to another's."""
 
 RELATIVE = 1e-2
 """Share of the largest relative motion of the bodies below which they move together."""
@@ -68,6 +67,8 @@ class HeldMode(Brief):
         ``Phi^T p`` of a unit load on the driven port.
     upper_omega : (u,) array
         Upper modes of the sliding state, rad/s.
+    floating : Floating or None
+        Motions with more inertia than support, where they are sought.
     port : str
         Port of the mode: its inertia load and its coordinate.
     drive : str
@@ -85,6 +86,7 @@ class HeldMode(Brief):
     hold: float
     load_on_sliding: float
     upper_omega: Array
+    floating: Floating | None
     port: str
     drive: str
     half_turn: HalfTurn | None = None
@@ -93,7 +95,8 @@ class HeldMode(Brief):
     def carried(self) -> Array:
         """(p,) amplitudes of all ports at prestress: the first preload carries all of it."""
         carrier, amplitude = next(iter(self.prestress.preload.items()))
-        return self.model.amplitudes({carrier: amplitude})
+        own = self.model.amplitudes({carrier: amplitude})
+        return np.pad(own, (0, self.flexibility.loads_q.shape[1] - len(own)))
 
 
 @dataclass(frozen=True, repr=False)
@@ -133,6 +136,8 @@ class PrescribedCycle(Brief):
         Change of the reactions over the last cycle, over the largest prestress reaction.
     residual : float
         Largest complementarity residual.
+    fallbacks : Fallbacks
+        Steps of all cycles by how they were solved.
     state : ContactState
     """
 
@@ -143,6 +148,7 @@ class PrescribedCycle(Brief):
     dissipated: float
     closure: float
     residual: float
+    fallbacks: Fallbacks
     state: ContactState
 
 
@@ -176,6 +182,7 @@ def hold_port(
     reference_omega: float,
     *,
     static: Mask | None = None,
+    floats: bool = False,
     upper: int = 0,
     load_on_mode: float = 0.0,
 ) -> HeldMode:
@@ -193,6 +200,9 @@ def hold_port(
     static : (k,) bool array, optional
         Free-interface modes without inertia; by default those that slide the bodies past each
         other.
+    floats : bool
+        Whether motions with more inertia than support are sought, see `floating.py`, where they
+        would else follow step after step with a negative stiffness.
     upper : int
         As in `hold_mode`.
     load_on_mode : float
@@ -213,18 +223,29 @@ def hold_port(
     values, vectors = values[order], vectors[:, order]
     mode_v, ports = wide.mode_v @ vectors, vectors.T @ wide.port_modes
     v, p, give = mode_v[:, soft:], ports[soft:], 1 / values[soft:]
+    loose = int((values[:soft] < 0).sum()) if floats else 0
+    springs = np.where(np.arange(soft) < loose, HOLD * w**2, 0.0)
+    to_springs = np.diag(springs)[:, :loose]
     W = wide.residual + (v * give) @ v.T + np.diag(joint.law.compliance)
     flexibility = Flexibility(
         W=np.ascontiguousarray(0.5 * (W + W.T)),
         R=np.ascontiguousarray(mode_v[:, :soft]),
-        stiffness=values[:soft],
-        loads_v=wide.port_v + (v * give) @ p,
-        loads_q=np.ascontiguousarray(ports[:soft]),
-        loads_loads=wide.port_port + (p.T * give) @ p,
+        stiffness=values[:soft] + springs,
+        loads_v=np.pad(wide.port_v + (v * give) @ p, ((0, 0), (0, loose))),
+        loads_q=np.hstack([ports[:soft], to_springs]),
+        loads_loads=np.pad(wide.port_port + (p.T * give) @ p, (0, loose)),
     )
     rest = vectors.T @ modal_rest(joint)
     carrier, amplitude = next(iter(start.preload.items()))
+    free, turn = None, None
+    if loose:
+        own_inertia = vectors[:, :loose].T @ inertia @ vectors[:, :loose]
+        bonded, column = start.bonded(model.dimension), model.port(port)
+        still = vectors[:, :loose].T @ _sliding_past(model, walking_modes(model))
+        free = floating(flexibility, springs[0], own_inertia, rest[:loose], still, bonded, column)
     flexibility = _carried(flexibility, start, rest[:soft], wide.port(carrier), amplitude)
+    if not loose:
+        turn = find_half_turn(model.image, flexibility, joint.law.friction, start.solution.r)
     return HeldMode(
         model=wide,
         flexibility=flexibility,
@@ -235,9 +256,10 @@ def hold_port(
         hold=w**2 - w0**2 + HOLD * w**2,
         load_on_sliding=load_on_mode,
         upper_omega=omegas[chosen],
+        floating=free,
         port=port,
         drive=joint.drive,
-        half_turn=find_half_turn(model.image, flexibility, joint.law.friction, start.solution.r),
+        half_turn=turn,
     )
 
 
@@ -347,8 +369,10 @@ def prescribed_cycle(
     solver.start_from(state.r, state.q, state.v)
     vt_old = tangential(state.v).copy()
 
+    taken: list[Fallbacks] = []
+
     def march(path: Array) -> PathRecord:
-        return follow_path(
+        record = follow_path(
             solver,
             f,
             path,
@@ -356,17 +380,21 @@ def prescribed_cycle(
             where=lambda step: "of a prescribed cycle",
             remedy="try more load steps or a smaller amplitude",
         )
+        taken.append(record.fallbacks)
+        return record
 
-    ramp = state.load + np.linspace(0, 1, RAMP + 1)[:, None] * (path[0] - state.load)
     if not np.array_equal(state.load, path[0]):
-        march(ramp)
+        march(ramp(state.load, path[0]))
     turn = held.half_turn
-    if turn is not None and turn.turns(path):
-        cycle = cycle_by_halves(turn, march, path, cycles, closure * top)
+    if held.floating is not None:
+        closed = _balanced(held, held.floating, march, path, theta, amplitude, cycles, closure)
+    elif turn is not None and turn.turns(path):
+        closed = cycle_by_halves(turn, march, path, cycles, closure * top)
     else:
-        cycle = whole_cycle(march, path, cycles, closure * top)
+        closed = whole_cycle(march, path, cycles, closure * top)
     s = held.prestress.solution
-    output = f.outputs(path, cycle.q, cycle.r) - f.outputs(held.carried, s.q, s.r)
+    output = f.outputs(path, closed.q, closed.r) - f.outputs(held.carried, s.q, s.r)
+    output = output[:, : len(model.ports)]
     y = output[:, model.port(held.port)]
     force = path[:, model.port(held.port)] - held.hold * y
     force = force + held.load_on_sliding * path[:, model.port(held.drive)]
@@ -377,11 +405,38 @@ def prescribed_cycle(
         force=complex(harmonic(force, theta)),
         upper=np.array(tops).T,
         output=harmonic(without_drift(output[:, :first], theta), theta),
-        dissipated=cycle.dissipated,
-        closure=cycle.change / top,
-        residual=cycle.residual,
-        state=_state_after(solver, turn if cycle.turned else None, path[-1]),
+        dissipated=closed.dissipated,
+        closure=closed.change / top,
+        residual=closed.residual,
+        fallbacks=together(taken),
+        state=_state_after(solver, turn if closed.turned else None, path[-1]),
     )
+
+
+def _balanced(
+    held: HeldMode,
+    loose: Floating,
+    march: Callable[[Array], PathRecord],
+    path: Array,
+    theta: Array,
+    amplitude: float,
+    cycles: int,
+    closure: float,
+) -> ClosedCycle:
+    """The cycle whose floating coordinates move as they are held; `path` gets their course."""
+    top, count = held.prestress.largest_reaction, len(loose.rest)
+    closed: list[ClosedCycle] = []
+
+    def cycle(course: Array) -> Array:
+        before = path[-1].copy()
+        path[:, -count:] = course
+        march(ramp(before, path[0]))
+        closed[:] = [whole_cycle(march, path, cycles, closure * top)]
+        return closed[0].q
+
+    push, own = held.hold * amplitude, held.sliding_omega**2
+    balance(loose, push, abs(amplitude), own, closure, theta, cycle)
+    return closed[0]
 
 
 def _state_after(solver: ContactSolver, turn: HalfTurn | None, load: Array) -> ContactState:
