@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import ROOT
 
 from microslip.contact.fallbacks import Fallbacks, together
 
-POPULATION = Path(__file__).parents[2] / "benchmarks" / "population"
+POPULATION = ROOT / "benchmarks" / "population"
 sys.path.insert(0, str(POPULATION))
 
 from contact_problems import problems  # noqa: E402

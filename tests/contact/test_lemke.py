@@ -168,6 +168,15 @@ def test_a_motion_that_friction_alone_holds_is_not_said_to_have_no_solution():
                 solver.solve(v_free, np.array([push]), vt_old)
 
 
+def test_a_body_without_a_load_stays_where_it_just_touches():
+    """Lifted, it could be anywhere above; no state of separation settles where, touching does."""
+    R = np.array([[0.0], [0.0], [1.0], [0.0]])
+    solver = ContactSolver(plain(np.eye(4), R, np.zeros(1)), 0.3, np.ones(2), np.ones(2, np.int8))
+    solution = solver.solve(np.array([1.0, 0.0, -1.0, 0.0]), np.zeros(1), np.zeros(2))
+    assert solution.residual <= 1e-12
+    assert normal(solution.r) == pytest.approx([1.0, 0.0])
+
+
 def test_a_negative_stiffness_has_no_last_resort_and_says_so():
     """A body with more inertia than support slides: with friction saturated nothing holds it."""
     R = np.zeros((4, 1))

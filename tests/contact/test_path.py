@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import sys
+
 import numpy as np
 import pytest
+from conftest import ROOT
 
 from microslip.contact import path as module
 from microslip.contact.pairs import BACKWARD, FORWARD, STICK, normal, tangential
@@ -11,6 +14,10 @@ from microslip.contact.path import follow_path
 from microslip.contact.solver import ContactSolver
 from microslip.errors import ContactError
 from microslip.model.flexibility import Flexibility
+
+sys.path.insert(0, str(ROOT / "benchmarks" / "population"))
+
+from contact_problems import problems
 
 MU, STIFFNESS = 0.25, 2.0
 CLAMP = np.array([8.0, 16.0])
@@ -87,3 +94,19 @@ def test_a_motion_held_by_nothing_is_named():
     free = Flexibility(f.W, R, np.zeros(1), f.loads_v, np.zeros((1, 2)), f.loads_loads)
     with pytest.raises(ContactError, match="held by neither contact, friction nor support"):
         ContactSolver(free, 0.0, CLAMP, np.full(2, FORWARD, np.int8))
+
+
+def test_a_path_goes_on_where_the_active_set_cycles():
+    """Jumps of load with friction of 1.6: the last resort follows where halved steps do not help."""
+    W, mu, loads = list(problems(1, 9))[8]
+    n = len(W)
+    none = np.zeros((n, 0))
+    flexibility = Flexibility(W, none, np.zeros(0), np.eye(n), np.zeros((0, n)), np.zeros((n, n)))
+    solver = ContactSolver(flexibility, mu, np.ones(n // 2), np.full(n // 2, STICK, np.int8))
+    vt_old = np.zeros(n // 2)
+    path = np.vstack([np.zeros(n), loads])
+    found = follow_path(solver, flexibility, path, vt_old, where=lambda step: "", remedy="")
+    assert found.residual.max() <= 1e-9
+    assert found.fallbacks.steps == len(loads)
+    assert found.fallbacks.lemke > 0
+    assert found.fallbacks == solver.fallbacks
