@@ -45,6 +45,9 @@ CYCLES = 200
 SETTLED = 1e-4
 """Relative change over a cycle from which on a state is steady enough to learn from."""
 
+MOST_LOST = 6
+"""A search ends where as many steady states as this were not found, and no more were."""
+
 SPREAD = 0.4
 """Least distance, in place, of two points that are sought at a time."""
 
@@ -69,6 +72,11 @@ class _Search:
     lost: list[str] = field(default_factory=list)
     lost_at: list[float] = field(default_factory=list)
     ceiling: float = np.inf
+
+    @property
+    def hopeless(self) -> bool:
+        """Whether hardly any of the motions sought is steady."""
+        return len(self.lost) >= max(MOST_LOST, len(self.anchors))
 
     def answers(self) -> Answers:
         """All answers below the ceiling; without a bound where the nearest point sought was lost."""
@@ -138,7 +146,7 @@ def anchored_response(
     for targets in FIRST:
         if not stop.is_set():
             advance(_learn(assembly, search, base, _nearest(search, targets)))
-    while len(search.tried) < settings.points and not stop.is_set():
+    while len(search.tried) < settings.points and not stop.is_set() and not search.hopeless:
         picks = _least_known(search, settings.error)
         if not picks:
             break
