@@ -21,6 +21,10 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from microslip import load_joint
+from microslip.analyses.backbone.extended_motion import harmonic_backbone
+from microslip.analyses.backbone.points import amplitude_scale, geometric
+from microslip.analyses.harmonic.problem import harmonic_problem
+from microslip.analyses.harmonic.response import frequency_response
 from microslip.analyses.reduced.refined import load_offset, refined_table
 from microslip.analyses.reduced.response import forced_response
 from microslip.analyses.reduced.table import equivalent_table
@@ -101,6 +105,33 @@ def step_floor(assembly):
             relative_displacement(v, v_free, f.W, f.R, r, q)
 
     return median_seconds(once, 11) / 100
+
+
+def processor_seconds(work):
+    """Processor seconds of this thread: what else the machine does counts less."""
+    start = time.thread_time()
+    found = work()
+    return time.thread_time() - start, found
+
+
+def harmonic_times(assembly, rho=2.4, count=100, amplitudes=30):
+    """Processor seconds of a harmonic response, H = 5, and per amplitude of a harmonic backbone."""
+    prepared, mode = assembly.prepared, assembly.mode
+    load = 2.03e-3 * assembly.joint.contact.friction * assembly.moment_unit / rho
+    problem, band = harmonic_problem(prepared), np.linspace(165, 190, count)
+    frequency_response(problem, 1e-3 * load, band[:2])
+    response, found = processor_seconds(lambda: frequency_response(problem, load, band))
+    scale = amplitude_scale(prepared, mode)
+    sizes = geometric(1e-5 * scale, 0.85 * scale, amplitudes)
+    backbone, (curve, missed) = processor_seconds(lambda: harmonic_backbone(prepared, mode, sizes))
+    return {
+        "response_s": response,
+        "response_points": len(found.points),
+        "response_branch_points": [len(branch.points) for branch in found.branches],
+        "backbone_s_per_amplitude": backbone / amplitudes,
+        "backbone_points": len(curve.points),
+        "not_found": len(found.failures) + len(missed),
+    }
 
 
 def wall(command, repeats=3):
@@ -252,6 +283,7 @@ def main():
                 "converged_points": int((response.flag == 0).sum()),
                 "points": len(frequency),
             }
+        found["harmonic"] = harmonic_times(assembly)
     if not options.quick:
         binary = str(Path(sys.executable).with_name("microslip"))
         found["help_s"] = wall([binary, "--help"], 5)

@@ -232,13 +232,17 @@ class Reducer:
         relative = self.structure.interface.relative.tocsr()
         rigid, kept = slice(0, self.equilibrium_modes), slice(self.equilibrium_modes, None)
         shapes = self.modes.shapes
-        whole = interface_compliance(
-            self._shifted,
-            relative,
-            shapes[:, rigid],
-            self._mass_modes[:, rigid],
-            self._factors.orders,
-        )
+        try:
+            whole = interface_compliance(
+                self._shifted,
+                relative,
+                shapes[:, rigid],
+                self._mass_modes[:, rigid],
+                self._factors.orders,
+            )
+        except ModelError:
+            # an interface whose factors cannot be kept last: one solve per component
+            return np.asarray(relative @ self.residual_response(relative.T.toarray()))
         mode_v = relative @ shapes[:, kept]
         return whole - (mode_v / (self.modes.omega[kept] ** 2 + self._shift)) @ mode_v.T
 
