@@ -86,17 +86,20 @@ def run_responses(
             progress.start("forced response", sum(steps))
             for case, chosen, share in zip(cases, auto, steps, strict=True):
                 base = case.respond(axis.frequency)
+                rest = share
                 if chosen:
-                    curve, said = _put_right(assembly, settings, case, base, stop, share, progress)
-                    cautions += said
+                    curve, lost, rest = _put_right(
+                        assembly, settings, case, base, stop, share, progress
+                    )
+                    cautions += _cautions(settings, case, curve, lost)
                 else:
                     curve = _judged(base, models)
-                    progress.advance()
                 curve = with_outputs(assembly, models, curve)
                 curve = with_opening(assembly, curve, case)
                 found = replace(found, curves=(*found.curves, curve))
                 failures += response_failures(curve, case, axis)
                 cautions += opening_of(assembly, curve, case)
+                progress.advance(rest)
             progress.finish()
         except MicroslipError as error:
             failures.append(Failure("response", "", str(error)))
@@ -116,8 +119,8 @@ def _put_right(
     stop: Event,
     points: int,
     progress: Progress,
-) -> tuple[Response, list[Caution]]:
-    """A response by method "auto", and where its bound is above what is asked for."""
+) -> tuple[Response, Lost, int]:
+    """A response by method "auto", what it could not learn, and how many points it did without."""
     sought = 0
 
     def advance(count: int) -> None:
@@ -126,13 +129,13 @@ def _put_right(
         progress.advance(count)
 
     curve, lost = anchored_response(assembly, settings, case, base, stop, advance)
-    progress.advance(max(points - sought, 0))
-    return curve, _cautions(settings, case, curve, lost)
+    return curve, lost, max(points - sought, 0)
 
 
 def _cautions(
     settings: ResponseAnalysis, case: Curve, curve: Response, lost: Lost
 ) -> list[Caution]:
+    """Where the bound of a response is above what is asked for."""
     place, found = f"auto, {case.load}", []
     if lost.reasons:
         reason = f"no steady state found at {len(lost.reasons)} of the frequencies sought, first "
