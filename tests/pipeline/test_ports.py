@@ -136,6 +136,7 @@ def test_two_ports_are_reciprocal():
 
 
 def test_a_named_pair_of_end_moments_is_the_pair_that_needs_no_name():
+    # assembled twice, with other columns: as far as the factorisation is good
     pinned = {"support": {"horizontal_spring": 1e5}, "contact": {"friction": 0.3, "pairs": 21}}
     analysis = {
         "cycle": {"moment": [20.0, 200.0], "steps": 60},
@@ -148,17 +149,17 @@ def test_a_named_pair_of_end_moments_is_the_pair_that_needs_no_name():
     load = {"port": "ends", "moment": 1.0}
     named = run(parse_joint(document(**pinned, port=[ends], load=load, analysis=analysis)))
     assert named.prepared.drive == "ends"
-    assert named.assembly.opening_moment == pytest.approx(usual.assembly.opening_moment, rel=1e-12)
+    assert named.assembly.opening_moment == pytest.approx(usual.assembly.opening_moment, rel=1e-9)
     for one, other in zip(usual.cycles["moment"], named.cycles["moment"], strict=True):
-        assert other.dissipated == pytest.approx(one.dissipated, rel=1e-12)
+        assert other.dissipated == pytest.approx(one.dissipated, rel=1e-9)
         port = usual.model.port("moment"), named.model.port("ends")
         here, there = other.output[:, port[1]], one.output[:, port[0]]
-        np.testing.assert_allclose(here, there, rtol=1e-12, atol=1e-12 * np.abs(there).max())
+        np.testing.assert_allclose(here, there, rtol=1e-9, atol=1e-9 * np.abs(there).max())
     one, other = usual.response.sel(moment=1.0), named.response.sel(moment=1.0)
-    np.testing.assert_allclose(other.frequency, one.frequency, rtol=1e-12)
-    np.testing.assert_allclose(other.outputs["tip"], one.outputs["tip"], rtol=1e-12)
+    np.testing.assert_allclose(other.frequency, one.frequency, rtol=1e-9)
+    np.testing.assert_allclose(other.outputs["tip"], one.outputs["tip"], rtol=1e-9)
     for one, other in zip(usual.harmonic[0].points, named.harmonic[0].points, strict=True):
-        assert other.amplitude == pytest.approx(one.amplitude, rel=1e-12)
+        assert other.amplitude == pytest.approx(one.amplitude, rel=1e-9)
     assert summary(named)["response"][0]["moment_n"] == 1.0
 
 
