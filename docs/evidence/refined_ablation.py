@@ -2,8 +2,8 @@
 
     python docs/evidence/refined_ablation.py
 
-Time integration with full contact on the reference joint, 300 steps per cycle, frequency corrected
-for the period error of the scheme; for each model the solution nearest to it. About ten minutes.
+Time integration with full contact on the reference joint, 300 steps per cycle; for each model the
+solution nearest to it. About ten minutes.
 """
 
 from __future__ import annotations
@@ -104,7 +104,7 @@ def models(a: Assembly, tables: dict[str, EquivalentTable]) -> list[Model]:
 def truth(
     a: Assembly, model: Model, rho: float
 ) -> tuple[NDArray[np.float64], NDArray[np.complex128], float]:
-    """Frequencies (corrected), amplitudes and load of the time domain."""
+    """Frequencies, amplitudes and load of the time domain."""
     mu = a.joint.contact.friction
     load = RHO_SCALE * mu * a.moment_unit / rho
     guess = forced_response(model.model, model.table, FREQUENCY, load).amplitude
@@ -117,7 +117,7 @@ def truth(
         if isinstance(point, Failure) or not point.steady.converged:
             print("left out:", point if isinstance(point, Failure) else point.steady.frequency)
             continue
-        frequency.append(point.corrected_frequency)
+        frequency.append(point.steady.frequency)
         amplitude.append(point.steady.amplitude)
     return np.array(frequency), np.array(amplitude), load
 

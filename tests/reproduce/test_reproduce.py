@@ -226,7 +226,7 @@ def test_plain_iteration():
 def test_errors_of_a_case_against_its_own_points(study):
     """A model compared with points on its own curve has none."""
     points = study.time_points(2.4, [178.0])
-    own = respond(study, CONSISTENT, 2.4, np.array([points[0].corrected_frequency]))
+    own = respond(study, CONSISTENT, 2.4, np.array([points[0].steady.frequency]))
     steady = replace(points[0].steady, amplitude=complex(own.amplitude[0]))
     found = case_errors(study, CONSISTENT, 2.4, [replace(points[0], steady=steady)])
     assert found["worst"] < 1e-8

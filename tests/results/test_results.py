@@ -444,8 +444,8 @@ TIMED_JOINT = {
         "time": {
             "frequencies": ["172 Hz", "179 Hz"],
             "steps": 60,
-            "max_cycles": 11,
-            "tolerance": 1e-4,
+            "max_cycles": 25,
+            "tolerance": 1e-5,
             "positions": ["25 mm", "0 mm", "-25 mm"],
         },
         "history": [
@@ -526,7 +526,7 @@ def test_steady_states_not_reached_are_marked_and_named(timed: Run) -> None:
             if f"rho = {row['rho']:g}, {row['frequency_hz']:g} Hz: not steady after" in f
         )
         assert f"{row['cycles']} cycles, last change {row['last_change']:.1e}" in failure
-        assert row["last_change"] > 1e-4
+        assert row["last_change"] > 1e-5
     flags = dataset(timed)["time_domain"]["converged"].values
     assert flags.tolist() == [int(row["converged"]) for row in rows]
     out = io.StringIO()

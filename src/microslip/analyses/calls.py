@@ -146,7 +146,7 @@ def steady_state(
     >>> state.converged
     True
     """
-    scheme = time_scheme(joint, 1 / (frequency * steps), port=port)
+    scheme = time_scheme(joint, 1 / (frequency * steps), port=port, frequency=frequency)
     return find_steady_state(
         scheme, frequency, load, guess=guess, tolerance=tolerance, max_cycles=max_cycles
     )

@@ -1,24 +1,43 @@
 """Compiled time stepping of a joint model with exact contact.
 
-Hilber–Hughes–Taylor on the modes (``alpha`` in [0, 1/3], gamma = 1/2 + alpha, beta = (1 + alpha)²/4,
-Hughes, The Finite Element Method, 9.3), with ``f`` all external and contact forces on a mode,
+The trapezoidal rule on the modes, with ``f`` all external and contact forces on a mode and a step h
+and damping c of its own (`microslip.analyses.time.poles`),
 
-    eta''_1 + (1 - alpha)(c eta'_1 + omega² eta_1) + alpha (c eta'_0 + omega² eta_0)
-        = (1 - alpha) f_1 + alpha f_0
+    eta_1 - eta_0 = h (eta'_0 + eta'_1)/2,    eta'_1 - eta'_0 = h (eta''_0 + eta''_1)/2
+    eta'' + c eta' + omega² eta = f
 
 and the residual flexibility quasi-static behind its share of the stiffness damping,
 ``s + tau s' = V_res a - W_res r`` (backward Euler). One contact problem per step:
 
     v = v_free - W_step r,   W_step = W_res / (1 + tau/dt) + Psi S Psi^T
 
-with ``S`` the displacement of a mode at the end of a step per unit force there.
+with ``S = h²/4 / (1 + c h/2 + (omega h)²/4)`` the displacement of a mode at the end of a step per
+unit force there.
 
-Impacts. The scheme splits the push of a reaction between the step at whose end it acts and the
-next one. Where a pair closes at speed, the whole impulse is spent in its first step, and what is
-left for the next one would throw it off again faster than it came: energy from nothing. Such a
-pair is known by a reaction that opens it in the next step without having fallen before; that
-remainder is dropped and the step solved again. A contact that opens smoothly has a falling reaction
-and keeps the second order.
+Energy. What the step takes from kinetic and strain energy, apart from damping, is *exactly* the
+work
+
+    (r_0 + r_1)/2 . (v_1 - v_0)
+
+of contact. A pair that closes takes energy, since its reaction acts while the gap is still open;
+one that opens gives some back, the half of its push that is left from the step before. Where
+contact moves along gently both are small of third order in the step. Where bodies fall onto each
+other neither is small, nor need they be equal. Two things keep contact from making energy, and no
+constant decides what an impact is:
+
+- A pair that opens inside a step pushes until it opens. The reaction that would hold it closed to
+the
+  end of the step is ``r_1 = v_1/W_11 < 0``; on a straight line from r_0 it vanishes at the share
+  ``theta = r_0/(r_0 - r_1)`` of the step, so that of what is left of r_0 the share theta is
+  spent, and the step is solved again. Where a pair opens only just this changes nothing.
+- The energy that contact, normal and friction together, has taken is counted. A step that would
+  give back more is solved again with the reactions of its end acting all through it. Such a step
+  is of first order, and takes energy whatever happens under a steady load,
+
+      r_1 . (v_1 - v_0) + (r_1 - r_0) . W_res (r_1 - r_0)/2 >= 0
+
+  (Moreau's sweeping process; C. Kane, E. A. Repetto, M. Ortiz, J. E. Marsden, Comput. Methods Appl.
+  Mech. Engrg. 180 (1999) 1).
 """
 
 from __future__ import annotations
@@ -31,13 +50,11 @@ from numpy.typing import NDArray
 from microslip.contact.compiled import jit
 from microslip.contact.planar import NOT_SOLVED, solve
 from microslip.contact.problem import Contact, Given
-from microslip.contact.tableau import add_rows
-from microslip.typing import Array, Status
+from microslip.contact.tableau import add_rows, follow
+from microslip.typing import Array, Mask, Status
 
-IMPACT = 0.5
-"""An impact is a reaction above this share of the largest under the clamp. Weaker ones, as where a
-front of contact passes a pair, are left to the scheme: their energy is below what it dissipates,
-and a choice that flips from cycle to cycle would keep a steady vibration from repeating."""
+SLIGHT = 1e-12
+"""Energies below this share of those of the largest reactions are rounding."""
 
 EXTERNAL, FRICTION, NORMAL, MODAL, RESIDUAL = 0, 1, 2, 3, 4
 """Places in the array of works: of the load, friction, normal reactions, damping of the modes,
@@ -51,12 +68,15 @@ class StepConstants(NamedTuple):
     ----------
     psi_t : (k, 2 m) array
         Relative displacements of the modes, transposed.
-    omega, damping : (k,) arrays
-        Circular frequency (rad/s) and viscous damping c (1/s) of each mode.
+    omega : (k,) array
+        Circular frequency of each mode, rad/s.
+    mode_step, mode_damping, mode_gain : (k,) arrays
+        Step h (s) and damping c (1/s) with which a mode is stepped, and what multiplies the force
+        of the reactions on it.
     tau : float
         Share of the residual part's stiffness in its damping, s.
-    alpha, dt : float
-        Numerical dissipation, and step (s).
+    dt : float
+        Step, s.
     drive_modes, drive_v : (k,) and (2 m,) arrays
         Forces on the modes and relative displacements per unit load.
     constant_modes, constant_v : (k,) and (2 m,) arrays
@@ -71,9 +91,10 @@ class StepConstants(NamedTuple):
 
     psi_t: Array
     omega: Array
-    damping: Array
+    mode_step: Array
+    mode_damping: Array
+    mode_gain: Array
     tau: float
-    alpha: float
     dt: float
     drive_modes: Array
     drive_v: Array
@@ -90,12 +111,12 @@ class Motion(NamedTuple):
 
     Attributes
     ----------
-    eta, rate, acceleration, modal_force : (k,) arrays
-        Modal coordinates, their derivatives, and all forces f on the modes.
+    eta, rate, acceleration : (k,) arrays
+        Modal coordinates and their derivatives.
     residual_v, r, v : (2 m,) arrays
         Residual part s of the relative displacement, reactions, relative displacements.
-    r_before : (m,) array
-        Normal reactions one step before `r`.
+    taken : (1,) array
+        Energy that contact has taken and not given back, J per metre of width.
     vt_old : (m,) array
         Tangential displacement at which each pair sticks.
     status : (m,) int8 array
@@ -104,11 +125,10 @@ class Motion(NamedTuple):
     eta: Array
     rate: Array
     acceleration: Array
-    modal_force: Array
     residual_v: Array
     r: Array
     v: Array
-    r_before: Array
+    taken: Array
     vt_old: Array
     status: Status
 
@@ -129,6 +149,8 @@ class Records(NamedTuple):
         Histories, not kept where they have no rows.
     iterations, residual : (n + 1,) arrays
         Of the contact solver.
+    dissipative : (n + 1,) bool array
+        Steps that were solved again with the reactions of their end.
     """
 
     output: Array
@@ -139,32 +161,82 @@ class Records(NamedTuple):
     status: Status
     iterations: NDArray[np.int64]
     residual: Array
+    dissipative: Mask
+
+
+WHOLE, EASED, DISSIPATIVE = 0, 1, 2
+"""Ways to take a step: with all of the push left from the step before, with less of it where pairs
+open, with the reactions of the end all through."""
 
 
 @jit
-def step_through(problem, memory, constants, load, motion, records):
+def opened(problem, r_old, r, v, reduced):
+    """Whether pairs open in a step; what they would push after they have, into `reduced`."""
+    any_opened = False
+    for i in range(v.shape[0] // 2):
+        n, t = 2 * i, 2 * i + 1
+        reduced[n], reduced[t] = 0.0, 0.0
+        if r_old[n] > 0.0 and v[n] < 0.0:
+            any_opened = True
+            pull = -v[n] / problem.W[n, n]
+            after = pull / (r_old[n] + pull)
+            reduced[n], reduced[t] = after * r_old[n], after * r_old[t]
+    return any_opened
+
+
+@jit
+def contact_work(r, carried, v, v_old):
+    """Work of normal contact and of friction over a step."""
+    normal_work, slip_work = 0.0, 0.0
+    for i in range(v.shape[0] // 2):
+        n, t = 2 * i, 2 * i + 1
+        normal_work += 0.5 * (r[n] + carried[n]) * (v[n] - v_old[n])
+        slip_work += 0.5 * (r[t] + carried[t]) * (v[t] - v_old[t])
+    return normal_work, slip_work
+
+
+@jit
+def work_on_residual(constants, predicted, denominator, r, v, s, reduced):
+    """Half the work of reactions left out on the residual part, which had stored it."""
+    psi_t, h, gain = constants.psi_t, constants.mode_step, constants.mode_gain
+    work = 0.0
+    for i in range(v.shape[0]):
+        work += 0.5 * reduced[i] * (v[i] - s[i])
+    for j in range(psi_t.shape[0]):
+        x, y = 0.0, 0.0
+        p = psi_t[j]
+        for i in range(v.shape[0]):
+            x += p[i] * r[i]
+            y += p[i] * reduced[i]
+        position = predicted[j] - 0.25 * h[j] ** 2 * gain[j] * x / denominator[j]
+        work -= 0.5 * y * position
+    return work
+
+
+@jit
+def step_through(problems, memories, constants, load, motion, records):
     """March over the steps of `load` (row 0 is the state at entry); `motion` is updated in place.
 
+    `problems` are those of a step and of a dissipative step, each with its memory.
     Returns the failed step, or -1.
     """
-    psi_t, omega, damping = constants.psi_t, constants.omega, constants.damping
-    tau, alpha, dt, drive = constants.tau, constants.alpha, constants.dt, constants.drive
+    problem, dissipative_problem = problems
+    memory, dissipative_memory = memories
+    psi_t, omega = constants.psi_t, constants.omega
+    h, c, gain = constants.mode_step, constants.mode_damping, constants.mode_gain
+    tau, dt, drive = constants.tau, constants.dt, constants.drive
     drive_modes, drive_v = constants.drive_modes, constants.drive_v
     constant_modes, constant_v = constants.constant_modes, constants.constant_v
     out_modes, out_v, out_load = constants.out_modes, constants.out_v, constants.out_load
-    eta, eta1, eta2 = motion.eta, motion.rate, motion.acceleration
-    modal_force, s = motion.modal_force, motion.residual_v
-    r, v, r_before = motion.r, motion.v, motion.r_before
+    eta, eta1, eta2, s = motion.eta, motion.rate, motion.acceleration, motion.residual_v
+    r, v, taken = motion.r, motion.v, motion.taken
     vt_old, status = motion.vt_old, motion.status
     outputs, works, friction = records.output, records.works, records.friction_work
     r_out, v_out, status_out = records.r, records.v, records.status
-    iterations, residuals = records.iterations, records.residual
+    iterations, residuals, again = records.iterations, records.residual, records.dissipative
     k = eta.shape[0]
     N = v.shape[0]
     m = vt_old.shape[0]
-    gamma = 0.5 + alpha
-    beta = 0.25 * (1.0 + alpha) ** 2
-    a1 = 1.0 - alpha
     decay = tau / dt
     keep = r_out.shape[0] == load.shape[0]
     nothing = np.empty(0)
@@ -175,77 +247,97 @@ def step_through(problem, memory, constants, load, motion, records):
     denominator = np.empty(k)
     start = np.empty(k)
     predicted = np.empty(k)
-    external = np.empty(k)
+    carried = np.empty(N)
+    reduced = np.empty(N)
     r_old = r.copy()
     v_old = v.copy()
+    slight = 0.0
+    for i in range(m):
+        slight = max(slight, SLIGHT * problem.force[i] ** 2 * problem.W[2 * i, 2 * i])
     for j in range(k):
-        denominator[j] = 1.0 + a1 * (gamma * dt * damping[j] + beta * dt * dt * omega[j] ** 2)
-    dropped = np.zeros(m, np.bool_)
+        denominator[j] = 1.0 + 0.5 * h[j] * c[j] + 0.25 * h[j] ** 2 * omega[j] ** 2
     for step in range(1, load.shape[0]):
-        dropped[:] = False
+        stage = WHOLE
         iterations[step] = 0
+        carried[:] = r_old
         while True:
             for j in range(k):
-                pe = eta[j] + dt * eta1[j] + dt * dt * (0.5 - beta) * eta2[j]
-                pv[j] = eta1[j] + dt * (1.0 - gamma) * eta2[j]
-                external[j] = constant_modes[j] + drive_modes[j] * load[step]
-                start[j] = (
-                    a1 * (external[j] - damping[j] * pv[j] - omega[j] ** 2 * pe)
-                    + alpha * (modal_force[j] - damping[j] * eta1[j] - omega[j] ** 2 * eta[j])
-                ) / denominator[j]
-                predicted[j] = pe + beta * dt * dt * start[j]
+                pe = eta[j] + h[j] * eta1[j] + 0.25 * h[j] ** 2 * eta2[j]
+                pv[j] = eta1[j] + 0.5 * h[j] * eta2[j]
+                external = constant_modes[j] + drive_modes[j] * load[step]
+                start[j] = (external - c[j] * pv[j] - omega[j] ** 2 * pe) / denominator[j]
+                predicted[j] = pe + 0.25 * h[j] ** 2 * start[j]
             for i in range(N):
                 v_free[i] = (constant_v[i] + drive_v[i] * load[step] + decay * s[i]) / (1.0 + decay)
             add_rows(psi_t, predicted, v_free)
-            its, residual, rule = solve(problem, memory, given, contact)
+            if stage == DISSIPATIVE:
+                its, residual, rule = solve(dissipative_problem, dissipative_memory, given, contact)
+            else:
+                its, residual, rule = solve(problem, memory, given, contact)
             iterations[step] += its
-            if rule == NOT_SOLVED:
+            if rule == NOT_SOLVED or stage == DISSIPATIVE:
                 break
-            opened = False
-            for i in range(m):
-                strong = r_old[2 * i] > IMPACT * problem.force[i]
-                sudden = strong and r_old[2 * i] >= r_before[i] and r[2 * i] <= 0.0
-                if sudden and not dropped[i]:
-                    dropped[i] = True
-                    opened = True
-                    for j in range(k):
-                        x = psi_t[j, 2 * i] * r_old[2 * i] + psi_t[j, 2 * i + 1] * r_old[2 * i + 1]
-                        modal_force[j] += x
-                        eta2[j] += a1 * x / denominator[j]
-            if not opened:
-                break
+            if stage == WHOLE and opened(problem, r_old, r, v, reduced):
+                stage = EASED
+            else:
+                normal_work, slip_work = contact_work(r, carried, v, v_old)
+                left = taken[0] + normal_work + slip_work
+                if stage == EASED:
+                    reduced[:] = r_old - carried
+                    left += work_on_residual(constants, predicted, denominator, r, v, s, reduced)
+                if left >= -slight:
+                    break
+                stage = DISSIPATIVE
+                again[step] = True
+                reduced[:] = carried
+                follow(dissipative_problem, dissipative_memory, status)
+            for j in range(k):
+                x = 0.0
+                p = psi_t[j]
+                for i in range(N):
+                    x += p[i] * reduced[i]
+                eta2[j] += gain[j] * x
+            carried[:] = carried - reduced
         residuals[step] = residual
         if rule == NOT_SOLVED:
             return step
+        full = 0.0
+        if stage == DISSIPATIVE:
+            full = 1.0
+            carried[:] = r
+            r_old[:] = r
+            follow(problem, memory, status)
+        raised = load[step] - load[step - 1]
         for i in range(N):
-            works[RESIDUAL] += 0.5 * (r[i] + r_old[i]) * s[i]
+            works[RESIDUAL] += 0.5 * (r[i] + r_old[i]) * (s[i] + drive_v[i] * raised)
             s[i] = v[i]
         for j in range(k):
             x = 0.0
             p = psi_t[j]
             for i in range(N):
                 x += p[i] * r[i]
-            acceleration = start[j] - a1 * x / denominator[j]
-            position = predicted[j] - beta * dt * dt * a1 * x / denominator[j]
-            rate = (position - eta[j]) / dt
-            works[MODAL] += damping[j] * rate**2 * dt
+            x *= gain[j]
+            share = x / denominator[j]
+            acceleration = start[j] - share + full * (x - share)
+            position = predicted[j] - (1.0 + full) * 0.25 * h[j] ** 2 * share
+            works[MODAL] += c[j] * (position - eta[j]) ** 2 / (gain[j] * h[j])
             eta[j] = position
-            eta1[j] = pv[j] + gamma * dt * acceleration
+            eta1[j] = pv[j] + 0.5 * h[j] * (acceleration - full * x)
             eta2[j] = acceleration
-            modal_force[j] = external[j] - x
             for i in range(N):
                 s[i] -= position * p[i]
         for i in range(N):
             works[RESIDUAL] -= 0.5 * (r[i] + r_old[i]) * s[i]
         for i in range(m):
-            if dropped[i]:
-                r_old[2 * i] = 0.0
-                r_old[2 * i + 1] = 0.0
-            work = 0.5 * (r[2 * i + 1] + r_old[2 * i + 1]) * (v[2 * i + 1] - v_old[2 * i + 1])
-            friction[i] += work
-            works[FRICTION] += work
-            works[NORMAL] += 0.5 * (r[2 * i] + r_old[2 * i]) * (v[2 * i] - v_old[2 * i])
-            vt_old[i] = v[2 * i + 1]
+            t = 2 * i + 1
+            friction[i] += 0.5 * (r[t] + carried[t]) * (v[t] - v_old[t])
+            vt_old[i] = v[t]
+        if stage == DISSIPATIVE:
+            normal_work, slip_work = contact_work(r, carried, v, v_old)
+            left = taken[0] + normal_work + slip_work
+        works[FRICTION] += slip_work
+        works[NORMAL] += normal_work
+        taken[0] = max(left, 0.0)
         for o in range(outputs.shape[1]):
             y = out_load[0, o] + out_load[1, o] * load[step]
             for j in range(k):
@@ -260,8 +352,6 @@ def step_through(problem, memory, constants, load, motion, records):
             r_out[step] = r
             v_out[step] = v
             status_out[step] = status
-        for i in range(m):
-            r_before[i] = r_old[2 * i]
         r_old[:] = r
         v_old[:] = v
     return -1

@@ -84,4 +84,6 @@ def integrate(
         else:
             steady = outcome.steady
             reason = f"not steady after {steady.cycles} cycles, last change {steady.change:.1e}"
+            if outcome.motion is not None:
+                reason = f"{reason}: {outcome.motion.said}"
             yield outcome, Failure("time", request.place, reason)

@@ -175,7 +175,7 @@ def _error(study: Study, model: Model, rho: float) -> dict[str, Any]:
     """
     truth = time_domain_peak(study, rho)
     points = study.time_points(rho, time_frequencies(study, rho))
-    frequency = np.array([p.corrected_frequency for p in points])
+    frequency = np.array([p.steady.frequency for p in points])
     band = np.unique(np.r_[study.settings.response_band(), frequency])
     response = forced_response(*model, band, study.moment(rho))
     good = response.flag == CONVERGED

@@ -29,7 +29,7 @@ def fig12(study: Study) -> Plate:
     """Lines of every case over frequency; points of the time domain."""
     band = study.settings.response_band()
     points = study.time_points(PAPER_RHO, study.settings.time_frequencies)
-    frequency = np.array([p.corrected_frequency for p in points])
+    frequency = np.array([p.steady.frequency for p in points])
     dynamic = np.array([dynamic_equivalent(study, p) for p in points])
     figure = new_figure(DOUBLE, 95 * MM)
     axes = figure.subplots(1, 2)
@@ -48,7 +48,7 @@ def fig12(study: Study) -> Plate:
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     at = study.time_point(PAPER_RHO, CHECKED)
     truth = dynamic_equivalent(study, at)
-    errors = {c.key: _errors(study, c, at.corrected_frequency, truth) for c in cases()}
+    errors = {c.key: _errors(study, c, at.steady.frequency, truth) for c in cases()}
     why = (
         "The model as printed reads its table at |q_sl|, a share of the motion, and the table is "
         "moment-driven; consistent and mode-driven {0}, refined {1}."

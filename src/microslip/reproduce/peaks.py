@@ -47,11 +47,11 @@ def vertex(frequency: Array, size: Array) -> Peak:
 
 
 def time_domain_peak(study: Study, rho: float) -> Peak:
-    """Resonance of the time domain at a load, frequencies corrected for the period error."""
+    """Resonance of the time domain at a load."""
     response = respond(study, CONSISTENT, rho, study.settings.response_band())
     centre = round(response.peak_frequency, 1)
     points = study.time_points(rho, [centre + offset for offset in OFFSETS])
     return vertex(
-        np.array([p.corrected_frequency for p in points]),
+        np.array([p.steady.frequency for p in points]),
         np.array([abs(p.steady.amplitude) for p in points]),
     )

@@ -332,5 +332,5 @@ class Study:
 
 def dynamic_equivalent(study: Study, point: TimePoint) -> complex:
     """``k_eq + i gamma_eq`` of a steady vibration, over omega_sl²."""
-    found = equivalent(point.steady, point.corrected_frequency, study.assembly.prepared)
+    found = equivalent(point.steady, study.assembly.prepared)
     return complex(found.k_eq, found.gamma_eq)

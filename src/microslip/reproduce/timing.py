@@ -109,7 +109,7 @@ def _marched(study: Study) -> tuple[np.ndarray, float]:
     """Dissipated energy of every cycle from rest, and the seconds they took."""
     a, steps = study.assembly, study.settings.time_steps
     dt = 1 / (FREQUENCY * steps)
-    scheme = time_scheme(a.prepared, dt)
+    scheme = time_scheme(a.prepared, dt, frequency=FREQUENCY)
     wave = study.moment(PAPER_RHO) * np.sin(2 * np.pi * np.arange(steps + 1) / steps)
     state, energies = prestressed_state(scheme), []
     count = study.settings.marched_cycles

@@ -61,13 +61,12 @@ def time_row(run: Run, point: TimePoint) -> dict[str, Any]:
     """Entry of a steady state in the summary."""
     steady = point.steady
     cycle = steady.cycle
-    found = equivalent(point.steady, point.corrected_frequency, run.prepared)
+    found = equivalent(point.steady, run.prepared)
     first = {name: y[1] for name, y in outputs_of(run, point).items()}
     return {
         **rho_entry(point.rho),
         **load_entry(run, steady.load),
         "frequency_hz": steady.frequency,
-        "corrected_frequency_hz": point.corrected_frequency,
         "modal_amplitude": abs(steady.amplitude),
         "phase_rad": float(np.angle(steady.amplitude)),
         "dissipated_energy_j_per_m": cycle.dissipated,
@@ -223,9 +222,6 @@ def _dataset(run: Run) -> xr.Dataset:
         | {
             "frequency": variable(
                 each, np.array([p.steady.frequency for p in points]), "Hz", "frequency of the load"
-            ),
-            "corrected_frequency": scalar(
-                "corrected_frequency_hz", "Hz", "frequency without the period error of the steps"
             ),
             **rho_of(each, [p.rho for p in points]),
             load_named(run): load_variable(run, each, [p.steady.load for p in points]),

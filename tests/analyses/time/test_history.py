@@ -117,8 +117,8 @@ def test_losses_only_grow(small_reference):
     assert lost == pytest.approx(top, rel=0.02)
 
 
-def test_balance_closes_with_the_step(small_reference):
-    """What the scheme takes under a smooth load falls with the step at first order or better."""
+def test_balance_closes(small_reference):
+    """The trapezoidal rule takes nothing of its own, whatever the step."""
     left = []
     for steps in (100, 200, 400):
         scheme = scheme_of(small_reference.joint, steps)
@@ -129,15 +129,14 @@ def test_balance_closes_with_the_step(small_reference):
         e = history.energies
         left.append(abs(e.scheme[-1] + e.normal[-1]) / e.external[-1])
     print(f"missing over work of the load: {left}")
-    assert left[2] < 0.6 * left[1] < 0.36 * left[0]
-    assert left[2] < 2e-3
+    assert max(left) < 2e-3
 
 
 def test_energy_of_the_motion_is_the_work_of_a_lossless_joint(small_reference):
     """Without friction and damping the load's work is all in the motion."""
     model = replace(small_reference.model, rayleigh=(0.0, 0.0))
     joint = small_reference.joint.with_model(model).with_friction(0.0)
-    scheme = scheme_of(joint, 400, alpha=0.0)
+    scheme = scheme_of(joint, 400)
     load = sine(small_reference, 5, 1e-6, 400)
     history = run_history(
         scheme, prestressed_state(scheme), load, recording(scheme, len(load) - 1, 400)

@@ -76,6 +76,15 @@ def residual_energy(scheme: TimeScheme, state: State, load: float) -> float:
     return float(0.5 * (a @ y - state.r @ state.residual_v))
 
 
+def reaction_energy(scheme: TimeScheme, state: State, load: float) -> float:
+    """Strain energy of the residual part under the reactions alone, ``r^T W_res r / 2``.
+
+    From its displacement, as in `residual_energy`.
+    """
+    follows = scheme.joint.model.port_v @ port_amplitudes(scheme, load)
+    return float(0.5 * state.r @ (follows - state.residual_v))
+
+
 def port_amplitudes(scheme: TimeScheme, load: float) -> Array:
     """(p,) amplitudes of all ports: the preload, and the load on the driven port."""
     a = scheme.joint.held

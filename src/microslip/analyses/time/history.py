@@ -18,7 +18,7 @@ from microslip.analyses.time.energy import (
     Energies,
     mechanical_energy,
     port_amplitudes,
-    residual_energy,
+    reaction_energy,
 )
 from microslip.analyses.time.readings import opening_of
 from microslip.analyses.time.scheme import March, State, TimeScheme, contact_memory, march
@@ -254,15 +254,11 @@ class _Book:
 
         A march books the work of the reactions alone, which over a whole cycle is the same.
         """
-        scheme, model = self.scheme, self.scheme.joint.model
-        a = np.tile(scheme.joint.held, (len(part.load), 1))
-        a[:, model.port(scheme.port)] += part.load
-        y = a @ model.port_port - part.r @ model.port_v
-        by_ports = float((0.5 * (a[1:] + a[:-1]) * np.diff(y, axis=0)).sum())
-        gained = residual_energy(scheme, part.state, part.load[-1]) - residual_energy(
+        scheme = self.scheme
+        gained = reaction_energy(scheme, part.state, part.load[-1]) - reaction_energy(
             scheme, before, part.load[0]
         )
-        return part.residual_damping + by_ports - gained
+        return part.residual_damping - gained
 
     def close(self, failure: str, seconds: float) -> History:
         done = slice(0, self.step + 1)
@@ -331,10 +327,9 @@ def static_state(scheme: TimeScheme, load: float) -> State:
         eta=eta,
         rate=np.zeros_like(eta),
         acceleration=np.zeros_like(eta),
-        modal_force=force,
         residual_v=v - model.mode_v @ eta,
         r=r,
         v=v,
-        r_before=normal(r).copy(),
+        taken=np.zeros(1),
         status=status,
     )

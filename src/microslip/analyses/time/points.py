@@ -9,12 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from microslip.analyses.prepared.joint import PreparedJoint
+from microslip.analyses.time.classify import Motion, motion_of
 from microslip.analyses.time.floquet import Multipliers, floquet_multipliers
 from microslip.analyses.time.readings import opening_of, phases
 from microslip.analyses.time.scheme import (
     TimeScheme,
     march,
-    period_error,
     prestressed_state,
     time_scheme,
 )
@@ -42,6 +42,8 @@ class Request:
     accelerate : bool
     stability : bool
         Refine the Floquet multipliers of a converged point; a few dozen cycles more.
+    matched : bool
+        Matched poles; False for the error of the steps that Newmark's method has.
     said : str
         The load in messages; its number where left out.
     """
@@ -56,6 +58,7 @@ class Request:
     max_cycles: int = 400
     accelerate: bool = True
     stability: bool = False
+    matched: bool = True
     said: str = ""
 
     @property
@@ -78,17 +81,17 @@ class TimePoint:
     rho, friction : float
         `friction` is the median of the pairs'.
     steady : SteadyState
-    corrected_frequency : float
-        Frequency at which a scheme without period error has this answer, Hz.
     stability : Multipliers or None
         Where asked for and converged.
+    motion : Motion or None
+        What it is, where the search ended without a periodic motion.
     """
 
     rho: float
     friction: float
     steady: SteadyState
-    corrected_frequency: float
     stability: Multipliers | None = None
+    motion: Motion | None = None
 
 
 OPENING_CYCLES = 50
@@ -127,7 +130,12 @@ def solve_request(joint: PreparedJoint, request: Request) -> TimePoint:
     """
     if request.friction is not None:
         joint = joint.with_friction(request.friction)
-    scheme = time_scheme(joint, 1 / (request.frequency * request.steps))
+    scheme = time_scheme(
+        joint,
+        1 / (request.frequency * request.steps),
+        frequency=request.frequency,
+        matched=request.matched,
+    )
     steady = steady_state(
         scheme,
         request.frequency,
@@ -138,14 +146,13 @@ def solve_request(joint: PreparedJoint, request: Request) -> TimePoint:
         max_cycles=request.max_cycles,
     )
     _refuse_open(scheme, steady, request)
-    stretch = 1 + period_error(2 * np.pi / request.steps, scheme.alpha)
     refine = request.stability and steady.converged
     return TimePoint(
         rho=request.rho,
         friction=float(np.median(joint.law.friction)),
         steady=steady,
-        corrected_frequency=request.frequency * stretch,
         stability=floquet_multipliers(scheme, steady) if refine else None,
+        motion=None if steady.converged else motion_of(scheme, steady),
     )
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from microslip.analyses.prepared.joint import PreparedJoint
-from microslip.analyses.time.scheme import March, period_error
+from microslip.analyses.time.scheme import March
 from microslip.analyses.time.steady import SteadyState
 from microslip.contact.pairs import normal, touches
 from microslip.numerics.fourier import harmonic
@@ -41,18 +41,15 @@ def phases(steady: SteadyState) -> Array:
     return np.asarray(steady.phase + 2 * np.pi * np.arange(steps + 1) / steps, dtype=float)
 
 
-def equivalent(steady: SteadyState, frequency: float, joint: PreparedJoint) -> Equivalent:
+def equivalent(steady: SteadyState, joint: PreparedJoint) -> Equivalent:
     """Equivalent stiffness and damping of a steady state.
 
     Parameters
     ----------
     steady : SteadyState
-    frequency : float
-        Corrected one, Hz: there the integrated modes have the inertia that they would have in
-        continuous time.
     joint : PreparedJoint
     """
-    return equivalent_of(steady.amplitude, frequency, steady.load, joint)
+    return equivalent_of(steady.amplitude, steady.frequency, steady.load, joint)
 
 
 def equivalent_of(Q: complex, frequency: float, load: float, joint: PreparedJoint) -> Equivalent:
@@ -99,8 +96,8 @@ def _sliding_stiffness(omega: float, joint: PreparedJoint) -> complex:
 def modal_force(steady: SteadyState, joint: PreparedJoint, harmonics: int) -> Array:
     """Modal contact force f at every sample of the steady cycle, from harmonics of q.
 
-    The equation of `equivalent` harmonic by harmonic, each at its frequency corrected for the
-    period error; high harmonics of q carry the noise of single steps and are left out.
+    The equation of `equivalent` harmonic by harmonic; high harmonics of q carry the noise of single
+    steps and are left out.
 
     Returns
     -------
@@ -108,15 +105,12 @@ def modal_force(steady: SteadyState, joint: PreparedJoint, harmonics: int) -> Ar
         As q counted from prestress, mean included.
     """
     mode, theta = joint.principal(), phases(steady)
-    steps = len(theta) - 1
     q = steady.cycle.output[:, joint.model.port(mode.port)]
     Q = harmonics_of(q, theta, harmonics)
     push = mode.load_on_sliding[joint.drive]
     force = push * steady.load * np.sin(theta) - mode.sliding_omega**2 * Q[0].real
     for h in range(1, harmonics + 1):
-        stretch = 1 + period_error(2 * np.pi * h / steps)
-        omega = 2 * np.pi * steady.frequency * h * stretch
-        linear = _sliding_stiffness(omega, joint)
+        linear = _sliding_stiffness(2 * np.pi * steady.frequency * h, joint)
         force = force - np.imag(linear * Q[h] * np.exp(1j * h * theta))
     return np.asarray(force, dtype=float)
 

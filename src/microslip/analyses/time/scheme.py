@@ -1,19 +1,19 @@
 """Time integration of the joint model with exact contact.
 
-The scheme is that of `contact/timestep.py`: second order, unconditionally stable for the linear
-joint, dissipative at high frequency only (numerical damping ratio of a mode
-``alpha (omega dt)²/2 ...`` to leading order; alpha = 0.05 by default). Implicit steps lengthen the
-period by ``(omega dt)²/12 (1 + ...)``: see `period_error`, and compare methods at a frequency
-corrected for it.
+The scheme is that of `contact/timestep.py`: the trapezoidal rule, with a step of its own for
+every mode so that its poles are the true ones (`microslip.analyses.time.poles`). A free or a
+linear periodic vibration has no error of the step at all; where contact changes it is of second
+order. Without contact it neither gains nor loses energy; contact never makes any.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 
 from microslip.analyses.prepared.joint import PreparedJoint
+from microslip.analyses.time.poles import ModeSteps, driven_steps, matched_steps
 from microslip.brief import Brief
 from microslip.contact import tableau
 from microslip.contact.pairs import normal, tangential
@@ -30,9 +30,7 @@ from microslip.contact.timestep import (
     step_through,
 )
 from microslip.errors import ContactError, MicroslipError
-from microslip.typing import Array, Indices, Status
-
-ALPHA = 0.05
+from microslip.typing import Array, Indices, Mask, Status
 
 
 @dataclass(frozen=True, repr=False)
@@ -42,21 +40,23 @@ class TimeScheme(Brief):
     Attributes
     ----------
     joint : PreparedJoint
-    dt, alpha : float
-        Step (s) and numerical dissipation.
+        With the modes that the step can follow; faster ones are in its residual flexibility.
+    dt : float
+        Step, s.
     port : str
         Driven port.
-    W : (d m, d m) array
-        Flexibility over one step.
+    W, W_dissipative : (d m, d m) arrays
+        Flexibility over one step, and over one in which the reactions of its end act all through
+        it.
     kernel : StepConstants
         What the compiled stepping needs of all this.
     """
 
     joint: PreparedJoint
     dt: float
-    alpha: float
     port: str
     W: Array
+    W_dissipative: Array
     kernel: StepConstants = field(repr=False)
 
 
@@ -66,27 +66,26 @@ class State(Brief):
 
     Attributes
     ----------
-    eta, rate, acceleration, modal_force : (k,) arrays
+    eta, rate, acceleration : (k,) arrays
     residual_v : (d m,) array
         Residual part of the relative displacement.
     r, v : (d m,) arrays
-    r_before : (m,) array
-        Normal reactions one step before `r`; they tell an impact from a smooth opening.
+    taken : (1,) array
+        Energy that contact has taken and not given back, J per metre of width.
     status : (m,) int8 array
     """
 
     eta: Array
     rate: Array
     acceleration: Array
-    modal_force: Array
     residual_v: Array
     r: Array
     v: Array
-    r_before: Array
+    taken: Array
     status: Status
 
 
-LINEAR_FIELDS = ("eta", "rate", "acceleration", "modal_force", "residual_v", "r", "v", "r_before")
+LINEAR_FIELDS = ("eta", "rate", "acceleration", "residual_v", "r", "v", "taken")
 """Fields of a `State` that may be combined linearly."""
 
 
@@ -109,9 +108,13 @@ class March(Brief):
         Work of the load, of material damping in the modes, and of the normal reactions (an error of
         discretisation), J per metre of width.
     residual_damping : float
-        Work that the reactions do on the residual part, J per metre of width: its material damping
-        over a full steady cycle; else the change of the energy stored there is in it as well.
+        Work of the reactions on what the residual part does beyond following the load, J per
+        metre of width: its material damping over a full steady cycle; else the change of ``r^T
+        W_res r / 2`` is in it as well.
     iterations, residual : (n,) arrays
+    dissipative : (n,) bool array
+        Steps in which the reactions of their end acted all through: contact would have given back
+        more energy than it had taken.
     r, v, status : arrays or empty
         Histories, where asked for.
     """
@@ -127,6 +130,7 @@ class March(Brief):
     normal_work: float
     iterations: Indices
     residual: Array
+    dissipative: Mask
     r: Array
     v: Array
     status: Status
@@ -137,39 +141,13 @@ class March(Brief):
         return float(self.friction_work.sum())
 
 
-def scheme_constants(alpha: float) -> tuple[float, float, float]:
-    """Constants gamma, beta and ``1 - alpha`` of the scheme."""
-    return 0.5 + alpha, 0.25 * (1 + alpha) ** 2, 1 - alpha
-
-
-def period_error(omega_dt: float, alpha: float = ALPHA) -> float:
-    """Relative lengthening of the period of an undamped linear oscillator by the scheme.
-
-    From the eigenvalues of its amplification matrix; ``(omega dt)²/12`` for alpha = 0 and small
-    steps.
-
-    Examples
-    --------
-    >>> round(period_error(2 * np.pi / 150, 0.0) / ((2 * np.pi / 150) ** 2 / 12), 3)
-    1.0
-    """
-    values = np.linalg.eigvals(amplification(omega_dt, alpha))
-    principal = values[np.argmax(np.abs(values) * (np.abs(values.imag) > 1e-12))]
-    return float(omega_dt / abs(np.angle(principal)) - 1)
-
-
-def amplification(omega_dt: float, alpha: float) -> Array:
-    """Amplification matrix of the scheme on ``(x, dt x', dt² x'')`` of an undamped oscillator."""
-    gamma, beta, a1 = scheme_constants(alpha)
-    w2 = omega_dt**2
-    position = np.array([1.0, 1.0, 0.5 - beta])
-    rate = np.array([0.0, 1.0, 1 - gamma])
-    acceleration = -(a1 * w2 * position + alpha * w2 * np.array([1.0, 0, 0])) / (1 + a1 * beta * w2)
-    return np.array([position + beta * acceleration, rate + gamma * acceleration, acceleration])
-
-
 def time_scheme(
-    joint: PreparedJoint, dt: float, *, port: str | None = None, alpha: float = ALPHA
+    joint: PreparedJoint,
+    dt: float,
+    *,
+    port: str | None = None,
+    frequency: float | None = None,
+    matched: bool = True,
 ) -> TimeScheme:
     """Prepare time integration.
 
@@ -181,30 +159,47 @@ def time_scheme(
         Step, s.
     port : str, optional
         Driven port; the joint's own by default.
-    alpha : float
-        Numerical dissipation, 0 to 1/3.
+    frequency : float, optional
+        Of a load whose periodic answer is sought, Hz: there the modes answer forces as in
+        continuous time. Without it they do so at rest, and everywhere but for a share of ``(Omega
+        dt)²/6``.
+    matched : bool
+        Modes have their true poles. False steps them as Newmark's method does, with its longer
+        periods.
+
+    Raises
+    ------
+    MicroslipError
+        Where the step is not positive, or too long to follow the modes that move as rigid bodies.
     """
     if not dt > 0:
         raise MicroslipError(f"time step {dt:g} s must be positive")
+    omega, damping = joint.model.omega, joint.model.modal_damping()
+    if not matched:
+        steps = ModeSteps(np.full(len(omega), float(dt)), damping, np.ones(len(omega)))
+    elif frequency is None:
+        steps = matched_steps(omega, damping, dt)
+    else:
+        steps = driven_steps(omega, damping, dt, frequency)
+    joint = _followed(joint, len(steps.step), dt)
     model, port = joint.model, port or joint.drive
-    gamma, beta, a1 = scheme_constants(alpha)
-    damping = model.modal_damping()
+    h, c, gain = steps
     tau = model.rayleigh[1]
-    denominator = 1 + a1 * (gamma * dt * damping + beta * dt**2 * model.omega**2)
-    per_force = a1 * beta * dt**2 / denominator
-    residual = model.residual + np.diag(joint.law.compliance)
-    W = residual / (1 + tau / dt) + (model.mode_v * per_force) @ model.mode_v.T
-    driven, held = model.port(port), joint.held
+    per_force = gain * 0.25 * h**2 / (1 + 0.5 * h * c + 0.25 * (h * model.omega) ** 2)
+    residual = (model.residual + np.diag(joint.law.compliance)) / (1 + tau / dt)
+    modal = (model.mode_v * per_force) @ model.mode_v.T
+    driven, held, r = model.port(port), joint.held, joint.prestress.solution.r
     kernel = StepConstants(
         psi_t=np.ascontiguousarray(model.mode_v.T),
         omega=model.omega,
-        damping=damping,
+        mode_step=h,
+        mode_damping=c,
+        mode_gain=gain,
         tau=float(tau),
-        alpha=float(alpha),
         dt=float(dt),
-        drive_modes=np.ascontiguousarray(model.port_modes[:, driven]),
+        drive_modes=gain * model.port_modes[:, driven],
         drive_v=np.ascontiguousarray(model.port_v[:, driven]),
-        constant_modes=model.port_modes @ held,
+        constant_modes=model.port_modes @ held + (gain - 1) * (model.mode_v.T @ r),
         constant_v=model.port_v @ held,
         out_modes=np.ascontiguousarray(model.port_modes),
         out_v=np.ascontiguousarray(model.port_v.T),
@@ -214,11 +209,29 @@ def time_scheme(
     return TimeScheme(
         joint=joint,
         dt=float(dt),
-        alpha=float(alpha),
         port=port,
-        W=np.ascontiguousarray(0.5 * (W + W.T)),
+        W=_symmetric(residual + modal),
+        W_dissipative=_symmetric(residual + 2 * modal),
         kernel=kernel,
     )
+
+
+def _symmetric(W: Array) -> Array:
+    return np.ascontiguousarray(0.5 * (W + W.T))
+
+
+def _followed(joint: PreparedJoint, modes: int, dt: float) -> PreparedJoint:
+    """The joint with the first so many modes followed, and the rest static."""
+    model, mode = joint.model, joint.mode
+    if modes == len(model.omega):
+        return joint
+    if modes < model.equilibrium_modes:
+        raise MicroslipError(
+            f"time step {dt:.4g} s is too long: the softest modes have less than three steps in a period"
+        )
+    if mode is not None:
+        mode = replace(mode, sliding=mode.sliding[:modes], stuck=mode.stuck[:modes])
+    return replace(joint, model=model.truncated(modes), mode=mode)
 
 
 def prestressed_state(scheme: TimeScheme, amplitude: float = 0.0, omega: float = 1.0) -> State:
@@ -234,7 +247,7 @@ def prestressed_state(scheme: TimeScheme, amplitude: float = 0.0, omega: float =
     """
     model, solution = scheme.joint.model, scheme.joint.prestress.solution
     contact = model.mode_v.T @ solution.r
-    force = scheme.kernel.constant_modes - contact
+    force = model.port_modes @ scheme.joint.held - contact
     e = model.equilibrium_modes
     eta = np.concatenate([solution.q, force[e:] / model.omega[e:] ** 2])
     rate = np.zeros_like(eta)
@@ -243,12 +256,11 @@ def prestressed_state(scheme: TimeScheme, amplitude: float = 0.0, omega: float =
     return State(
         eta=eta,
         rate=rate,
-        acceleration=np.zeros_like(eta),
-        modal_force=force,
+        acceleration=-scheme.kernel.mode_damping * rate,
         residual_v=solution.v - model.mode_v @ eta,
         r=solution.r.copy(),
         v=solution.v.copy(),
-        r_before=normal(solution.r).copy(),
+        taken=np.zeros(1),
         status=scheme.joint.prestress.status,
     )
 
@@ -261,9 +273,14 @@ def _unit_rate(joint: PreparedJoint) -> Array:
     return g if joint.mode is not None or square == 0 else g / square
 
 
-def contact_memory(scheme: TimeScheme) -> tableau.Memory:
+ContactMemory = tuple[tableau.Memory, tableau.Memory]
+"""Of the contact problems of a step and of a dissipative step."""
+
+
+def contact_memory(scheme: TimeScheme) -> ContactMemory:
     """Working memory of the contact solver for marches on one scheme, one at a time."""
-    return tableau.memory(scheme.joint.model.pairs, 0)
+    pairs = scheme.joint.model.pairs
+    return tableau.memory(pairs, 0), tableau.memory(pairs, 0)
 
 
 @singularity_named()
@@ -273,7 +290,7 @@ def march(
     load: Array,
     *,
     keep: bool = False,
-    memory: tableau.Memory | None = None,
+    memory: ContactMemory | None = None,
     start_time: float = 0.0,
 ) -> March:
     """Integrate over ``len(load) - 1`` steps from `state`.
@@ -286,7 +303,7 @@ def march(
         Amplitude of the driven port at every step, ``load[0]`` at the state itself.
     keep : bool
         Keep reactions, relative displacements and contact states of every step.
-    memory : Memory, optional
+    memory : ContactMemory, optional
         From `contact_memory`, handed from march to march: saves factorising the contact problem
         each time. Results agree to rounding.
     start_time : float
@@ -305,17 +322,18 @@ def march(
     motion = _motion(state)
     force = np.full(scheme.joint.model.pairs, scheme.joint.prestress.largest_reaction)
     nothing = np.zeros((len(state.v), 0))
-    problem = contact_problem(
-        scheme.W, nothing, np.zeros(0), scheme.joint.law.friction, force, TOLERANCE
+    problem, dissipative = (
+        contact_problem(W, nothing, np.zeros(0), scheme.joint.law.friction, force, TOLERANCE)
+        for W in (scheme.W, scheme.W_dissipative)
     )
     memory = contact_memory(scheme) if memory is None else memory
-    tableau.follow(problem, memory, motion.status)
+    tableau.follow(problem, memory[0], motion.status)
     rest = _output(scheme, prestressed_state(scheme), 0.0)
     records = _records(scheme, n, n if keep else 0)
     records.output[0] = _output(scheme, state, load[0])
     if keep:
         records.r[0], records.v[0], records.status[0] = state.r, state.v, state.status
-    failed = step_through(problem, memory, scheme.kernel, load, motion, records)
+    failed = step_through((problem, dissipative), memory, scheme.kernel, load, motion, records)
     residual = records.residual
     if failed >= 0 or not residual.max() <= CERTIFICATE:
         step = failed if failed >= 0 else int(np.argmax(residual))
@@ -339,6 +357,7 @@ def march(
         normal_work=float(records.works[NORMAL]),
         iterations=records.iterations,
         residual=residual,
+        dissipative=records.dissipative,
         r=records.r,
         v=records.v,
         status=records.status,
@@ -362,6 +381,7 @@ def _records(scheme: TimeScheme, n: int, rows: int) -> Records:
         status=np.zeros((rows, m), np.int8),
         iterations=np.zeros(n, np.int64),
         residual=np.zeros(n),
+        dissipative=np.zeros(n, np.bool_),
     )
 
 

@@ -25,6 +25,7 @@ from microslip.analyses.time.scheme import (
     prestressed_state,
 )
 from microslip.brief import Brief
+from microslip.contact.pairs import tangential
 from microslip.errors import ContactError
 from microslip.numerics.fourier import harmonic
 from microslip.numerics.ritz import ritz_values
@@ -35,6 +36,12 @@ DEPTH = 10
 
 SECANTS = 12
 """States and images that the estimate of the multipliers is made from."""
+
+STALLED, MARCHED = 40, 20
+"""Cycles without a smaller change after which the search begins afresh, and cycles marched before."""
+
+SHOWN = 0.05
+"""Estimates of multipliers that the later secants alone move by more are dropped."""
 
 CONFIRMED = 3.0
 """The cycle after the search may change by this many times the tolerance."""
@@ -132,6 +139,7 @@ def steady_state(
     history: list[float] = []
     dissipated = [0.0, np.inf]
     unsolved = 0
+    stall = _Stall(accelerate)
     for _ in range(max_cycles):
         try:
             cycle = march(scheme, state, wave, memory=contact)
@@ -150,7 +158,7 @@ def steady_state(
             history.append(memory.distance(cycle.state, after.state))
             if history[-1] <= CONFIRMED * tolerance:
                 break
-        state = memory.next(state, cycle.state)
+        state = stall.next(memory, state, cycle.state, change)
     else:
         after = march(scheme, cycle.state, wave, keep=True, memory=contact)
         history.append(memory.distance(cycle.state, after.state))
@@ -174,6 +182,70 @@ def steady_state(
     )
 
 
+def vibration_weight(scheme: TimeScheme) -> Array:
+    """Weight of the position of each mode in the size of a vibration, 1/s.
+
+    Its circular frequency, at least 1 rad/s; nothing for modes that slide the bodies past each
+    other rigidly.
+    """
+    model = scheme.joint.model
+    return np.where(walking_modes(model), 0.0, np.maximum(model.omega, 1.0))
+
+
+def walk_of(scheme: TimeScheme, steady: SteadyState) -> float:
+    """Drift of the bodies past each other over the last cycle, over the range of the slip.
+
+    Median over the pairs of the change of slip from start to end of the cycle, over the largest
+    range of a slip.
+    """
+    slip = tangential(steady.cycle.v)
+    span = float(np.ptp(slip, axis=0).max())
+    return float(np.median(slip[-1] - slip[0])) / span if span > 0 else 0.0
+
+
+def raised_state(scheme: TimeScheme, frequency: float, load: float, cycles: int) -> State:
+    """State after the load was raised slowly from rest, at phase 0 of the load.
+
+    The amplitude grows as ``(1 - cos(pi t / t_1))/2`` over so many cycles. Pairs that stick all
+    the time keep the tractions that the past has left in them; this is the past that is meant
+    where none is given.
+    """
+    steps = round(1 / (frequency * scheme.dt))
+    turn = np.arange(cycles * steps + 1) / steps
+    wave = load * 0.5 * (1 - np.cos(np.pi * turn / cycles)) * np.sin(2 * np.pi * turn)
+    return march(scheme, prestressed_state(scheme), wave).state
+
+
+def _values(secants: list[tuple[Array, Array]]) -> Complex:
+    return ritz_values([x for x, _ in secants], [y for _, y in secants])
+
+
+class _Stall:
+    """Lets a search that no longer comes closer march for a while, and begin afresh.
+
+    Where pairs switch close to the fixed point the map has no derivative there, and states from afar
+    mislead the combination.
+    """
+
+    def __init__(self, accelerate: bool) -> None:
+        self.accelerate = accelerate
+        self.best, self.waited, self.marching = np.inf, 0, 0
+
+    def next(self, memory: _Memory, before: State, after: State, change: float) -> State:
+        if change < 0.7 * self.best:
+            self.best, self.waited = change, 0
+        self.waited += 1
+        if self.accelerate and self.waited > STALLED:
+            self.best, self.waited, self.marching = np.inf, 0, MARCHED
+        if self.marching:
+            self.marching -= 1
+            memory.plain = after
+            memory.restart()
+            memory.plain = after
+            return after
+        return memory.next(before, after)
+
+
 class _Memory:
     """Last states and their changes, and the combination of least change.
 
@@ -182,10 +254,8 @@ class _Memory:
     """
 
     def __init__(self, scheme: TimeScheme, depth: int) -> None:
-        model = scheme.joint.model
-        walking = walking_modes(model)
-        self.weight = np.where(walking, 0.0, np.maximum(model.omega, 1.0))
-        self.vibration = np.tile(~walking, 2)
+        self.weight = vibration_weight(scheme)
+        self.vibration = np.tile(self.weight > 0, 2)
         self.rest = prestressed_state(scheme)
         self.depth = depth
         self.images: list[State] = []
@@ -212,7 +282,10 @@ class _Memory:
             (b[0] - a[0], b[1] - a[1])
             for a, b in zip(self.secants[:-1], self.secants[1:], strict=True)
         ]
-        return ritz_values([x for x, _ in steps], [y for _, y in steps])
+        found = _values(steps)
+        again = _values(steps[len(steps) // 4 :])
+        # what a part of the secants does not show is noise of pairs that switch
+        return np.asarray([z for z in found if len(again) and np.abs(again - z).min() < SHOWN])
 
     def next(self, before: State, after: State) -> State:
         self.plain = after

@@ -26,16 +26,20 @@ import numpy as np
 import scipy.sparse as sp
 
 from microslip.analyses.prepared.joint import PreparedJoint
-from microslip.analyses.time.scheme import ALPHA, scheme_constants
 from microslip.brief import Brief
 from microslip.contact.pairs import by_pair, normal, tangential
 from microslip.contact.solver import ContactSolver
-from microslip.contact.timestep import IMPACT
 from microslip.errors import ContactError, ModelError
 from microslip.model.flexibility import Flexibility
 from microslip.model.modes import factorise, linear_modes, spectral_shift
 from microslip.model.structure import Structure
 from microslip.typing import Array, Status
+
+ALPHA = 0.05
+"""Numerical dissipation: without it, inertia on the contact nodes lets contact ring."""
+
+IMPACT = 0.5
+"""An impact is a reaction above this share of the largest under the clamp."""
 
 CONSISTENT = 1e-6
 """Prestress that the mesh reproduces less closely, relative to contact displacement, is refused."""
@@ -132,6 +136,11 @@ class FullMarch(Brief):
     def dissipated(self) -> float:
         """Friction work, J per metre of width."""
         return float(self.friction_work.sum())
+
+
+def scheme_constants(alpha: float) -> tuple[float, float, float]:
+    """Constants gamma, beta and ``1 - alpha`` of the scheme."""
+    return 0.5 + alpha, 0.25 * (1 + alpha) ** 2, 1 - alpha
 
 
 def full_scheme(

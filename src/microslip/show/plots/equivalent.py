@@ -63,7 +63,7 @@ def draw_equivalent(ax: Axes, run: Run, name: str) -> None:
         ax.plot(per_modal(run) * table.amplitude, getattr(table, name), **PRESCRIBED)
     points = [p for p in run.time_domain if p.steady.converged and p.friction > 0]
     if points:
-        found = [equivalent(p.steady, p.corrected_frequency, run.prepared) for p in points]
+        found = [equivalent(p.steady, run.prepared) for p in points]
         ax.plot(
             [per_modal(run) * abs(p.steady.amplitude) for p in points],
             [getattr(e, name) for e in found],

@@ -1,8 +1,7 @@
 """Forced response over frequency: size and phase of the first output under every load.
 
 Where steady states were found by time integration or by harmonic balance they are laid over the
-curves, with the phase below; those of the time domain at their frequency corrected for the period
-error.
+curves, with the phase below.
 """
 
 from __future__ import annotations
@@ -183,7 +182,7 @@ def _draw_points(
         shown = [p for p in points if p.steady.converged == steady]
         if shown:
             ax.plot(
-                [p.corrected_frequency for p in shown],
+                [p.steady.frequency for p in shown],
                 [value(complex(in_units(run, outputs_of(run, p))[1])) for p in shown],
                 color=style["color"],
                 **mark,

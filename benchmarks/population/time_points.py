@@ -1,0 +1,122 @@
+"""Steady states over time of random lap joints: what each motion is.
+
+python benchmarks/population/time_points.py [--seeds 11 12 13] [--count 20] [--out FILE]
+
+Every joint under its own load at three frequencies of its band (from below the sliding to above
+the stuck frequency, fifteen rough searches): that of the largest answer and the two flanks where
+it is half as large, or the ends of the band. From rest, the load raised over ten cycles, 150
+steps per cycle, 101 pairs; at most 400 cycles of search. What does not end in a periodic motion
+is classified. Lines in FILE (JSON, one a point) are not computed again.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+import tomllib
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+from lap_joints import joints
+
+from microslip.analyses.prepared.joint import PreparedJoint
+from microslip.analyses.time.classify import motion_of
+from microslip.analyses.time.scheme import time_scheme
+from microslip.analyses.time.steady import raised_state, steady_state
+from microslip.describe.reading import parse_joint
+from microslip.errors import MicroslipError
+from microslip.pipeline.prepare import assemble
+
+STEPS, RAISED, CYCLES = 150, 10, 400
+
+FLANKS = ((-1, "below"), (0, "peak"), (1, "above"))
+
+
+def frequencies(joint: PreparedJoint, load: float) -> list[float]:
+    """Peak and the flanks where the answer is half as large, from fifteen rough searches."""
+    low, high = sorted((joint.principal().sliding_frequency, joint.principal().stuck_frequency))
+    band = np.linspace(low - 0.5 * (high - low), high + 0.1 * (high - low), 15)
+    size = []
+    for f in band:
+        scheme = time_scheme(joint, 1 / (f * 60), frequency=f)
+        found = steady_state(scheme, f, load, tolerance=1e-2, max_cycles=15)
+        size.append(abs(found.amplitude))
+    size = np.array(size)
+    top = int(np.argmax(size))
+    half = size > 0.5 * size[top]
+    below = next((i for i in range(top, -1, -1) if not half[i]), 0)
+    above = next((i for i in range(top, len(band)) if not half[i]), len(band) - 1)
+    return [float(band[i]) for i in (below, top, above)]
+
+
+def point(joint: PreparedJoint, frequency: float, load: float) -> dict:
+    """Search, and classification of what it ends in."""
+    began = time.perf_counter()
+    scheme = time_scheme(joint, 1 / (frequency * STEPS), frequency=frequency)
+    start = raised_state(scheme, frequency, load, RAISED)
+    found = steady_state(scheme, frequency, load, start=start, max_cycles=CYCLES)
+    motion = motion_of(scheme, found)
+    return {
+        "kind": motion.kind,
+        "said": motion.said,
+        "converged": found.converged,
+        "cycles": found.cycles,
+        "change": motion.change,
+        "size": motion.size,
+        "open_share": motion.open_share,
+        "walk": motion.walk,
+        "amplitude": abs(found.amplitude),
+        "dissipative_steps": int(found.cycle.dissipative.sum()),
+        "normal_over_dissipated": found.cycle.normal_work / max(found.cycle.dissipated, 1e-300),
+        "unsolved": found.unsolved,
+        "seconds": time.perf_counter() - began,
+    }
+
+
+def main() -> int:
+    """Compute what is missing and print the counts."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seeds", type=int, nargs="+", default=[11, 12, 13])
+    parser.add_argument("--count", type=int, default=20)
+    parser.add_argument("--out", type=Path, default=Path("time-points.jsonl"))
+    asked = parser.parse_args()
+    done = {}
+    if asked.out.is_file():
+        rows = [json.loads(line) for line in asked.out.read_text().splitlines()]
+        done = {(row["joint"], row["where"]): row for row in rows}
+    with asked.out.open("a") as file:
+        for seed in asked.seeds:
+            for number, text in enumerate(joints(seed, asked.count)):
+                name = f"{seed}/{number:03d}"
+                if (name, "above") in done:
+                    continue
+                try:
+                    a = assemble(parse_joint(tomllib.loads(text)))
+                    load = a.joint.load.moment_over_clamp_force_length[0] * a.moment_unit
+                    wanted = frequencies(a.prepared, load)
+                except MicroslipError as error:
+                    wanted, said = [float("nan")] * 3, str(error)
+                for f, (_, where) in zip(wanted, FLANKS, strict=True):
+                    row = {"joint": name, "where": where, "frequency": f}
+                    try:
+                        if not np.isfinite(f):
+                            raise MicroslipError(said)
+                        row |= point(a.prepared, f, load)
+                    except MicroslipError as error:
+                        row |= {"kind": "failed", "said": str(error)}
+                    done[name, where] = row
+                    file.write(json.dumps(row) + "\n")
+                    file.flush()
+                    print(
+                        name, where, f"{f:.5g} Hz", row["said"][:150], row.get("cycles"), flush=True
+                    )
+    kinds = Counter(row["kind"] for row in done.values())
+    print(dict(kinds), "of", len(done))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
