@@ -76,6 +76,7 @@ def measured(done: Run, seconds: float, rng: np.random.Generator) -> dict:
             complex(curve.amplitude[k]),
             steps=STEPS,
             max_cycles=CYCLES,
+            classify=False,
         )
         for k in chosen
     ]

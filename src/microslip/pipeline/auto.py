@@ -168,6 +168,7 @@ def _learn(assembly: Assembly, search: _Search, base: Response, picks: Iterable[
             guess=complex(answers.amplitude[top[k]]),
             steps=STEPS,
             max_cycles=CYCLES,
+            classify=False,
         )
         for k in picks
     ]

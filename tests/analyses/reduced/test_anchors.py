@@ -73,7 +73,7 @@ def test_a_model_with_a_known_flaw_is_put_right_within_its_bound(refined):
     def flaw(u):
         return 0.004 * np.cos(0.8 * u) + 0.003j * np.exp(-0.3 * u**2)
 
-    truth = [Anchor(0.0, 0.0, u, complex(flaw(u)), 0.0) for u in np.linspace(-12, 12, 600)]
+    truth = [Anchor(0.0, 0.0, u, complex(flaw(u)), 0.0) for u in np.linspace(-12, 12, 150)]
     exact = largest_of(corrected_answers(surface, LOAD, truth), len(FREQUENCY))
     plain = largest_of(corrected_answers(surface, LOAD, []), len(FREQUENCY))
     u = np.array(

@@ -44,6 +44,8 @@ class Request:
         Refine the Floquet multipliers of a converged point; a few dozen cycles more.
     matched : bool
         Matched poles; False for the error of the steps that Newmark's method has.
+    classify : bool
+        Say what a motion is that is not periodic; some hundred cycles more.
     said : str
         The load in messages; its number where left out.
     """
@@ -59,6 +61,7 @@ class Request:
     accelerate: bool = True
     stability: bool = False
     matched: bool = True
+    classify: bool = True
     said: str = ""
 
     @property
@@ -147,12 +150,13 @@ def solve_request(joint: PreparedJoint, request: Request) -> TimePoint:
     )
     _refuse_open(scheme, steady, request)
     refine = request.stability and steady.converged
+    unknown = request.classify and not steady.converged
     return TimePoint(
         rho=request.rho,
         friction=float(np.median(joint.law.friction)),
         steady=steady,
         stability=floquet_multipliers(scheme, steady) if refine else None,
-        motion=None if steady.converged else motion_of(scheme, steady),
+        motion=motion_of(scheme, steady) if unknown else None,
     )
 
 
