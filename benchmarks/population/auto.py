@@ -143,7 +143,6 @@ def page(rows: dict[str, dict]) -> str:
         f"| joints whose resonance opens the clamp | {sum(row['opens'] for row in found)} |",
         f"| steady states per response, median | "
         f"{np.median([row['steady_states'] for row in found]):.0f} |",
-        f"| seconds per response, median | {np.median([row['seconds'] for row in found]):.1f} |",
     ]
     failed = [f"| {name} | {row['failed']} |" for name, row in rows.items() if "failed" in row]
     if failed:
