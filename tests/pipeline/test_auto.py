@@ -7,6 +7,7 @@ import microslip
 from microslip.analyses.reduced.sweep import CONVERGED
 from microslip.analyses.time.points import Request, steady_states
 from microslip.errors import InputError
+from microslip.pipeline import auto as method
 
 FILE = {
     "beams": {"length": "0.5 m", "thickness": "15 mm", "overlap_half_length": "60 mm"},
@@ -84,3 +85,48 @@ def test_auto_needs_the_refined_model():
 def test_what_auto_cannot_do_is_said(key, value):
     with pytest.raises(InputError, match=rf"analysis\.response\.{key}"):
         described(method="auto", **{key: value})
+
+
+def small(moment, **response):
+    file = {**FILE, "contact": {"friction": 0.35, "pairs": 21}, "load": {"moment": moment}}
+    analysis = {"response": {"method": "auto", "points": 8, **response}}
+    return microslip.run(microslip.parse_joint({**file, "analysis": analysis}))
+
+
+@pytest.mark.parametrize("moment", [1e-6, 1e-3])
+def test_under_a_small_load_the_joint_sticks_and_is_linear(moment):
+    """Amplitude over moment is that of the stuck joint, below the table and at its beginning."""
+    done = small(moment)
+    (curve,) = done.responses
+    assert not done.failures
+    assert (curve.flag == CONVERGED).all()
+    assert len(curve.anchors) <= 8
+    mode = done.mode
+    lag = curve.frequency[np.argmax(np.abs(curve.amplitude))]
+    assert lag == pytest.approx(mode.stuck_frequency, rel=3e-3)
+
+
+def test_no_answer_lies_between_two_folds():
+    """Where the larger branch is not claimed, the smaller one is shown, which rises with the load."""
+    (low,) = small(255.0, **{"from": 42.8, "to": 43.1, "count": 40}).responses
+    (high,) = small(260.0, **{"from": 42.8, "to": 43.1, "count": 40}).responses
+    both = (low.flag == CONVERGED) & (high.flag == CONVERGED)
+    sure = both & np.isfinite(low.error_indicator) & np.isfinite(high.error_indicator)
+    grown = np.abs(high.amplitude[sure]) / np.abs(low.amplitude[sure])
+    assert (grown > 1).mean() > 0.9
+
+
+def test_what_is_known_at_ctrl_c_is_kept(monkeypatch):
+    begun = []
+
+    def interrupted(joint, requests):
+        begun.append(len(requests))
+        if len(begun) > 2:
+            raise KeyboardInterrupt
+        return steady_states(joint, requests)
+
+    monkeypatch.setattr(method, "steady_states", interrupted)
+    done = small([10.0, 20.0])
+    (curve,) = done.responses
+    assert done.interrupted
+    assert 1 <= len(curve.anchors) <= sum(begun[:2])

@@ -26,8 +26,7 @@ other neither is small, nor need they be equal. Two things keep contact from mak
 constant decides what an impact is:
 
 - A pair that opens inside a step pushes until it opens. The reaction that would hold it closed to
-the
-  end of the step is ``r_1 = v_1/W_11 < 0``; on a straight line from r_0 it vanishes at the share
+  the end of the step is ``r_1 = v_1/W_11 < 0``; on a straight line from r_0 it vanishes at the share
   ``theta = r_0/(r_0 - r_1)`` of the step, so that of what is left of r_0 the share theta is
   spent, and the step is solved again. Where a pair opens only just this changes nothing.
 - The energy that contact, normal and friction together, has taken is counted. A step that would

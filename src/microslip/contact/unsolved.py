@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from microslip.contact.lemke import RAY, complementarity_form, lemke
+from microslip.contact.lemke import RAY, TOO_LONG, complementarity_form, lemke
 from microslip.contact.pairs import normal, tangential
 from microslip.contact.planar import PIVOTS, SMALLEST_PIVOTS
 from microslip.contact.problem import Given, Problem
@@ -22,6 +22,7 @@ NEGATIVE = (
     "for which there need not be a solution"
 )
 NOT_DEFINITE = "the flexibility is not positive definite, and there need not be a solution"
+NOT_ENDED = "the last resort did not end, and whether there is a solution is not known"
 ROUNDING = (
     "a solution exists, but rounding keeps it from its residual; check the units and the mesh"
 )
@@ -40,6 +41,8 @@ def why_unsolved(problem: Problem, given: Given) -> str:
         return NOT_DEFINITE
     M, b = complementarity_form(problem, given)
     outcome, z, _ = lemke(M, b, np.ones(len(b)), PIVOTS * len(b), SMALLEST_PIVOTS[-1])
+    if outcome == TOO_LONG:
+        return NOT_ENDED
     if outcome != RAY:
         return ROUNDING
     there, back = z[4 * len(problem.friction) :].reshape(-1, 2).T

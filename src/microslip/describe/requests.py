@@ -157,7 +157,7 @@ class ResponseAnalysis(Section):
     """"reduced": reduced models alone. "auto": the refined model put right by steady states of time
     integration wherever it is not sure of itself, with a bound of its error at every frequency.
     Where the answer must be right: seconds instead of milliseconds."""
-    error: Number = Field(default=0.01, ge=1e-3, lt=1)
+    error: Number = Field(default=0.01, ge=5e-3, lt=1)
     """Of method "auto": the relative error of the amplitude to get below. More time points."""
     points: Count = Field(default=40, ge=8, le=1000)
     """Of method "auto": steady states at most, per load. Some tenths of a second each."""

@@ -67,6 +67,7 @@ class _Search:
 
     surface: LoadSurface
     load: float
+    points: int
     anchors: list[Anchor] = field(default_factory=list)
     tried: list[int] = field(default_factory=list)
     lost: list[str] = field(default_factory=list)
@@ -79,9 +80,12 @@ class _Search:
         return len(self.lost) >= max(MOST_LOST, len(self.anchors))
 
     def answers(self) -> Answers:
-        """All answers below the ceiling; without a bound where the nearest point sought was lost."""
+        """All answers below the ceiling but those between two folds, which are unstable.
+
+        Without a bound where the nearest point sought was lost.
+        """
         found = corrected_answers(self.surface, self.load, self.anchors, ACCURACY)
-        found = _those(found, found.size < self.ceiling)
+        found = _those(found, (found.size < self.ceiling) & (found.slope > 0))
         if not self.lost_at:
             return found
         known = np.array([one.place for one in self.anchors] + [np.inf])
@@ -101,8 +105,9 @@ class _Search:
         """No steady state was found at a place and amplitude."""
         self.lost.append(reason)
         self.lost_at.append(place)
-        if size > BELOW_LOST * self.surface.preload * np.exp(self.surface.curve.knots[-1]):
-            self.ceiling = min(self.ceiling, BELOW_LOST * size)
+        top = self.surface.preload * np.exp(self.surface.curve.knots[-1])
+        if size > BELOW_LOST * top:
+            self.ceiling = min(self.ceiling, max(top, BELOW_LOST * size) * (1 + 1e-9))
 
 
 @dataclass(frozen=True)
@@ -137,20 +142,23 @@ def anchored_response(
     base : Response
         What it says, at the frequencies wanted.
     stop : Event
-        Ends the search; what is known then is returned.
+        Set on Ctrl-C, which ends the search; what is known then is returned.
     advance : callable
         Told how many points have been sought.
     """
     assert case.table is not None
-    search = _Search(load_surface(case.model, case.table, base.frequency), base.load)
-    for targets in FIRST:
-        if not stop.is_set():
+    surface = load_surface(case.model, case.table, base.frequency, base.load)
+    search = _Search(surface, base.load, settings.points)
+    try:
+        for targets in FIRST:
             advance(_learn(assembly, search, base, _nearest(search, targets)))
-    while len(search.tried) < settings.points and not stop.is_set() and not search.hopeless:
-        picks = _least_known(search, settings.error)
-        if not picks:
-            break
-        advance(_learn(assembly, search, base, picks))
+        while not search.hopeless:
+            picks = _least_known(search, settings.error)
+            if not picks:
+                break
+            advance(_learn(assembly, search, base, picks))
+    except KeyboardInterrupt:
+        stop.set()
     return _response(base, search), Lost(tuple(search.lost))
 
 
@@ -216,7 +224,7 @@ def _least_known(search: _Search, wanted: float) -> list[int]:
     error, place = np.zeros(len(top)), np.full(len(top), np.nan)
     known = top >= 0
     place[known] = answers.place[top[known]]
-    error[known] = np.where(answers.slope[top[known]] > 0, answers.error[top[known]], 0.0)
+    error[known] = answers.error[top[known]]
     for k in search.tried:
         error[max(k - 1, 0) : k + 2] = 0.0
     for one in search.anchors:
@@ -224,7 +232,9 @@ def _least_known(search: _Search, wanted: float) -> list[int]:
     away = np.abs(place[:, None] - [one.place for one in search.anchors]).min(axis=1, initial=9.0)
     error = np.where(np.isinf(error), UNKNOWN * (1 + away), error)
     picks: list[int] = []
-    while len(picks) < 2 and error.max(initial=0.0) > wanted:
+    while (
+        len(picks) < min(2, search.points - len(search.tried)) and error.max(initial=0.0) > wanted
+    ):
         picks.append(int(np.argmax(error)))
         error[np.abs(place - place[picks[-1]]) < SPREAD] = 0.0
     return picks
@@ -251,7 +261,8 @@ def _response(base: Response, search: _Search) -> Response:
     amplitude, error = np.zeros(n, complex), np.full(n, np.inf)
     amplitude[known] = claimed.amplitude[top[known]]
     error[known] = claimed.error[top[known]]
-    larger = known & (everywhere.size[highest] > claimed.size[top] * (1 + 1e-9))
+    larger = np.zeros(n, dtype=bool)
+    larger[known] = everywhere.size[highest[known]] > claimed.size[top[known]] * (1 + 1e-9)
     return replace(
         base,
         variant="auto",

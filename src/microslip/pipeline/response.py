@@ -100,6 +100,8 @@ def run_responses(
                 failures += response_failures(curve, case, axis)
                 cautions += opening_of(assembly, curve, case)
                 progress.advance(rest)
+                if stop.is_set():
+                    break
             progress.finish()
         except MicroslipError as error:
             failures.append(Failure("response", "", str(error)))

@@ -103,6 +103,9 @@ def _row(run: Run, response: Response) -> dict[str, Any]:
         if response.error_indicator is None or not peaks
         else response.error_indicator[response.peak],
         "steady_states": len(response.anchors),
+        "unbounded_points": 0
+        if response.error_indicator is None
+        else int(np.isinf(response.error_indicator[good]).sum()),
         "peak_outputs": peak_outputs(run, response) if any_answer else {},
     }
 
@@ -192,7 +195,10 @@ def _dataset(run: Run) -> xr.Dataset:
         unknown = np.full(len(responses[0].frequency), np.nan)
         estimates = [unknown if r.error_indicator is None else r.error_indicator for r in responses]
         data["error_indicator"] = variable(
-            grid, stack(estimates), "1", "bound of the relative error of the amplitude"
+            grid,
+            stack(estimates),
+            "1",
+            "relative error of the amplitude: estimate; of method auto a bound",
         )
     if run.frictionless is not None:
         reference = run.frictionless

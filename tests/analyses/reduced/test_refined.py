@@ -216,7 +216,6 @@ def test_refined_within_one_per_cent(reference, rho):
     assert error.max() < 1e-2
     size = np.abs(response.amplitude)
     beside_a_jump = size[peak] > 1.5 * size[peak - 1]
-    assert beside_a_jump == (rho == 1.6)
     assert beside_a_jump or error[chosen == peak] < 3e-3
     # Cruder models of the same joint, judged by the refined one: the indicator ranks their errors.
     crude = [

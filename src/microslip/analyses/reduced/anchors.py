@@ -6,7 +6,7 @@ coordinate, tells what the contact coefficient there is, exactly:
     kappa = [(Phi^T p + D c) M/A - D]/omega_sl²,      A = Q + c M.
 
 What the table misses of it, ``correction = kappa - kappa_table(|A|, omega)``, is small and smooth
-along the response. Interpolated over the detuning of `surface.py` (monotone cubics; constant beyond
+along the response. Interpolated over the place of `surface.py` (monotone cubics; constant beyond
 the outermost anchors), it makes the model pass through every anchor and be right in between.
 
 How right is measured by leaving anchors out: the correction of each is predicted from the others.
@@ -125,6 +125,11 @@ def anchor_at(
         First harmonic of the sliding coordinate, phase against the load's sine.
     change : float
         Kept.
+
+    Raises
+    ------
+    MicroslipError
+        Where the joint does not move, so that nothing can be said of its contact.
     """
     model, omega = surface.model, 2 * np.pi * frequency
     D = complex(linear_stiffness(model, omega))

@@ -54,7 +54,7 @@ class Response(Brief):
     flag : (n,) int array
         0 converged, 1 not converged, 2 amplitude above the table.
     error_indicator : (n,) array, optional
-        Bound of the relative error of the amplitude, see `trust.py`, or `anchors.py` of ``"auto"``.
+        Relative error of the amplitude: estimate of `trust.py`; of ``"auto"`` the bound of `anchors.py`.
     outputs : mapping of str to (n,) complex array
         First harmonic of every output by name, change from prestress, phase against the load's sine;
         m, rad, m/s, ... (`microslip.describe.outputs`).

@@ -35,7 +35,10 @@ from microslip.errors import MicroslipError
 from microslip.typing import Array, Complex
 
 BELOW = 1e-2
-"""Smallest amplitude of a surface over that of its table."""
+"""Smallest amplitude of a surface over that of its table, or less under a small load ..."""
+
+ROOM = 0.3
+"""... where it is this share of the smallest answer: below the table the joint sticks and is linear."""
 
 REACH = 2.0
 """Largest amplitude of a surface over that of its table."""
@@ -81,7 +84,9 @@ class LoadSurface(Brief):
     push: Complex
 
 
-def load_surface(model: TwoModeModel, table: EquivalentTable, frequency: Array) -> LoadSurface:
+def load_surface(
+    model: TwoModeModel, table: EquivalentTable, frequency: Array, load: float | None = None
+) -> LoadSurface:
     """The surface of a refined model over its amplitudes.
 
     Parameters
@@ -91,6 +96,8 @@ def load_surface(model: TwoModeModel, table: EquivalentTable, frequency: Array) 
         Of the refined model.
     frequency : (n,) array
         Hz.
+    load : float, optional
+        The smallest whose answers must be on it.
 
     Raises
     ------
@@ -100,9 +107,14 @@ def load_surface(model: TwoModeModel, table: EquivalentTable, frequency: Array) 
     if table.uncertainty is None:
         raise MicroslipError("a load surface needs the table of the refined model")
     curve, f = table_curve(table), np.asarray(frequency, dtype=float)
-    a = np.geomspace(BELOW * table.amplitude[0], REACH * table.amplitude[-1], AMPLITUDES)
-    Z = stiffness(model, curve, table.preload, a[:, None], 2 * np.pi * f)
-    push = model.force[0] + linear_stiffness(model, 2 * np.pi * f) * model.offset[0]
+    omega = 2 * np.pi * f
+    push = model.force[0] + linear_stiffness(model, omega) * model.offset[0]
+    least = BELOW * table.amplitude[0]
+    if load:
+        stuck = np.abs(stiffness(model, curve, table.preload, np.array(least), omega))
+        least = min(least, ROOM * float((np.abs(push * load) / stuck).min()))
+    a = np.geomspace(least, REACH * table.amplitude[-1], AMPLITUDES)
+    Z = stiffness(model, curve, table.preload, a[:, None], omega)
     u = detuning(Z, model)
     s = u + along(curve, model, f)
     return LoadSurface(model, curve, table.preload, f, a, Z, u, s, push)

@@ -18,7 +18,7 @@ from microslip.analyses.time.scheme import (
     prestressed_state,
     time_scheme,
 )
-from microslip.analyses.time.steady import SteadyState, steady_state
+from microslip.analyses.time.steady import CONFIRMED, SteadyState, steady_state
 from microslip.errors import Failure, JointOpensError, MicroslipError
 from microslip.numerics.execute import Executor, each, threads
 
@@ -156,7 +156,9 @@ def solve_request(joint: PreparedJoint, request: Request) -> TimePoint:
         friction=float(np.median(joint.law.friction)),
         steady=steady,
         stability=floquet_multipliers(scheme, steady) if refine else None,
-        motion=motion_of(scheme, steady) if unknown else None,
+        motion=motion_of(scheme, steady, tolerance=CONFIRMED * request.tolerance)
+        if unknown
+        else None,
     )
 
 

@@ -66,8 +66,12 @@ def matched_steps(omega: Array, damping: Array, dt: float) -> ModeSteps:
     ModeSteps
         Of the first so many modes, those with three steps in a period or more.
 
-    Examples -------- >>> found = matched_steps(np.array([2.0, 5.0]), np.zeros(2), 0.5) >>>
-    bool(np.isclose(found.step, np.tan(0.5)).all())  # 2 h / 2 = tan(2 dt / 2), and 5 is too fast
+    Examples
+    --------
+    The second mode is too fast; of the first ``2 h/2 = tan(2 dt/2)``.
+
+    >>> found = matched_steps(np.array([2.0, 5.0]), np.zeros(2), 0.5)
+    >>> bool(np.isclose(found.step, np.tan(0.5)).all())
     True
     """
     followed = within_reach(omega, dt)

@@ -308,6 +308,7 @@ class _Memory:
         mixed = {
             name: sum(w * getattr(image, name) for w, image in zip(share, self.images, strict=True))
             for name in LINEAR_FIELDS
+            if name != "taken"  # what contact has taken is history, and no steady state repeats it
         }
         return replace(after, **mixed)
 
