@@ -14,7 +14,7 @@ from microslip.show.figures import draw_figures, figures_of
 EXAMPLES = sorted((ROOT / "examples").glob("*.toml"))
 COARSE = {
     "cycle": {"count": 6, "steps": 60},
-    "response": {"count": 51},
+    "response": {"count": 51, "points": 8},
     "reduced": {"amplitudes": 12},
     "harmonic": {"count": 5, "harmonics": 3},
     "backbone": {"count": 3},

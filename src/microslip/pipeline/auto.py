@@ -263,6 +263,8 @@ def _response(base: Response, search: _Search) -> Response:
     error[known] = claimed.error[top[known]]
     larger = np.zeros(n, dtype=bool)
     larger[known] = everywhere.size[highest[known]] > claimed.size[top[known]] * (1 + 1e-9)
+    # what the surface has above the table may be no branch of this response
+    larger &= (base.flag == OUTSIDE) | (False if base.outgrown is None else base.outgrown)
     return replace(
         base,
         variant="auto",

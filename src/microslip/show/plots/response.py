@@ -217,7 +217,7 @@ def handles(run: Run) -> list[Entry]:
     if edge := of({r.load for r in run.responses if no_peak(r)}):
         entries.append(no_peak_handle(edge))
     if held := of({r.load for r in run.responses if r.anchors}):
-        entries.append(marks(held, "steady state in time; shaded: bound of the error", **ANCHOR))
+        entries.append(marks(held, "steady state in time", **ANCHOR))
     for steady, name, mark in (
         (True, "time domain", STEADY),
         (False, "time domain, not steady", NOT_STEADY),
