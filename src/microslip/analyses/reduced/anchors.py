@@ -9,12 +9,12 @@ What the table misses of it, ``correction = kappa - kappa_table(|A|, omega)``, i
 along the response. Interpolated over the place of `surface.py` (monotone cubics; constant beyond
 the outermost anchors), it makes the model pass through every anchor and be right in between.
 
-How right is measured by leaving anchors out: the correction of each is predicted from the others.
-`SAFETY` times the most that this misses at the two anchors around bounds the error in between, in the
-shape ``4 t (1 - t)``; to it comes the median of what is missed anywhere, as resonances of upper modes
-may lie between two anchors that agree. Of what lies between two anchors far apart nothing is said. With
-the slope ``d log M/d log a`` of the surface an error ``dk`` of kappa moves the amplitude by ``|omega_sl²
-dk/Z|`` over the slope; near a fold that vanishes and the bound says so.
+How right is measured by leaving anchors out: the correction of each is predicted from the others. That
+spans twice the distance. The most that it misses at the two anchors around bounds the error in between,
+in the shape ``4 t (1 - t)``; to it comes the median of what is missed anywhere, as resonances of upper
+modes may lie between two anchors that agree. Of what lies between two anchors far apart nothing is said.
+With the slope ``d log M/d log a`` of the surface an error ``dk`` of kappa moves the amplitude by
+``|omega_sl² dk/Z|`` over the slope; near a fold that vanishes and the bound says so.
 """
 
 from __future__ import annotations
@@ -35,10 +35,6 @@ from microslip.analyses.reduced.surface import (
 from microslip.brief import Brief
 from microslip.errors import MicroslipError
 from microslip.typing import Array, Complex, Indices
-
-SAFETY = 2.0
-"""The error between anchors over what leaving one out misses. That spans twice the distance, and
-misses less than this only where the correction has a corner between the anchors."""
 
 APART = 1e-3
 """Anchors closer than this in place count as one, the later."""
@@ -204,7 +200,7 @@ def _bound(anchors: Sequence[Anchor], place: Array) -> Array:
     if len(anchors) < FEWEST:
         return np.full(np.shape(place), np.inf)
     x, missed = missed_by_others(anchors)
-    unseen, missed = float(np.median(missed)), SAFETY * missed
+    unseen = float(np.median(missed))
     i = np.searchsorted(x, place)
     left, right = np.clip(i - 1, 0, len(x) - 1), np.clip(i, 0, len(x) - 1)
     width = np.where(right > left, x[right] - x[left], 1.0)
