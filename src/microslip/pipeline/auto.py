@@ -110,19 +110,6 @@ class _Search:
             self.ceiling = min(self.ceiling, max(top, BELOW_LOST * size) * (1 + 1e-9))
 
 
-@dataclass(frozen=True)
-class Lost:
-    """What a response by method "auto" could not learn.
-
-    Attributes
-    ----------
-    reasons : tuple of str
-        Where no steady state was found.
-    """
-
-    reasons: tuple[str, ...]
-
-
 def anchored_response(
     assembly: Assembly,
     settings: ResponseAnalysis,
@@ -130,8 +117,8 @@ def anchored_response(
     base: Response,
     stop: threading.Event,
     advance: Callable[[int], None],
-) -> tuple[Response, Lost]:
-    """A response of the refined model held to steady states of the full joint.
+) -> tuple[Response, tuple[str, ...]]:
+    """A response of the refined model held to steady states, and where none was found.
 
     Parameters
     ----------
@@ -151,29 +138,31 @@ def anchored_response(
     search = _Search(surface, base.load, settings.points)
     try:
         for targets in FIRST:
-            advance(_learn(assembly, search, base, _nearest(search, targets)))
+            shown = _largest(search.answers())
+            advance(_learn(assembly, search, base, shown, _nearest(search, shown, targets)))
         while not search.hopeless:
-            picks = _least_known(search, settings.error)
+            shown = _largest(search.answers())
+            picks = _least_known(search, shown, settings.error)
             if not picks:
                 break
-            advance(_learn(assembly, search, base, picks))
+            advance(_learn(assembly, search, base, shown, picks))
     except KeyboardInterrupt:
         stop.set()
-    return _response(base, search), Lost(tuple(search.lost))
+    return _response(base, search), tuple(search.lost)
 
 
-def _learn(assembly: Assembly, search: _Search, base: Response, picks: Iterable[int]) -> int:
-    """Steady states at frequencies by index; how many were sought."""
+def _learn(
+    assembly: Assembly, search: _Search, base: Response, shown: Answers, picks: Iterable[int]
+) -> int:
+    """Steady states at answers by index; how many were sought."""
     picks = list(dict.fromkeys(picks))
-    answers = search.answers()
-    top = _largest(answers, len(base.frequency))
     requests = [
         Request(
             rho=base.rho,
-            frequency=float(base.frequency[k]),
+            frequency=float(base.frequency[shown.point[k]]),
             load=base.load,
             friction=None,
-            guess=complex(answers.amplitude[top[k]]),
+            guess=complex(shown.amplitude[k]),
             steps=STEPS,
             max_cycles=CYCLES,
             classify=False,
@@ -183,8 +172,8 @@ def _learn(assembly: Assembly, search: _Search, base: Response, picks: Iterable[
     for k, request, found in zip(
         picks, requests, steady_states(assembly.prepared, requests), strict=True
     ):
-        search.tried.append(k)
-        at = float(answers.place[top[k]]), float(answers.size[top[k]])
+        search.tried.append(int(shown.point[k]))
+        at = float(shown.place[k]), float(shown.size[k])
         if isinstance(found, Failure):
             search.lose(*at, f"{request.frequency:.6g} Hz: {found.reason}")
             continue
@@ -205,28 +194,20 @@ def _learn(assembly: Assembly, search: _Search, base: Response, picks: Iterable[
     return len(picks)
 
 
-def _nearest(search: _Search, targets: Iterable[float]) -> list[int]:
-    """Frequencies, by index, whose answers have detunings closest to some."""
-    answers = search.answers()
-    top = _largest(answers, len(search.surface.frequency))
-    known = np.flatnonzero(top >= 0)
-    if not len(known):
+def _nearest(search: _Search, shown: Answers, targets: Iterable[float]) -> list[int]:
+    """Answers, by index, whose detunings are closest to some."""
+    u = shown.detuning
+    if not len(u):
         return []
-    u = answers.detuning[top[known]]
-    chosen = (known[np.argmin(np.abs(np.clip(t, u.min(), u.max()) - u))] for t in targets)
-    return [int(k) for k in chosen if k not in search.tried]
+    chosen = (int(np.argmin(np.abs(np.clip(t, u.min(), u.max()) - u))) for t in targets)
+    return [k for k in chosen if shown.point[k] not in search.tried]
 
 
-def _least_known(search: _Search, wanted: float) -> list[int]:
-    """One or two frequencies, by index, at which the bound is largest and above what is wanted."""
-    answers = search.answers()
-    top = _largest(answers, len(search.surface.frequency))
-    error, place = np.zeros(len(top)), np.full(len(top), np.nan)
-    known = top >= 0
-    place[known] = answers.place[top[known]]
-    error[known] = answers.error[top[known]]
+def _least_known(search: _Search, shown: Answers, wanted: float) -> list[int]:
+    """One or two answers, by index, whose bound is largest and above what is wanted."""
+    error, place = shown.error.copy(), shown.place
     for k in search.tried:
-        error[max(k - 1, 0) : k + 2] = 0.0
+        error[np.abs(shown.point - k) <= 1] = 0.0
     for one in search.anchors:
         error[np.abs(place - one.place) < NEAR] = 0.0
     away = np.abs(place[:, None] - [one.place for one in search.anchors]).min(axis=1, initial=9.0)
@@ -240,29 +221,27 @@ def _least_known(search: _Search, wanted: float) -> list[int]:
     return picks
 
 
-def _largest(answers: Answers, count: int) -> Indices:
-    """Index of the largest answer at every frequency; -1 where there is none."""
-    top = np.full(count, -1)
-    for k in np.argsort(answers.size):
-        top[answers.point[k]] = k
-    return top
+def _largest(answers: Answers) -> Answers:
+    """The largest at every frequency that has any, in the order of the frequencies."""
+    order = np.lexsort((answers.size, answers.point))
+    last = np.diff(answers.point[order], append=-1) != 0
+    return _those(answers, order[last])
 
 
-def _those(answers: Answers, chosen: Mask) -> Answers:
+def _those(answers: Answers, chosen: Mask | Indices) -> Answers:
     return replace(answers, **{name: getattr(answers, name)[chosen] for name in vars(answers)})
 
 
 def _response(base: Response, search: _Search) -> Response:
     n = len(base.frequency)
-    everywhere = corrected_answers(search.surface, search.load, search.anchors, ACCURACY)
-    claimed = search.claimed()
-    top, highest = _largest(claimed, n), _largest(everywhere, n)
-    known = top >= 0
-    amplitude, error = np.zeros(n, complex), np.full(n, np.inf)
-    amplitude[known] = claimed.amplitude[top[known]]
-    error[known] = claimed.error[top[known]]
-    larger = np.zeros(n, dtype=bool)
-    larger[known] = everywhere.size[highest[known]] > claimed.size[top[known]] * (1 + 1e-9)
+    highest = _largest(corrected_answers(search.surface, search.load, search.anchors, ACCURACY))
+    claimed = _largest(search.claimed())
+    amplitude, error, size = np.zeros(n, complex), np.full(n, np.inf), np.zeros(n)
+    amplitude[claimed.point], error[claimed.point] = claimed.amplitude, claimed.error
+    size[highest.point] = highest.size
+    known, larger = np.zeros(n, dtype=bool), np.zeros(n, dtype=bool)
+    known[claimed.point] = True
+    larger[claimed.point] = size[claimed.point] > claimed.size * (1 + 1e-9)
     # what the surface has above the table may be no branch of this response
     larger &= (base.flag == OUTSIDE) | (False if base.outgrown is None else base.outgrown)
     return replace(

@@ -17,7 +17,7 @@ from microslip.analyses.reduced.two_mode import two_mode_model
 from microslip.brief import Brief
 from microslip.describe.requests import ResponseAnalysis
 from microslip.errors import Caution, Failure, MicroslipError
-from microslip.pipeline.auto import Lost, anchored_response, unsure
+from microslip.pipeline.auto import anchored_response, unsure
 from microslip.pipeline.band import Axis, Curve, axis_of
 from microslip.pipeline.loads import (
     Load,
@@ -121,7 +121,7 @@ def _put_right(
     stop: Event,
     points: int,
     progress: Progress,
-) -> tuple[Response, Lost, int]:
+) -> tuple[Response, tuple[str, ...], int]:
     """A response by method "auto", what it could not learn, and how many points it did without."""
     sought = 0
 
@@ -135,17 +135,17 @@ def _put_right(
 
 
 def _cautions(
-    settings: ResponseAnalysis, case: Curve, curve: Response, lost: Lost
+    settings: ResponseAnalysis, case: Curve, curve: Response, lost: tuple[str, ...]
 ) -> list[Caution]:
     """Where the bound of a response is above what is asked for."""
     place, found = f"auto, {case.load}", []
-    if lost.reasons:
-        reason = f"no steady state found at {len(lost.reasons)} of the frequencies sought, first "
+    if lost:
+        reason = f"no steady state found at {len(lost)} of the frequencies sought, first "
         found.append(
             Caution(
                 "response",
                 place,
-                reason + lost.reasons[0],
+                reason + lost[0],
                 "the error beside them is not bounded; [analysis.time] says what the motion is",
             )
         )

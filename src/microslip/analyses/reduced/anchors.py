@@ -25,13 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from microslip.analyses.reduced.surface import (
-    LoadSurface,
-    along,
-    detuning,
-    linear_stiffness,
-    stiffness,
-)
+from microslip.analyses.reduced.surface import LoadSurface, along, detuning, stiffness
 from microslip.brief import Brief
 from microslip.errors import MicroslipError
 from microslip.typing import Array, Complex, Indices
@@ -128,7 +122,7 @@ def anchor_at(
         Where the joint does not move, so that nothing can be said of its contact.
     """
     model, omega = surface.model, 2 * np.pi * frequency
-    D = complex(linear_stiffness(model, omega))
+    D = complex(model.linear_stiffness(omega))
     A = Q + model.offset[0] * load
     if A == 0:
         raise MicroslipError(f"the steady state at {frequency:.6g} Hz does not move")

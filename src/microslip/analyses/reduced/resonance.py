@@ -83,8 +83,7 @@ def resonance(model: TwoModeModel, amplitude: Array, kappa: Complex) -> Resonanc
     w2 = model.omega**2
     omega = model.omega * np.sqrt(1 + k)
     loss = np.maximum(gamma, 0) + omega * beta * (1 + model.lossy * k) + omega * alpha / w2
-    D = w2 * (1 + 1j * omega * beta) - omega**2 + 1j * omega * alpha
-    push = np.abs(model.force[0] + D * model.offset[0])
+    push = np.abs(model.force[0] + model.linear_stiffness(omega) * model.offset[0])
     return Resonance(a, omega, w2 * loss / omega, a * w2 * loss / np.maximum(push, 1e-300))
 
 

@@ -108,7 +108,7 @@ def load_surface(
         raise MicroslipError("a load surface needs the table of the refined model")
     curve, f = table_curve(table), np.asarray(frequency, dtype=float)
     omega = 2 * np.pi * f
-    push = model.force[0] + linear_stiffness(model, omega) * model.offset[0]
+    push = model.force[0] + model.linear_stiffness(omega) * model.offset[0]
     least = BELOW * table.amplitude[0]
     if load:
         stuck = np.abs(stiffness(model, curve, table.preload, np.array(least), omega))
@@ -127,13 +127,6 @@ def along(curve: TableCurve, model: TwoModeModel, frequency: Array | float) -> A
     return np.asarray(STRETCH * ratio / gap)
 
 
-def linear_stiffness(model: TwoModeModel, omega: Array | float) -> Complex:
-    """D(omega), what the sliding mode resists without contact."""
-    alpha, beta = model.rayleigh
-    w2, w = model.omega**2, np.asarray(omega, dtype=float)
-    return np.asarray(w2 * (1 + 1j * w * beta) - w**2 + 1j * w * alpha)
-
-
 def stiffness(
     model: TwoModeModel, curve: TableCurve, preload: float, amplitude: Array, omega: Array
 ) -> Complex:
@@ -149,7 +142,7 @@ def stiffness(
         motion, compliance, in_phase, quadrature = parts[:, 0] + 1j * parts[:, 1]
         load = D * motion / (1 - D * compliance)
         upper += in_phase * load.real + quadrature * load.imag
-    return np.asarray(linear_stiffness(model, w) + model.omega**2 * kappa + upper)
+    return np.asarray(model.linear_stiffness(w) + model.omega**2 * kappa + upper)
 
 
 def detuning(Z: Complex, model: TwoModeModel) -> Array:

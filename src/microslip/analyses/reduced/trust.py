@@ -86,11 +86,10 @@ def _indicator(
     def kappa(a: float) -> tuple[complex, complex]:
         return contact_coefficient(model, curve, table.preload, a, omega)
 
-    alpha, beta = model.rayleigh
     w2 = model.omega**2
     load = response.load
     A = q + model.offset[0] * load
-    linear = w2 * (1 + 1j * omega * beta) - omega**2 + 1j * omega * alpha
+    linear = complex(model.linear_stiffness(omega))
     whole, upper = kappa(size)
     h = DIFFERENCE * size
     slope = (kappa(size + h)[0] - kappa(size - h)[0]) / (2 * h)

@@ -25,7 +25,7 @@ import numpy as np
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.brief import Brief
 from microslip.errors import MicroslipError
-from microslip.typing import Array
+from microslip.typing import Array, Complex
 
 VARIANTS = ("printed", "consistent", "refined")
 
@@ -64,6 +64,13 @@ class TwoModeModel(Brief):
     omega: float
     offset: Array = field(default_factory=lambda: np.zeros(2))
     lossy: float = 0.0
+
+    def linear_stiffness(self, omega: Array | float) -> Complex:
+        """What the sliding mode resists without contact at circular frequencies, rad/s:
+        ``D = omega_sl² (1 + i omega beta) - omega² + i omega alpha``."""
+        alpha, beta = self.rayleigh
+        w = np.asarray(omega, dtype=float)
+        return np.asarray(self.omega**2 * (1 + 1j * w * beta) - w**2 + 1j * w * alpha)
 
 
 def two_mode_model(
