@@ -70,6 +70,8 @@ def has_peak(response: Response) -> bool:
 def _row(run: Run, response: Response) -> dict[str, Any]:
     bad, good = response.unconverged, response.flag == CONVERGED
     any_answer, peaks = bool(good.any()), has_peak(response)
+    unknown = response.error_indicator
+    errors = np.zeros(0) if unknown is None else unknown[good]
     peak = response.peak_amplitude if peaks else math.nan
     return {
         "variant": response.variant,
@@ -93,19 +95,13 @@ def _row(run: Run, response: Response) -> dict[str, Any]:
         "points": len(response.frequency),
         "contraction_max": response.contraction.max(),
         "iterations_max": response.iterations.max(),
-        "error_indicator_max": None
-        if response.error_indicator is None or not any_answer
-        else response.error_indicator[good].max(),
-        "error_indicator_median": None
-        if response.error_indicator is None or not any_answer
-        else np.median(response.error_indicator[good]),
-        "error_indicator_at_peak": None
-        if response.error_indicator is None or not peaks
-        else response.error_indicator[response.peak],
+        "error_indicator_max": errors.max() if len(errors) else None,
+        "error_indicator_median": np.median(errors) if len(errors) else None,
+        "error_indicator_at_peak": unknown[response.peak]
+        if peaks and unknown is not None
+        else None,
         "steady_states": len(response.anchors),
-        "unbounded_points": 0
-        if response.error_indicator is None
-        else int(np.isinf(response.error_indicator[good]).sum()),
+        "unbounded_points": int(np.isinf(errors).sum()),
         "peak_outputs": peak_outputs(run, response) if any_answer else {},
     }
 
