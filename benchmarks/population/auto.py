@@ -113,6 +113,7 @@ def measured(done: Run, seconds: float, rng: np.random.Generator) -> dict:
 def page(rows: dict[str, dict]) -> str:
     """The table as Markdown."""
     found = [row for row in rows.values() if "points" in row]
+    populations = sorted({name.partition("/")[0] for name in rows})
     points = [p for row in found for p in row["points"]]
     settled = [p for p in points if p["settled"]]
     error, stated, plain = (
@@ -124,7 +125,7 @@ def page(rows: dict[str, dict]) -> str:
         return f"{100 * np.mean(true):.1f} %" if len(true) else "–"
 
     lines = [
-        f"| | {len(found)} joints |",
+        f"| | {len(found)} joints of population {', '.join(populations)} |",
         "|---|---|",
         f"| steady states for comparison, settled | {len(settled)} of {len(points)} |",
         f"| claimed | {share(claimed)} |",
