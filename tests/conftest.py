@@ -25,6 +25,8 @@ from microslip.model.structure import Structure
 from microslip.pipeline.outcome import Outcome
 from microslip.pipeline.run import Run
 
+pytest_plugins = ["findings"]
+
 ROOT = Path(__file__).parents[1]
 """Of the repository."""
 

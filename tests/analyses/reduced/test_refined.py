@@ -200,7 +200,7 @@ def test_time_domain_agrees(small_reference, refined):
 
 @pytest.mark.validate
 @pytest.mark.parametrize("rho", [1.6, 2.4, 3.2, 5.0])
-def test_refined_within_one_per_cent(reference, rho):
+def test_refined_within_one_per_cent(reference, rho, finding):
     """Reference joint, the paper's loads: 1 % everywhere, 0.3 % at a peak that is no edge of a fold."""
     held = held_joint(reference.joint, upper=2)
     table, _ = refined_table(held, 3e-6, 0.12)
@@ -213,10 +213,11 @@ def test_refined_within_one_per_cent(reference, rho):
         [time_domain(reference, BAND[i], load, response.amplitude[i], 300) for i in chosen]
     )
     error = np.abs(np.abs(response.amplitude[chosen]) / np.abs(truth) - 1)
-    assert error.max() < 1e-2
+    what = f"refined model of the reference joint against time integration, rho = {rho}"
+    finding(what, error.max(), at_most=1e-2)
     size = np.abs(response.amplitude)
-    beside_a_jump = size[peak] > 1.5 * size[peak - 2]  # a jump within 0.1 Hz
-    assert beside_a_jump or error[chosen == peak] < 3e-3
+    if size[peak] <= 1.5 * size[peak - 2]:  # no jump within 0.1 Hz
+        finding(f"{what}, at the peak", float(error[chosen == peak][0]), at_most=3e-3)
     # Cruder models of the same joint, judged by the refined one: the indicator ranks their errors.
     crude = [
         (replace(model, offset=np.zeros(2)), table),
@@ -227,4 +228,5 @@ def test_refined_within_one_per_cent(reference, rho):
         other = forced_response(*cruder, BAND, load, variant="cruder")
         errors.append(np.abs(other.amplitude[chosen] / truth - 1))
         indicators.append(error_indicator(other, model, table)[chosen])
-    assert spearmanr(np.concatenate(errors), np.concatenate(indicators))[0] > 0.8
+    ranks = spearmanr(np.concatenate(errors), np.concatenate(indicators))[0]
+    finding("rank correlation of error and indicator, cruder models", ranks, at_least=0.8)

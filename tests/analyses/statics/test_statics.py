@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from functools import cache
 
 import numpy as np
@@ -291,25 +290,21 @@ def opening_fraction(fraction):
 
 @pytest.mark.validate
 @pytest.mark.parametrize("friction", [0.05, 0.1, 0.25, 0.5, 1.0])
-def test_every_step_is_solved(reference, friction):
+def test_every_step_is_solved(reference, friction, finding):
     loads = np.geomspace(5e-5, opening_fraction(0.95), 30)
-    hard, cycles, worst, open_ended = 0, 0, 0.0, []
-    begin = time.perf_counter()
+    hard, cycles, worst, residual, open_ended = 0, 0, 0.0, 0.0, []
     for load in loads:
         cycle = drive(reference, load, friction=friction)
-        assert cycle.residual.max() <= 1e-8
+        residual = max(residual, cycle.residual.max())
         balance = abs(cycle.external_work / cycle.dissipated - 1)
         worst = max(worst, balance if cycle.closure < 1e-6 else 0.0)
         hard += cycle.hard_steps
         cycles += cycle.cycles
         if cycle.closure > 1e-9:
             open_ended.append((float(f"{load:.3g}"), cycle.closure))
-    seconds = time.perf_counter() - begin
-    print(
-        f"mu {friction}: {hard} hard steps of {300 * cycles}, {seconds:.1f} s, "
-        f"worst energy balance {worst:.1e}, not closed {open_ended}"
-    )
-    assert worst < 1e-3
+    print(f"mu {friction}: {hard} hard steps of {300 * cycles}, not closed {open_ended}")
+    finding("residual of every step, 30 amplitudes, friction 0.05 to 1", residual, at_most=1e-8)
+    finding("work of the moment against friction work, closed cycles", worst, at_most=1e-3)
 
 
 def fit_order(sizes, values):
@@ -320,7 +315,7 @@ def fit_order(sizes, values):
 
 @pytest.mark.validate
 @pytest.mark.parametrize("load", [7e-4, 4e-3, 3e-2])
-def test_dissipation_converges_with_the_pairs(load):
+def test_dissipation_converges_with_the_pairs(load, finding):
     """The paper: within 1 % at 150 pairs, 0.106 % at 200."""
     pairs = (21, 51, 101, 151, 201, 401)
     found = []
@@ -332,13 +327,14 @@ def test_dissipation_converges_with_the_pairs(load):
         print(f"M/(PL) {load:g} pairs {m:4d} dissipated {value:.8e} off {error:.2e}")
     doubling = [found[pairs.index(m)] for m in (101, 201, 401)]
     print("order", fit_order((101, 201, 401), doubling))
-    assert errors[pairs.index(151)] < 1e-2
-    assert errors[pairs.index(201)] < 5e-3
+    what = "loss per cycle with {} contact pairs against 401"
+    finding(what.format(151), errors[pairs.index(151)], at_most=1e-2)
+    finding(what.format(201), errors[pairs.index(201)], at_most=5e-3)
 
 
 @pytest.mark.validate
 @pytest.mark.parametrize("load", [7e-4, 4e-3, 3e-2])
-def test_dissipation_converges_with_the_steps(reference, load):
+def test_dissipation_converges_with_the_steps(reference, load, finding):
     """The paper: converged above 120 steps per cycle."""
     steps = (52, 100, 200, 400, 800, 1600)
     found = [drive(reference, load, steps=n).dissipated for n in steps]
@@ -346,7 +342,7 @@ def test_dissipation_converges_with_the_steps(reference, load):
     for n, value, error in zip(steps, found, errors, strict=True):
         print(f"M/(PL) {load:g} steps {n:4d} dissipated {value:.8e} off {error:.2e}")
     print("order", fit_order(steps[-3:], found[-3:]))
-    assert errors[2] < 1e-2
+    finding("loss per cycle with 200 load steps against 1,600", errors[2], at_most=1e-2)
     assert np.all(np.diff(errors[1:]) < 0)
 
 
