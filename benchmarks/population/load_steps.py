@@ -25,7 +25,8 @@ from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.prepared.joint_modes import JointMode, joint_modes, with_mode_port
 from microslip.analyses.prepared.prestress import opening_load
 from microslip.analyses.statics.cycle import quasi_static_cycle
-from microslip.analyses.statics.prescribed import hold_port, prescribed_cycle
+from microslip.analyses.statics.held import hold_port
+from microslip.analyses.statics.prescribed import prescribed_cycle
 from microslip.contact.fallbacks import Fallbacks, together
 from microslip.describe.reading import parse_joint
 from microslip.errors import ContactError

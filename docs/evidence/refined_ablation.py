@@ -23,7 +23,7 @@ from microslip.analyses.reduced.table import EquivalentTable, equivalent_table
 from microslip.analyses.reduced.trust import error_indicator
 from microslip.analyses.reduced.two_mode import TwoModeModel, two_mode_model
 from microslip.analyses.statics.cycle import quasi_static_cycle
-from microslip.analyses.statics.prescribed import hold_mode
+from microslip.analyses.statics.held import hold_mode
 from microslip.analyses.time.points import Request, steady_states
 from microslip.numerics.execute import each, threads
 from microslip.pipeline.prepare import Assembly, assemble

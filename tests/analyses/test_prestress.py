@@ -13,7 +13,8 @@ from microslip.analyses.harmonic.problem import harmonic_problem
 from microslip.analyses.prepared.joint import prepare_joint, with_principal_mode
 from microslip.analyses.prepared.prestress import opening_load, prestress
 from microslip.analyses.statics.cycle import quasi_static_cycle
-from microslip.analyses.statics.prescribed import hold_mode, prescribed_cycle
+from microslip.analyses.statics.held import hold_mode
+from microslip.analyses.statics.prescribed import prescribed_cycle
 from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.steady import steady_state
 from microslip.contact.law import contact_law

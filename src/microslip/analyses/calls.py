@@ -28,7 +28,7 @@ from microslip.analyses.reduced.response import Response, forced_response
 from microslip.analyses.reduced.trust import error_indicator
 from microslip.analyses.reduced.two_mode import two_mode_model
 from microslip.analyses.statics.cycle import Cycle, quasi_static_cycle
-from microslip.analyses.statics.prescribed import hold_mode
+from microslip.analyses.statics.held import hold_mode
 from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.steady import SteadyState
 from microslip.analyses.time.steady import steady_state as find_steady_state

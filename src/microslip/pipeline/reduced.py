@@ -12,7 +12,8 @@ from microslip.analyses.reduced.refined import load_offset, refined_table
 from microslip.analyses.reduced.resonance import resonance
 from microslip.analyses.reduced.table import EquivalentTable
 from microslip.analyses.reduced.two_mode import two_mode_model
-from microslip.analyses.statics.prescribed import hold_mode, prescribed_cycle
+from microslip.analyses.statics.held import hold_mode
+from microslip.analyses.statics.prescribed import prescribed_cycle
 from microslip.brief import Brief
 from microslip.describe.requests import MOST_OF_OPENING
 from microslip.errors import ContactError, MicroslipError

@@ -15,7 +15,7 @@ from microslip.analyses.reduced.refined import load_offset, refined_table
 from microslip.analyses.reduced.response import answers, forced_response
 from microslip.analyses.reduced.surface import load_surface
 from microslip.analyses.reduced.two_mode import two_mode_model
-from microslip.analyses.statics.prescribed import hold_mode
+from microslip.analyses.statics.held import hold_mode
 from microslip.errors import MicroslipError
 
 FREQUENCY = np.linspace(160.0, 195.0, 71)

@@ -14,7 +14,7 @@ from microslip.analyses.reduced.response import forced_response
 from microslip.analyses.reduced.table import equivalent_table
 from microslip.analyses.reduced.two_mode import two_mode_model
 from microslip.analyses.statics.cycle import quasi_static_cycle
-from microslip.analyses.statics.prescribed import hold_mode
+from microslip.analyses.statics.held import hold_mode
 from microslip.analyses.time.readings import phases
 from microslip.describe.reading import parse_joint
 from microslip.errors import MicroslipError

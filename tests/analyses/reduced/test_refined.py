@@ -14,7 +14,8 @@ from microslip.analyses.reduced.response import forced_response
 from microslip.analyses.reduced.sweep import CONVERGED
 from microslip.analyses.reduced.trust import error_indicator
 from microslip.analyses.reduced.two_mode import two_mode_model
-from microslip.analyses.statics.prescribed import hold_mode, prescribed_cycle
+from microslip.analyses.statics.held import hold_mode
+from microslip.analyses.statics.prescribed import prescribed_cycle
 from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.steady import steady_state
 from microslip.errors import MicroslipError

@@ -8,7 +8,8 @@ import pytest
 from microslip.analyses.backbone.points import amplitude_scale
 from microslip.analyses.prepared.joint_modes import joint_modes, with_mode_port
 from microslip.analyses.statics.floating import Floating, balance
-from microslip.analyses.statics.prescribed import hold_port, prescribed_cycle
+from microslip.analyses.statics.held import hold_port
+from microslip.analyses.statics.prescribed import prescribed_cycle
 from microslip.errors import ContactError
 
 THETA = np.linspace(0, 2 * np.pi, 41)

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from microslip.analyses.statics.half_turn import find_half_turn
-from microslip.analyses.statics.prescribed import hold_mode, prescribed_cycle
+from microslip.analyses.statics.held import hold_mode
+from microslip.analyses.statics.prescribed import prescribed_cycle
 
 
 @pytest.fixture(scope="module")

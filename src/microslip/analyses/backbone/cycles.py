@@ -42,7 +42,8 @@ from microslip.analyses.backbone.points import (
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.prepared.joint_modes import JointMode, walking_modes, with_mode_port
 from microslip.analyses.statics.cycle import quasi_static_cycle
-from microslip.analyses.statics.prescribed import PrescribedCycle, hold_port, prescribed_cycle
+from microslip.analyses.statics.held import hold_port
+from microslip.analyses.statics.prescribed import PrescribedCycle, prescribed_cycle
 from microslip.errors import ContactError, Failure
 from microslip.numerics.execute import Executor, each, threads
 from microslip.numerics.fourier import harmonic, without_drift

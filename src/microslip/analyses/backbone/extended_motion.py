@@ -33,7 +33,7 @@ from microslip.analyses.harmonic.points import HarmonicPoint, describe
 from microslip.analyses.harmonic.problem import HarmonicProblem, state_equations
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.prepared.joint_modes import JointMode, with_mode_port
-from microslip.analyses.statics.prescribed import modal_rest
+from microslip.analyses.statics.held import modal_rest
 from microslip.brief import Brief
 from microslip.errors import Failure
 from microslip.numerics.continuation import (

@@ -26,19 +26,14 @@ Everything scales with the preload: amplitude over preload is the only argument 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.interpolate import Akima1DInterpolator, PchipInterpolator
 
 from microslip.analyses.reduced.table import EquivalentTable, UpperHarmonics
-from microslip.analyses.statics.prescribed import (
-    ContactState,
-    HeldMode,
-    PrescribedCycle,
-    prescribed_cycle,
-)
-from microslip.brief import Brief
+from microslip.analyses.statics.cycle_tangent import upper_answers
+from microslip.analyses.statics.held import HeldMode
+from microslip.analyses.statics.prescribed import PrescribedCycle, prescribed_cycle
 from microslip.errors import ContactError, Failure, MicroslipError
 from microslip.numerics.execute import Executor, each, threads
 from microslip.typing import Array, Complex
@@ -52,13 +47,6 @@ changes F by a hundredth of that."""
 
 DAMPED = 0.5
 """Upper modes are tested where gamma_eq is above this share of its greatest; constant outside."""
-
-TEST = 0.01
-"""Test loads on upper modes deflect them statically by this fraction of q over the harmonic."""
-
-
-REPEATED = 1e-5
-"""Change of the reactions, over the largest prestress reaction, at which a tested cycle repeats itself."""
 
 
 def refined_table(
@@ -209,14 +197,6 @@ def load_offset(held: HeldMode, amplitude: float) -> float:
     return float(((both.force - coefficient * both.q) / (coefficient * load)).real)
 
 
-@dataclass(frozen=True, repr=False)
-class _Reaction(Brief):
-    """How a cycle answers a load on one upper harmonic: S, and T for its real and imaginary part."""
-
-    S: complex
-    T: tuple[complex, complex]
-
-
 def _upper_harmonics(
     held: HeldMode,
     solved: Sequence[PrescribedCycle],
@@ -233,11 +213,11 @@ def _upper_harmonics(
         return None
     damped = np.flatnonzero(gamma > DAMPED * gamma.max())
     chosen = damped[np.unique(np.linspace(0, len(damped) - 1, min(knots, len(damped))).astype(int))]
-    rows = list(each(lambda i: _reactions(held, solved[i], kept, steps), chosen, executor))
+    rows = list(each(lambda i: upper_answers(held, solved[i], kept, steps=steps), chosen, executor))
     x = np.log([abs(c.q) for c in solved])
     at = x[chosen]
 
-    def spread(values: list[list[complex]]) -> Complex:
+    def spread(values: list[Complex]) -> Complex:
         """From the tested amplitudes to all; constant outside."""
         v = np.array(values)
         if len(at) == 1:
@@ -250,9 +230,9 @@ def _upper_harmonics(
         omega=held.upper_omega[[n for n, _ in kept]],
         reference_omega=w0,
         motion=np.array([[c.upper[n, h - 1] / abs(c.q) for n, h in kept] for c in solved]),
-        compliance=spread([[r.S for r in row] for row in rows]),
-        in_phase=spread([[r.T[0] for r in row] for row in rows]),
-        quadrature=spread([[r.T[1] for r in row] for row in rows]),
+        compliance=spread([0.5 * (row.motion[:, 0] - 1j * row.motion[:, 1]) for row in rows]),
+        in_phase=spread([row.force[:, 0] for row in rows]),
+        quadrature=spread([row.force[:, 1] for row in rows]),
     )
 
 
@@ -271,37 +251,4 @@ def _resonant(held: HeldMode, cycle: PrescribedCycle, omegas: Array) -> list[tup
             load = D * cycle.upper[mode, order - 1] / (1 - D / (own**2 - w0**2))
             if np.abs(load).max() > NOTICED * abs(cycle.force):
                 found.append((mode, order))
-    return found
-
-
-def _reactions(
-    held: HeldMode, cycle: PrescribedCycle, pairs: Sequence[tuple[int, int]], steps: int
-) -> list[_Reaction]:
-    """Answers of a cycle to test loads, in phase and in quadrature, on each (mode, harmonic)."""
-    q = abs(cycle.q)
-
-    def run(loads: dict[tuple[int, int], complex], start: ContactState) -> PrescribedCycle:
-        return prescribed_cycle(
-            held,
-            q,
-            steps=steps,
-            cycles=2,
-            closure=REPEATED,
-            upper=loads,
-            harmonics=HIGHEST,
-            start=start,
-        )
-
-    base = run({}, cycle.state)
-    found = []
-    for mode, order in pairs:
-        stiff = held.upper_omega[mode] ** 2 - held.reference_omega**2
-        load = TEST * q / order**2 * stiff
-        motion, force = [], []
-        for unit in (1.0, 1j):
-            moved = run({(mode, order): load * unit}, base.state)
-            change = moved.upper[mode, order - 1] - base.upper[mode, order - 1]
-            motion.append(change / (load * unit))
-            force.append((moved.force / moved.q * base.q - base.force) / load)
-        found.append(_Reaction(0.5 * (motion[0] + motion[1]), (force[0], force[1])))
     return found

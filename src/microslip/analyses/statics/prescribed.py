@@ -22,81 +22,21 @@ rest, and their steady offset has no inertia.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from microslip.analyses.prepared.joint import PreparedJoint
-from microslip.analyses.prepared.joint_modes import walking_modes
-from microslip.analyses.prepared.prestress import Prestress
 from microslip.analyses.statics.closing import ClosedCycle, cycle_by_halves, ramp, whole_cycle
-from microslip.analyses.statics.floating import Floating, balance, floating
-from microslip.analyses.statics.half_turn import HalfTurn, find_half_turn
+from microslip.analyses.statics.floating import Floating, balance
+from microslip.analyses.statics.half_turn import HalfTurn
+from microslip.analyses.statics.held import HeldMode
 from microslip.brief import Brief
 from microslip.contact.fallbacks import Fallbacks, together
-from microslip.contact.pairs import tangential, tangential_rows
+from microslip.contact.pairs import tangential
 from microslip.contact.path import PathRecord, follow_path
 from microslip.contact.solver import ContactSolver
-from microslip.model.flexibility import Flexibility
-from microslip.model.joint import JointModel, bonded_modes
 from microslip.numerics.fourier import harmonic, without_drift
-from microslip.typing import Array, Complex, Indices, Mask, Status
-
-HOLD = 100.0
-"""Stiffness that holds the mode to its course, over omega_sl²."""
-
-RELATIVE = 1e-2
-"""Share of the largest relative motion of the bodies below which they move together."""
-
-
-@dataclass(frozen=True, repr=False)
-class HeldMode(Brief):
-    """A joint one of whose modes is held, ready for `prescribed_cycle`.
-
-    Attributes
-    ----------
-    model : JointModel
-        With one more port per upper mode, after its own.
-    flexibility : Flexibility
-        At the reference frequency, the prestress exact.
-    prestress : Prestress
-    friction : (m,) array
-    sliding_omega, reference_omega, hold : float
-        omega_sl, omega_0 (rad/s) and ``omega_sl² - omega_0² + kappa``.
-    load_on_sliding : float
-        ``Phi^T p`` of a unit load on the driven port.
-    upper_omega : (u,) array
-        Upper modes of the sliding state, rad/s.
-    floating : Floating or None
-        Motions with more inertia than support, where they are sought.
-    port : str
-        Port of the mode: its inertia load and its coordinate.
-    drive : str
-        Driven port.
-    half_turn : HalfTurn, optional
-        Where the joint is its own image: cycles are then marched by halves.
-    """
-
-    model: JointModel
-    flexibility: Flexibility
-    prestress: Prestress
-    friction: Array
-    sliding_omega: float
-    reference_omega: float
-    hold: float
-    load_on_sliding: float
-    upper_omega: Array
-    floating: Floating | None
-    port: str
-    drive: str
-    half_turn: HalfTurn | None = None
-
-    @property
-    def carried(self) -> Array:
-        """(p,) amplitudes of all ports at prestress: the first preload carries all of it."""
-        carrier, amplitude = next(iter(self.prestress.preload.items()))
-        own = self.model.amplitudes({carrier: amplitude})
-        return np.pad(own, (0, self.flexibility.loads_q.shape[1] - len(own)))
+from microslip.typing import Array, Complex, Status
 
 
 @dataclass(frozen=True, repr=False)
@@ -152,167 +92,6 @@ class PrescribedCycle(Brief):
     state: ContactState
 
 
-def hold_mode(joint: PreparedJoint, reference_omega: float, *, upper: int = 0) -> HeldMode:
-    """Prepare cycles with the joint's own mode prescribed.
-
-    Parameters
-    ----------
-    joint : PreparedJoint
-        With a mode.
-    reference_omega : float
-        Circular frequency at which the rest of the joint has its inertia, rad/s; 0 for statics.
-    upper : int
-        Modes above the sliding mode that get a port.
-    """
-    mode = joint.principal()
-    return hold_port(
-        joint,
-        mode.port,
-        mode.sliding_omega,
-        reference_omega,
-        upper=upper,
-        load_on_mode=mode.load_on_sliding[joint.drive],
-    )
-
-
-def hold_port(
-    joint: PreparedJoint,
-    port: str,
-    omega: float,
-    reference_omega: float,
-    *,
-    static: Mask | None = None,
-    floats: bool = False,
-    upper: int = 0,
-    load_on_mode: float = 0.0,
-) -> HeldMode:
-    """Prepare cycles with any mode of the sliding state prescribed.
-
-    Parameters
-    ----------
-    joint : PreparedJoint
-    port : str
-        Inertia load ``M Phi`` of the mode.
-    omega : float
-        Its circular frequency, rad/s.
-    reference_omega : float
-        As in `hold_mode`.
-    static : (k,) bool array, optional
-        Free-interface modes without inertia; by default those that slide the bodies past each
-        other.
-    floats : bool
-        Whether motions with more inertia than support are sought, see `floating.py`, where they
-        would else follow step after step with a negative stiffness.
-    upper : int
-        As in `hold_mode`.
-    load_on_mode : float
-        ``Phi^T p`` of a unit load on the driven port.
-    """
-    model, start = joint.model, joint.prestress
-    w0, w = reference_omega, omega
-    g = model.port_modes[:, model.port(port)]
-    omegas, shapes = bonded_modes(model, start.bonded(1))
-    own = int(np.argmax(np.abs(shapes.T @ g)))
-    chosen = np.arange(len(omegas))[own + 1 : own + 1 + upper]
-    wide = model.with_modal_ports({f"upper {i}": shapes[:, n] for i, n in enumerate(chosen)})
-    still = _sliding_past(model, walking_modes(model) if static is None else static)
-    inertia = w0**2 * (np.eye(len(g)) - still @ still.T)
-    stiffness = np.diag(model.omega**2) - inertia + HOLD * w**2 * np.outer(g, g)
-    values, vectors = np.linalg.eigh(stiffness)
-    order, soft = _unknowns_first(values, wide.mode_v @ vectors, np.median(model.omega))
-    values, vectors = values[order], vectors[:, order]
-    mode_v, ports = wide.mode_v @ vectors, vectors.T @ wide.port_modes
-    v, p, give = mode_v[:, soft:], ports[soft:], 1 / values[soft:]
-    loose = int((values[:soft] < 0).sum()) if floats else 0
-    springs = np.where(np.arange(soft) < loose, HOLD * w**2, 0.0)
-    to_springs = np.diag(springs)[:, :loose]
-    W = wide.residual + (v * give) @ v.T + np.diag(joint.law.compliance)
-    flexibility = Flexibility(
-        W=np.ascontiguousarray(0.5 * (W + W.T)),
-        R=np.ascontiguousarray(mode_v[:, :soft]),
-        stiffness=values[:soft] + springs,
-        loads_v=np.pad(wide.port_v + (v * give) @ p, ((0, 0), (0, loose))),
-        loads_q=np.hstack([ports[:soft], to_springs]),
-        loads_loads=np.pad(wide.port_port + (p.T * give) @ p, (0, loose)),
-    )
-    rest = vectors.T @ modal_rest(joint)
-    carrier, amplitude = next(iter(start.preload.items()))
-    free, turn = None, None
-    if loose:
-        own_inertia = vectors[:, :loose].T @ inertia @ vectors[:, :loose]
-        bonded, column = start.bonded(model.dimension), model.port(port)
-        still = vectors[:, :loose].T @ _sliding_past(model, walking_modes(model))
-        free = floating(flexibility, springs[0], own_inertia, rest[:loose], still, bonded, column)
-    flexibility = _carried(flexibility, start, rest[:soft], wide.port(carrier), amplitude)
-    if not loose:
-        turn = find_half_turn(model.image, flexibility, joint.law.friction, start.solution.r)
-    return HeldMode(
-        model=wide,
-        flexibility=flexibility,
-        prestress=replace(start, solution=replace(start.solution, q=rest[:soft])),
-        friction=joint.law.friction,
-        sliding_omega=w,
-        reference_omega=w0,
-        hold=w**2 - w0**2 + HOLD * w**2,
-        load_on_sliding=load_on_mode,
-        upper_omega=omegas[chosen],
-        floating=free,
-        port=port,
-        drive=joint.drive,
-        half_turn=turn,
-    )
-
-
-def _unknowns_first(values: Array, mode_v: Array, omega: float) -> tuple[Indices, int]:
-    """Order of the coordinates in which those that statics solves for come first, and their number.
-
-    These are the soft ones that move the bodies against each other; what moves them together is
-    held by its inertia, and contact says nothing of it.
-    """
-    soft = values < 1e-4 * omega**2
-    motion = np.abs(mode_v).max(axis=0, initial=0.0)
-    felt = soft & (motion > RELATIVE * motion[soft].max(initial=0.0))
-    return np.argsort(~felt, kind="stable"), int(felt.sum())
-
-
-def _sliding_past(model: JointModel, among: Mask) -> Array:
-    """Combinations (k, c) of modes that slide the bodies past each other: orthonormal columns.
-
-    Two rigid motions of one frequency may come in any mixture. That in which the bodies move together is
-    not among them: nothing holds it but its inertia.
-    """
-    chosen = np.flatnonzero(among)
-    _, size, directions = np.linalg.svd(
-        model.mode_v[tangential_rows()][:, chosen], full_matrices=False
-    )
-    moving = directions[size > RELATIVE * size.max(initial=1e-300)]
-    still = np.zeros((len(model.omega), len(moving)))
-    still[chosen] = moving.T
-    return still
-
-
-def modal_rest(joint: PreparedJoint) -> Array:
-    """Modal coordinates under the preload."""
-    model, s = joint.model, joint.prestress.solution
-    e = model.equilibrium_modes
-    force = model.port_modes[e:] @ joint.held - model.mode_v[:, e:].T @ s.r
-    return np.concatenate([s.q, force / model.omega[e:] ** 2])
-
-
-def _carried(
-    f: Flexibility, start: Prestress, q: Array, carrier: int, amplitude: float
-) -> Flexibility:
-    """The first preload's columns replaced so that prestress, a rest without inertia, solves them.
-
-    It carries the whole preload: the others are not loaded in prescribed cycles.
-    """
-    s = start.solution
-    loads_v, loads_q = f.loads_v.copy(), f.loads_q.copy()
-    loads_v[:, carrier] = (s.v + f.W @ s.r - f.R @ q) / amplitude
-    loads_q[:, carrier] = (f.stiffness * q + f.R.T @ s.r) / amplitude
-    return replace(f, loads_v=loads_v, loads_q=loads_q)
-
-
 def at_rest(held: HeldMode) -> ContactState:
     """The prestressed state."""
     s, start = held.prestress.solution, held.prestress
@@ -358,17 +137,12 @@ def prescribed_cycle(
     """
     f, model = held.flexibility, held.model
     state = at_rest(held) if start is None else start
-    theta = 2 * np.pi * np.arange(steps + 1) / steps
-    path = np.tile(held.carried, (steps + 1, 1))
-    path[:, model.port(held.port)] = held.hold * amplitude * np.sin(theta)
+    theta, path = prescribed_path(held, amplitude, steps)
     path[:, model.port(held.drive)] += (load * np.exp(1j * theta)).imag
     for (mode, order), push in (upper or {}).items():
         path[:, model.port(f"upper {mode}")] += (push * np.exp(1j * order * theta)).imag
     top = held.prestress.largest_reaction
-    solver = ContactSolver(f, held.friction, np.full(model.pairs, top), state.status)
-    solver.start_from(state.r, state.q, state.v)
-    vt_old = tangential(state.v).copy()
-
+    solver, vt_old = solver_at(held, state)
     taken: list[Fallbacks] = []
 
     def march(path: Array) -> PathRecord:
@@ -411,6 +185,22 @@ def prescribed_cycle(
         fallbacks=together(taken),
         state=_state_after(solver, turn if closed.turned else None, path[-1]),
     )
+
+
+def prescribed_path(held: HeldMode, amplitude: float, steps: int) -> tuple[Array, Array]:
+    """Phases (s + 1,) of a cycle with ``q = amplitude sin(theta)`` and the loads (s + 1, p) on all ports."""
+    theta = 2 * np.pi * np.arange(steps + 1) / steps
+    path = np.tile(held.carried, (steps + 1, 1))
+    path[:, held.model.port(held.port)] = held.hold * amplitude * np.sin(theta)
+    return theta, path
+
+
+def solver_at(held: HeldMode, state: ContactState) -> tuple[ContactSolver, Array]:
+    """Contact solver in a state, and the displacements (m,) at which the pairs stick there."""
+    force = np.full(held.model.pairs, held.prestress.largest_reaction)
+    solver = ContactSolver(held.flexibility, held.friction, force, state.status)
+    solver.start_from(state.r, state.q, state.v)
+    return solver, tangential(state.v).copy()
 
 
 def _balanced(

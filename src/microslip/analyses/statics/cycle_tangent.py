@@ -1,0 +1,106 @@
+"""How a prescribed cycle answers small loads on upper modes: derivatives, not differences.
+
+The cycle is marched once more with the states of its contact kept; the small loads are then taken along it
+all at once (`microslip.contact.path_tangent`), cycle after cycle until what they leave behind in the
+pairs repeats itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from microslip.analyses.statics.held import HeldMode
+from microslip.analyses.statics.prescribed import PrescribedCycle, prescribed_path, solver_at
+from microslip.contact.path import follow_path
+from microslip.contact.path_tangent import path_tangent
+from microslip.numerics.fourier import harmonic
+from microslip.typing import Complex
+
+REPEATED = 1e-5
+"""Change from cycle to cycle, relative, at which the answer is periodic."""
+
+CYCLES = 8
+"""Cycles at most that the small loads are taken along."""
+
+
+class UpperAnswers(NamedTuple):
+    """Derivatives by the real and the imaginary part of loads on upper harmonics.
+
+    Attributes
+    ----------
+    motion : (l, 2) complex array
+        Of the harmonic of the loaded mode that the load acts with.
+    force : (l, 2) complex array
+        Of the modal contact force at given q: ``F_1 Q_0/Q_1``.
+    """
+
+    motion: Complex
+    force: Complex
+
+
+def upper_answers(
+    held: HeldMode,
+    cycle: PrescribedCycle,
+    loads: Sequence[tuple[int, int]],
+    *,
+    steps: int,
+    closure: float = REPEATED,
+) -> UpperAnswers:
+    """Derivatives of a cycle by loads ``Im(P exp(i h theta))`` on upper modes.
+
+    Parameters
+    ----------
+    held : HeldMode
+    cycle : PrescribedCycle
+        Closed, without loads.
+    loads : sequence of (mode, harmonic)
+    steps : int
+        Load steps per cycle.
+    closure : float
+        As `prescribed_cycle` has it: the cycle is marched twice where its own steps were others.
+
+    Raises
+    ------
+    ContactError
+        Where a step does not solve.
+    """
+    f, model = held.flexibility, held.model
+    theta, path = prescribed_path(held, abs(cycle.q), steps)
+    solver, vt_old = solver_at(held, cycle.state)
+    last = None
+    for _ in range(2):
+        record = follow_path(
+            solver,
+            f,
+            path,
+            vt_old,
+            where=lambda step: "of a prescribed cycle",
+            remedy="try more load steps or a smaller amplitude",
+        )
+        change = np.inf if last is None else np.abs(record.r - last).max()
+        if change <= closure * held.prestress.largest_reaction:
+            break
+        last = record.r
+    changes = np.zeros((steps + 1, 2 * len(loads), path.shape[1]))
+    for k, (mode, order) in enumerate(loads):
+        wave = np.exp(1j * order * theta)
+        column = model.port(f"upper {mode}")
+        changes[:, 2 * k, column], changes[:, 2 * k + 1, column] = wave.imag, wave.real
+    tangent = path_tangent(solver, f, record.status, changes)
+    for _ in range(CYCLES - 1):
+        before = tangent.vt
+        tangent = path_tangent(solver, f, record.status, changes, before)
+        if np.abs(tangent.vt - before).max() <= closure * np.abs(tangent.vt).max(initial=1e-300):
+            break
+    tangent.r[0], tangent.q[0] = tangent.r[-1], tangent.q[-1]
+    output = f.outputs(changes, tangent.q, tangent.r)
+    y = harmonic(output[:, :, model.port(held.port)], theta)
+    upper = [
+        harmonic(output[:, [2 * k, 2 * k + 1], model.port(f"upper {mode}")], theta, order)
+        for k, (mode, order) in enumerate(loads)
+    ]
+    force = -held.hold * y - cycle.force / cycle.q * y
+    return UpperAnswers(np.array(upper), force.reshape(-1, 2))
