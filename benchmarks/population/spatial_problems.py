@@ -55,7 +55,9 @@ def problems(
         base[::3] = W[::3, ::3].sum(1) * rng.uniform(0.2, 2)
         one, other = rng.normal(size=(2, n)) * rng.uniform(0.01, 0.5, (2, 1))
         theta = 0.13 * np.arange(steps)[:, None]
-        path = np.sin(theta) * one + np.sin(rng.integers(1, 4) * theta + rng.uniform(0, np.pi)) * other
+        path = (
+            np.sin(theta) * one + np.sin(rng.integers(1, 4) * theta + rng.uniform(0, np.pi)) * other
+        )
         opening = np.zeros(n)
         if k % 4 > 1:
             opening[::3] = rng.uniform(0, 1) * base[::3]

@@ -12,13 +12,11 @@ the flexibility of the analysis, ``q`` are coordinates solved for in equilibrium
 
 Method. Semismooth Newton (`spatial_newton.py`) on a tableau of the touching pairs' stiffness
 (`spatial_tableau.py`), from the states of the last problem: a few iterations as a rule and without a
-guarantee. Behind it stand other starts (`spatial_rescue.py`). Whoever found it, a solution is accepted only with
-its natural-map residual, computed from W.
+guarantee. Behind it stand other starts (`spatial_rescue.py`). Whoever found it, a solution is
+accepted only with its natural-map residual, computed from W.
 """
 
 from __future__ import annotations
-
-import numpy as np
 
 from microslip.contact.compiled import jit
 from microslip.contact.problem import relative_displacement
@@ -31,7 +29,7 @@ from microslip.contact.spatial_rescue import (
     other_scales,
     proximal,
 )
-from microslip.contact.tableau import MADE, WARM
+from microslip.contact.tableau import WARM
 
 PLAIN, RESCALED, PARTS, EXTRAGRADIENT, PROXIMAL, HALVED, FACETED, NOT_SOLVED = range(8)
 """How a problem was solved: Newton's method as it is, with other scales, on parts of the load, from
@@ -66,8 +64,8 @@ def search(problem, memory, given, contact):
 
 
 @jit
-def other_starts(problem, memory, given, contact, whole):
-    """The other ways, in their order; returns as `search`. Parts of the load only if it is `whole`."""
+def other_starts(problem, memory, given, contact):
+    """The other ways, in their order; returns as `search`."""
     iterations = 0
     for rule in (PARTS, EXTRAGRADIENT, PROXIMAL, FACETED):
         if rule == PARTS:
@@ -93,7 +91,7 @@ def solve(problem, memory, given, contact):
     """
     iterations, residual, rule = search(problem, memory, given, contact)
     if rule == NOT_SOLVED:
-        more, residual, rule = other_starts(problem, memory, given, contact, True)
+        more, residual, rule = other_starts(problem, memory, given, contact)
         iterations += more
     memory.solved[rule] += 1
     return iterations, residual, rule

@@ -1,8 +1,8 @@
 """Three-dimensional contact with a cone of facets, as a linear complementarity problem.
 
-With ``r_t = sum_k beta_k d_k`` for some directions d_k of each pair, beta >= 0 and a slack lambda, the laws of
-`spatial.py` for the pyramid ``sum beta_k <= mu r_n`` inside the cone are (Stewart & Trinkle, Int. J. Numer.
-Methods Eng. 39 (1996) 2673; Anitescu & Potra, Nonlinear Dyn. 14 (1997) 231)
+With ``r_t = sum_k beta_k d_k`` for some directions d_k of each pair, beta >= 0 and a slack lambda,
+the laws of `spatial.py` for the pyramid ``sum beta_k <= mu r_n`` inside the cone are (Stewart & Trinkle,
+Int. J. Numer. Methods Eng. 39 (1996) 2673; Anitescu & Potra, Nonlinear Dyn. 14 (1997) 231)
 
     -v_n                               >= 0   against  r_n
     lambda - d_k^T (v_t - v_t_old)     >= 0   against  beta_k
@@ -10,9 +10,9 @@ Methods Eng. 39 (1996) 2673; Anitescu & Potra, Nonlinear Dyn. 14 (1997) 231)
     +-(K_q q + R^T r - f_q)            >= 0   against  q_+ and q_-,   q = q_+ - q_-
 
 With W positive definite and no negative K_q its matrix is copositive, as that of the planar problem is
-(`lemke.py`): Lemke's method ends in a solution, whatever the friction, unless the load does work along a motion
-that nothing resists. As the facets become finer, solutions stay bounded, and where they tend is a solution of
-the cone itself: what Newton's method is then started from.
+(`lemke.py`): Lemke's method ends in a solution, whatever the friction, unless the load does work
+along a motion that nothing resists. As the facets become finer, solutions stay bounded, and where they
+tend is a solution of the cone itself: what Newton's method is then started from.
 """
 
 from __future__ import annotations
@@ -102,7 +102,7 @@ def faceted_form(problem, given, directions):
 @jit
 def solve_faceted(problem, given, directions, smallest, contact):
     """Reactions and coordinates of the faceted cones into `contact`; returns how it ended, and pivots."""
-    scale, mean = problem.scale, problem.mean
+    scale = problem.scale
     M, b = faceted_form(problem, given, directions)
     n = b.shape[0]
     outcome, z, pivots = lemke(M, b, np.ones(n), PIVOTS * n, smallest)

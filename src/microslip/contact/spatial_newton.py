@@ -14,9 +14,9 @@ Wohlmuth, SIAM J. Sci. Comput. 30 (2008) 572),
     slipping   |y| > b        v_n = 0,  r_t = mu r_n d + k (I - d d^T)(v_t - v_t_old)
 
 with the direction ``d = y/|y|`` and the resistance to slip across it ``k = b rho_t / (|y| - b)``, which is
-friction over slip at a solution. Solved with the tableau (`spatial_tableau.py`), a sticking pair has no unknown, a
-slipping one two; the new state is read off the solution, until the natural map is exact to
-rounding. Then v is computed from W itself, and what is left is corrected.
+friction over slip at a solution. Solved with the tableau (`spatial_tableau.py`), a sticking pair has
+no unknown, a slipping one two; the new state is read off the solution, until the natural map is
+exact to rounding. Then v is computed from W itself, and what is left is corrected.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ import numpy as np
 
 from microslip.contact.compiled import jit
 from microslip.contact.pairs import SEPARATED, SLIP, STICK
+from microslip.contact.problem import relative_displacement
 from microslip.contact.spatial_problem import certify, off_cone, own_stiffness
 from microslip.contact.spatial_tableau import keep, make, pending
-from microslip.contact.problem import relative_displacement
 from microslip.contact.tableau import LARGE, MADE, add_rows, exchange, solve_small
 
 ACCEPTED = 1e-10
@@ -152,7 +152,7 @@ def _equations(problem, memory, status, c, F, A, y):
         y[a] = c[F[a]]
     a = 0
     while a < k:
-        i, part = F[a] // 3, F[a] % 3
+        i = F[a] // 3
         if status[i] != SLIP:
             a += 1
             continue
@@ -220,9 +220,7 @@ def _solve_states(problem, memory, status, c, F, x, g):
     # what the states say is zero is zero
     for a in range(k):
         i = F[a] // 3
-        if memory.held[F[a]] != (status[i] != SEPARATED) and (
-            status[i] != SLIP or F[a] == 3 * i
-        ):
+        if memory.held[F[a]] != (status[i] != SEPARATED) and (status[i] != SLIP or F[a] == 3 * i):
             x[F[a]] = 0.0
     return True
 
@@ -252,7 +250,11 @@ def newton(problem, memory, given, contact, limit, stretch, known):
     fresh = False
     for iteration in range(1, limit + 1):
         for i in range(status.shape[0]):
-            if status[i] == SLIP and memory.direction[i, 0] == 0.0 and memory.direction[i, 1] == 0.0:
+            if (
+                status[i] == SLIP
+                and memory.direction[i, 0] == 0.0
+                and memory.direction[i, 1] == 0.0
+            ):
                 status[i] = STICK
         k = _unknowns(held, mu, memory, status, J)
         if not _solve_states(problem, memory, status, c, J[:k], x, g):

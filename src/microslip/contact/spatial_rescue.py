@@ -1,19 +1,21 @@
 """What stands behind Newton's method in three-dimensional contact, each way ending in it.
 
-Friction gives no problem of minimum, and Newton's method may cycle where a load jumps far. Then, in this order:
+Friction gives no problem of minimum, and Newton's method may cycle where a load jumps far. Then, in
+this order:
 
-- the scales rho of the natural map other than the pairs' own stiffness, which changes who changes state first;
-- the load in parts, from the last solution, with the history of friction held as it is at its end: the
-  solutions in between serve as starts alone;
+- other scales rho of the natural map than the pairs' own stiffness, which changes who changes state
+  first;
+- the load in parts, from the last solution, with the history of friction held as it is at its end:
+  the solutions in between serve as starts alone;
 - iterations of the extragradient method on De Saxcé's form, ``r = P_K(r - t u)`` with
   ``u = (-v_n + mu |s|, -s)`` and the slip s, for a start near the right states;
-- the proximal-point method: Newton's on ``W + a``, with ``a r_last`` more approach, which is better conditioned
-  and tends to a solution of the problem itself;
+- the proximal-point method: Newton's on ``W + a``, with ``a r_last`` more approach, which is better
+  conditioned and tends to a solution of the problem itself;
 - cones of facets (`spatial_facets.py`), which have a solution for certain, finer and finer.
 
-References: V. Acary, M. Brémond & O. Huber, On solving contact problems with Coulomb friction: formulations and
-numerical comparisons, in Advanced Topics in Nonsmooth Dynamics, Springer 2018; G. De Saxcé & Z.-Q. Feng,
-Math. Comput. Model. 28 (1998) 225.
+References: V. Acary, M. Brémond & O. Huber, On solving contact problems with Coulomb friction:
+formulations and numerical comparisons, in Advanced Topics in Nonsmooth Dynamics, Springer 2018;
+G. De Saxcé & Z.-Q. Feng, Math. Comput. Model. 28 (1998) 225.
 """
 
 from __future__ import annotations
@@ -27,7 +29,7 @@ from microslip.contact.problem import Contact, Given, Problem, relative_displace
 from microslip.contact.spatial_facets import fan, solve_faceted
 from microslip.contact.spatial_newton import ACCEPTED, MOST, newton
 from microslip.contact.spatial_problem import certify, natural_residual
-from microslip.contact.spatial_tableau import Memory, make
+from microslip.contact.spatial_tableau import Memory
 from microslip.contact.tableau import MADE
 
 STRETCHES = (0.1, 10.0, 0.01)
@@ -272,7 +274,9 @@ def facets(problem, memory, given, contact):
                     break
             if outcome != SOLUTION:
                 continue
-            relative_displacement(contact.v, given.v_free, problem.W, problem.R, contact.r, contact.q)
+            relative_displacement(
+                contact.v, given.v_free, problem.W, problem.R, contact.r, contact.q
+            )
             for i in range(m):
                 s1 = contact.v[3 * i + 1] - given.vt_old[i, 0]
                 s2 = contact.v[3 * i + 2] - given.vt_old[i, 1]

@@ -33,8 +33,8 @@ from microslip.analyses.statics.closing import ClosedCycle, cycle_by_halves, ram
 from microslip.analyses.statics.floating import Floating, balance, floating
 from microslip.analyses.statics.half_turn import HalfTurn, find_half_turn
 from microslip.brief import Brief
-from microslip.contact.fallbacks import Fallbacks, together
-from microslip.contact.pairs import tangential, tangential_rows
+from microslip.contact.fallbacks import Counts, together
+from microslip.contact.pairs import normal_rows, slip_history
 from microslip.contact.path import PathRecord, follow_path
 from microslip.contact.solver import ContactSolver
 from microslip.model.flexibility import Flexibility
@@ -136,7 +136,7 @@ class PrescribedCycle(Brief):
         Change of the reactions over the last cycle, over the largest prestress reaction.
     residual : float
         Largest complementarity residual.
-    fallbacks : Fallbacks
+    fallbacks : Fallbacks or SpatialFallbacks
         Steps of all cycles by how they were solved.
     state : ContactState
     """
@@ -148,7 +148,7 @@ class PrescribedCycle(Brief):
     dissipated: float
     closure: float
     residual: float
-    fallbacks: Fallbacks
+    fallbacks: Counts
     state: ContactState
 
 
@@ -282,9 +282,8 @@ def _sliding_past(model: JointModel, among: Mask) -> Array:
     not among them: nothing holds it but its inertia.
     """
     chosen = np.flatnonzero(among)
-    _, size, directions = np.linalg.svd(
-        model.mode_v[tangential_rows()][:, chosen], full_matrices=False
-    )
+    slips = np.delete(model.mode_v, normal_rows(model.dimension), axis=0)[:, chosen]
+    _, size, directions = np.linalg.svd(slips, full_matrices=False)
     moving = directions[size > RELATIVE * size.max(initial=1e-300)]
     still = np.zeros((len(model.omega), len(moving)))
     still[chosen] = moving.T
@@ -367,9 +366,9 @@ def prescribed_cycle(
     top = held.prestress.largest_reaction
     solver = ContactSolver(f, held.friction, np.full(model.pairs, top), state.status)
     solver.start_from(state.r, state.q, state.v)
-    vt_old = tangential(state.v).copy()
+    vt_old = slip_history(state.v, model.dimension)
 
-    taken: list[Fallbacks] = []
+    taken: list[Counts] = []
 
     def march(path: Array) -> PathRecord:
         record = follow_path(
