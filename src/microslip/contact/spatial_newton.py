@@ -36,6 +36,9 @@ ACCEPTED = 1e-10
 PROVISIONAL = 1e-11
 """Residual of the tableau's solution below which W is asked."""
 
+NEARLY = 1e-8
+"""Residual of the tableau's solution below which W is asked where it does not fall any more."""
+
 MOST = 40
 """Iterations of one attempt."""
 
@@ -217,12 +220,27 @@ def _solve_states(problem, memory, status, c, F, x, g):
         g[F[a]] = y[a, 0]
         minus[F[a]] = -y[a, 0]
     add_rows(memory.transposed, minus, x)
-    # what the states say is zero is zero
-    for a in range(k):
-        i = F[a] // 3
-        if memory.held[F[a]] != (status[i] != SEPARATED) and (status[i] != SLIP or F[a] == 3 * i):
-            x[F[a]] = 0.0
+    _obey(problem, memory, status, F, x, g)
     return True
+
+
+@jit
+def _obey(problem, memory, status, F, x, g):
+    """What the states say of a solution exactly, where long slips would leave rounding."""
+    mu, mean, held = problem.friction, problem.mean, memory.held
+    for a in range(F.shape[0]):
+        j = F[a]
+        i, part = j // 3, j % 3
+        if held[j] != (status[i] != SEPARATED) and (status[i] != SLIP or part == 0):
+            x[j] = 0.0
+        elif status[i] == SLIP and part > 0:
+            force, moved = (x, g) if held[j] else (g, x)
+            d1, d2 = memory.direction[i, 0], memory.direction[i, 1]
+            across = mean * memory.resistance[i] * (d1 * moved[3 * i + 2] - d2 * moved[3 * i + 1])
+            if part == 1:
+                force[j] = mu[i] * force[3 * i] * d1 - across * d2
+            else:
+                force[j] = mu[i] * force[3 * i] * d2 + across * d1
 
 
 @jit
@@ -247,6 +265,7 @@ def newton(problem, memory, given, contact, limit, stretch, known):
         read_states(problem, memory, vt_old, contact, stretch)
     _start(problem, memory, given, contact, c, g, x)
     best = np.inf
+    last = np.inf
     fresh = False
     for iteration in range(1, limit + 1):
         for i in range(status.shape[0]):
@@ -264,7 +283,9 @@ def newton(problem, memory, given, contact, limit, stretch, known):
         residual = read_states(problem, memory, vt_old, contact, stretch)
         if not residual < np.inf:
             return iteration, np.inf
-        if residual > PROVISIONAL:
+        stalled = residual <= NEARLY and residual > 0.3 * last
+        last = residual
+        if residual > PROVISIONAL and not stalled:
             continue
         # the states that were solved for, not those on the edge of them
         status[:] = solved_for
