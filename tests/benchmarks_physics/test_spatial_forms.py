@@ -61,8 +61,8 @@ def figure_of_eight(t, size):
 def exact_slider(size: float, turns: int) -> tuple[np.ndarray, float]:
     """Stretch at the end and work of friction of the last turn, by quadrature of the rate equations.
 
-    ``e' = x'`` where it sticks, ``e' = x' - (e x') e/reach²`` at the limit as long as ``e x' > 0``; friction takes
-    ``mu N |s'|`` with ``s' = (e x') e/reach²``.
+    ``e' = x'`` where it sticks, ``e' = x' - (e x') e/reach²`` at the limit as long as ``e x' > 0``;
+    friction takes ``mu N |s'|`` with ``s' = (e x') e/reach²``.
     """
 
     def rate(t):
@@ -107,7 +107,7 @@ def test_slider_on_a_figure_of_eight(size):
         t = np.linspace(0, 6 * np.pi, 3 * steps + 1)
         path = figure_of_eight(t, size).T
         force, work = slider(path)
-        two, earlier = slider(path[: 2 * steps + 1])
+        _, earlier = slider(path[: 2 * steps + 1])
         return np.array([*force[-1], work - earlier])
 
     coarse, fine, finest = found(10_000), found(20_000), found(40_000)
@@ -154,8 +154,8 @@ def test_cattaneo_and_mindlin_on_a_sphere():
     """Hertz' force and radius, the stick zone within a cell, the loss of a cycle within 2 %.
 
     With ``Q/(mu P) = 1 - u^(3/2)``, ``u = 1 - delta/delta_max``, ``(c/a)² = u``,
-    ``delta_max = 3 mu P/(4 E* a)`` for Poisson's ratio 0 (K. L. Johnson, Contact Mechanics, 7.2d), and the loss of
-    a cycle between ``+-delta`` by Masing's rule, ``8 int_0^delta Q - 4 Q delta``.
+    ``delta_max = 3 mu P/(4 E* a)`` for Poisson's ratio 0 (K. L. Johnson, Contact Mechanics, 7.2d), and
+    the loss of a cycle between ``+-delta`` by Masing's rule, ``8 int_0^delta Q - 4 Q delta``.
     """
     mu, a = 0.3, 0.1
     x, y, half, W = sphere(25, a)

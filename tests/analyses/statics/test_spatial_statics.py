@@ -1,4 +1,4 @@
-"""Prestress, cycles and load paths of spatial joints: a planar joint turned in its plane is the same joint."""
+"""Spatial prestress, cycles and load paths: a planar joint turned in its plane is the same joint."""
 
 from __future__ import annotations
 
