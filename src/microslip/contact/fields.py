@@ -1,9 +1,10 @@
-"""Contact fields by name, from reactions and relative displacements of planar pairs.
+"""Contact fields by name, from reactions and relative displacements of the pairs.
 
 Signs. Pressure is positive in compression. The traction ``f`` acts on the upper body along x, so
 ``f = -r_t / area``: forward slip, where the upper body moves towards +x, has ``f = -mu p``. Slip is
 the tangential displacement of the upper body relative to the lower, counted from prestress; the gap
-is positive where the interface is open.
+is positive where the interface is open. Tractions and slips of spatial pairs are vectors in the two
+tangential directions of the pair; the components of r for each pair say which pairs they are.
 
 Tractions are nodal forces over nodal areas: exact where the pressure is linear over an element,
 unsmoothed everywhere, so that they integrate to the forces and stay inside the friction cone.
@@ -17,13 +18,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from microslip.brief import Brief
-from microslip.contact.pairs import normal, tangential
+from microslip.contact.pairs import normal, tangential, tangential_vectors
 from microslip.typing import Array, Mask
 
 
 @dataclass(frozen=True, repr=False)
 class ContactFields(Brief):
-    """Contact fields, each ``(..., m)``; signs in the header of this module.
+    """Contact fields, each ``(..., m)``, spatial vectors ``(..., m, 2)``; signs in the module's header.
 
     Attributes
     ----------
@@ -44,12 +45,12 @@ def contact_fields(r: Array, v: Array, rest: Array, area: Array) -> ContactField
 
     Parameters
     ----------
-    r, v : (..., 2 m) arrays
-        Reactions (N per metre of width) and relative displacements (m).
-    rest : (2 m,) array
+    r, v : (..., d m) arrays
+        Reactions (N, per metre of width in two dimensions) and relative displacements (m).
+    rest : (d m,) array
         Relative displacements at prestress, m.
     area : (m,) array
-        Of the pairs per metre of width, m.
+        Of the pairs, m² (m per metre of width in two dimensions).
 
     Examples
     --------
@@ -60,6 +61,14 @@ def contact_fields(r: Array, v: Array, rest: Array, area: Array) -> ContactField
     >>> found.pressure, found.traction, found.slip
     (array([3.]), array([-1.5]), array([1.e-06]))
     """
+    dimension = r.shape[-1] // len(area)
+    if dimension != 2:
+        return ContactFields(
+            pressure=normal(r, dimension) / area,
+            traction=-tangential_vectors(r) / area[:, None],
+            slip=tangential_vectors(v) - tangential_vectors(rest),
+            gap=-normal(v, dimension),
+        )
     return ContactFields(
         pressure=normal(r) / area,
         traction=-tangential(r) / area,

@@ -17,10 +17,13 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip.typing import Indices, Mask, Status
+from microslip.typing import Array, Indices, Mask, Status
 
 STICK, FORWARD, BACKWARD, SEPARATED = 1, 2, 3, 4
 """Contact states, numbered as in the paper's figure 5."""
+
+SLIP = FORWARD
+"""Slip of a spatial pair, whatever its direction."""
 
 T = TypeVar("T", bound=np.generic)
 
@@ -55,6 +58,26 @@ def tangential(x: NDArray[T]) -> NDArray[T]:
     array([10., 20.])
     """
     return x[..., 1::2]
+
+
+def tangential_vectors(x: NDArray[T]) -> NDArray[T]:
+    """Tangential components, (..., m, 2), of spatial pairs, (..., 3 m); a view.
+
+    Examples
+    --------
+    >>> tangential_vectors(np.array([1.0, 10.0, 20.0, 2.0, 30.0, 40.0]))
+    array([[10., 20.],
+           [30., 40.]])
+    """
+    return by_pair(x, 3)[..., 1:]
+
+
+def slip_history(v: Array, dimension: int) -> Array:
+    """Tangential displacements at which pairs stick, to be changed from step to step.
+
+    (m,) of planar pairs, (m, 2) of spatial ones; a copy.
+    """
+    return (tangential(v) if dimension == 2 else tangential_vectors(v)).copy()
 
 
 def by_pair(x: NDArray[T], dimension: int = 2) -> NDArray[T]:

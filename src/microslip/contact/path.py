@@ -1,4 +1,7 @@
-"""Load path: one planar contact problem after another, halving a step that does not solve."""
+"""Load path: one contact problem after another, halving a step that does not solve.
+
+`march` takes planar pairs, `spatial_path.march_spatial` spatial ones.
+"""
 
 from __future__ import annotations
 
@@ -10,20 +13,18 @@ from numpy.typing import NDArray
 
 from microslip.contact.active_set import FULL, HALVED, NOT_SOLVED, search
 from microslip.contact.compiled import jit
-from microslip.contact.fallbacks import Fallbacks, fallbacks
+from microslip.contact.fallbacks import Counts, fallbacks
 from microslip.contact.planar import last_resort
 from microslip.contact.problem import Given
-from microslip.contact.solver import CERTIFICATE, ContactSolver, singularity_named
+from microslip.contact.solver import CERTIFICATE, PLANAR, ContactSolver, singularity_named
+from microslip.contact.spatial_path import FRICTION, NORMAL, march_spatial
+from microslip.contact.spatial_tableau import RULES
 from microslip.contact.tableau import restart
-from microslip.contact.unsolved import why_unsolved
 from microslip.errors import ContactError
 from microslip.model.flexibility import Flexibility
 from microslip.typing import Array, Status
 
 MAX_HALVINGS = 8
-
-FRICTION, NORMAL = 0, 1
-"""Places in the last direction of `PathRecord.work`."""
 
 
 class PathRecord(NamedTuple):
@@ -31,7 +32,7 @@ class PathRecord(NamedTuple):
 
     Attributes
     ----------
-    r, v : (n + 1, 2 m) arrays
+    r, v : (n + 1, d m) arrays
         Reactions and relative displacements, layout of `contact/pairs.py`.
     q : (n + 1, e) array
         Coordinates of equilibrium.
@@ -40,9 +41,10 @@ class PathRecord(NamedTuple):
     residual : (n + 1,) array
         Complementarity residual.
     rule : (n + 1,) int array
-        How states were changed, numbered as in `active_set.py`: 0 is the plain way.
+        How states were found, numbered as in `active_set.py` or in `spatial.py`: 0 is the plain way.
     work : (n + 1, m, 2) array
-        Work of friction and of the normal reactions of each step and pair, J per metre of width.
+        Work of friction and of the normal reactions of each step and pair, J (per metre of
+        width in two dimensions).
     """
 
     r: Array
@@ -55,9 +57,16 @@ class PathRecord(NamedTuple):
     work: Array
 
     @property
-    def fallbacks(self) -> Fallbacks:
+    def dimension(self) -> int:
+        """Components per contact pair."""
+        return self.r.shape[1] // self.status.shape[1]
+
+    @property
+    def fallbacks(self) -> Counts:
         """Steps by how they were solved."""
-        return fallbacks(np.bincount(self.rule[1:], minlength=NOT_SOLVED + 1))
+        planar = self.dimension == PLANAR.dimension
+        count = np.bincount(self.rule[1:], minlength=NOT_SOLVED + 1 if planar else RULES)
+        return fallbacks(count, self.dimension)
 
     @property
     def friction_work(self) -> Array:
@@ -88,8 +97,9 @@ def follow_path(
     flexibility : Flexibility
     path : (n + 1, p) array
         Amplitudes of all ports.
-    vt_old : (m,) array
-        Tangential displacement at which each pair sticks; changed in place.
+    vt_old : (m,) or (m, 2) array
+        Tangential displacement at which each pair sticks, as `pairs.slip_history` gives it; changed in
+        place.
     where : function of int to str
         What to say of a step that does not solve, after its number.
     remedy : str
@@ -102,8 +112,8 @@ def follow_path(
     """
     n, m = len(path), len(solver.status)
     record = PathRecord(
-        r=np.zeros((n, 2 * m)),
-        v=np.zeros((n, 2 * m)),
+        r=np.zeros((n, len(solver.r))),
+        v=np.zeros((n, len(solver.v))),
         q=np.zeros((n, len(solver.q))),
         status=np.zeros((n, m), dtype=np.int8),
         iterations=np.zeros(n, dtype=np.int64),
@@ -113,8 +123,9 @@ def follow_path(
     )
     record.r[0], record.v[0], record.q[0] = solver.r, solver.v, solver.q
     record.status[0] = solver.status
+    take = march if solver.dimension == PLANAR.dimension else march_spatial
     with singularity_named():
-        failed = march(
+        failed = take(
             solver.problem,
             solver.memory,
             np.ascontiguousarray(flexibility.loads_v),
@@ -130,7 +141,7 @@ def follow_path(
         given = Given(flexibility.loads_v @ load, flexibility.loads_q @ load, vt_old)
         raise ContactError(
             f"contact not solved at step {step} of {n - 1} {where(step)}: residual "
-            f"{record.residual[step]:.1e}; {why_unsolved(solver.problem, given)}; {remedy}"
+            f"{record.residual[step]:.1e}; {solver.why_unsolved(given)}; {remedy}"
         )
     return record
 

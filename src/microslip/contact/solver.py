@@ -6,16 +6,15 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
+from types import ModuleType
 
 import numpy as np
 
 from microslip.brief import Brief
-from microslip.contact import planar, tableau
-from microslip.contact.active_set import NOT_SOLVED
-from microslip.contact.fallbacks import Fallbacks, fallbacks
-from microslip.contact.pairs import at_rest
+from microslip.contact import planar, spatial, spatial_tableau, spatial_unsolved, tableau, unsolved
+from microslip.contact.fallbacks import Counts, fallbacks
+from microslip.contact.pairs import at_rest, slip_history
 from microslip.contact.problem import Contact, Given, check_flexibility, contact_problem
-from microslip.contact.unsolved import why_unsolved
 from microslip.errors import ContactError
 from microslip.model.flexibility import Flexibility
 from microslip.typing import Array, Status
@@ -52,6 +51,20 @@ class Solution(Brief):
     iterations: int
 
 
+@dataclass(frozen=True)
+class Kernels:
+    """The compiled solver of pairs of one dimension, and what names the reason where it fails."""
+
+    dimension: int
+    method: ModuleType
+    tableau: ModuleType
+    reasons: ModuleType
+
+
+PLANAR = Kernels(2, planar, tableau, unsolved)
+SPATIAL = Kernels(3, spatial, spatial_tableau, spatial_unsolved)
+
+
 @contextmanager
 def singularity_named() -> Iterator[None]:
     """Turn numpy's singular-matrix error into a `ContactError` that says what it means."""
@@ -71,16 +84,30 @@ def load_kernels() -> None:
     Code that several compiled functions contain is taken from the one that is loaded first, and two
     of its versions may round differently. With a fixed order every process gives the same bits.
     """
-    nothing = np.zeros((2, 0))
-    problem = contact_problem(np.eye(2), nothing, np.zeros(0), np.zeros(1), np.ones(1), TOLERANCE)
-    memory = tableau.memory(1, 0)
-    contact = Contact(at_rest(np.array([True])), np.zeros(2), np.zeros(0), np.zeros(2))
-    tableau.restart(problem, memory, contact.status)
-    planar.solve(problem, memory, Given(np.zeros(2), np.zeros(0), np.zeros(1)), contact)
+    _solve_nothing(PLANAR)
+
+
+@lru_cache(maxsize=1)
+def load_spatial_kernels() -> None:
+    """The same of the spatial solver, which nothing planar waits for."""
+    _solve_nothing(SPATIAL)
+
+
+def _solve_nothing(kernels: Kernels) -> None:
+    d = kernels.dimension
+    nothing = np.zeros((d, 0))
+    problem = contact_problem(np.eye(d), nothing, np.zeros(0), np.zeros(1), np.ones(1), TOLERANCE)
+    memory = kernels.tableau.memory(1, 0)
+    contact = Contact(at_rest(np.array([True])), np.zeros(d), np.zeros(0), np.zeros(d))
+    kernels.tableau.restart(problem, memory, contact.status)
+    given = Given(np.zeros(d), np.zeros(0), slip_history(np.zeros(d), d))
+    kernels.method.solve(problem, memory, given, contact)
 
 
 class ContactSolver:
-    """Planar Signorini–Coulomb contact on one flexibility, warm from call to call.
+    """Signorini–Coulomb contact on one flexibility, planar or spatial, warm from call to call.
+
+    How many rows the flexibility has for each pair says which.
 
     Parameters
     ----------
@@ -105,13 +132,9 @@ class ContactSolver:
         force: Array,
         status: Status,
     ) -> None:
-        load_kernels()
-        check_flexibility(flexibility.W)
         pairs = len(status)
-        if flexibility.W.shape != (2 * pairs, 2 * pairs):
-            raise ContactError(
-                f"flexibility is {flexibility.W.shape}, {pairs} planar pairs need {2 * pairs} rows"
-            )
+        self.kernels = _kernels_for(flexibility.W, pairs)
+        check_flexibility(flexibility.W)
         self.flexibility = flexibility
         self.friction = np.broadcast_to(np.asarray(friction, dtype=float), (pairs,)).copy()
         if not (np.isfinite(self.friction).all() and (self.friction >= 0).all()):
@@ -126,19 +149,25 @@ class ContactSolver:
             self.force,
             TOLERANCE,
         )
-        self.memory = tableau.memory(pairs, e)
+        d = self.dimension
+        self.memory = self.kernels.tableau.memory(pairs, e)
         self.contact = Contact(
             status=np.array(status, dtype=np.int8),
-            r=np.zeros(2 * pairs),
+            r=np.zeros(d * pairs),
             q=np.zeros(e),
-            v=np.zeros(2 * pairs),
+            v=np.zeros(d * pairs),
         )
         self.refresh()
 
     @property
-    def fallbacks(self) -> Fallbacks:
+    def dimension(self) -> int:
+        """Components per contact pair."""
+        return self.kernels.dimension
+
+    @property
+    def fallbacks(self) -> Counts:
         """How the problems were solved so far."""
-        return fallbacks(self.memory.solved)
+        return fallbacks(self.memory.solved, self.dimension)
 
     @property
     def status(self) -> Status:
@@ -167,7 +196,7 @@ class ContactSolver:
     @singularity_named()
     def refresh(self) -> None:
         """Rebuild the tableau from the present states."""
-        tableau.restart(self.problem, self.memory, self.status)
+        self.kernels.tableau.restart(self.problem, self.memory, self.status)
 
     @singularity_named()
     def solve(self, v_free: Array, f_q: Array, vt_old: Array) -> Solution:
@@ -175,20 +204,40 @@ class ContactSolver:
 
         Parameters
         ----------
-        v_free : (2 m,) array
+        v_free : (d m,) array
             Relative displacement without contact, m.
         f_q : (e,) array
             Loads on the coordinates of equilibrium.
-        vt_old : (m,) array
-            Tangential displacement at which each pair sticks.
+        vt_old : (m,) or (m, 2) array
+            Tangential displacement at which each pair sticks, as `pairs.slip_history` gives it.
         """
         given = Given(*(np.ascontiguousarray(a) for a in (v_free, f_q, vt_old)))
-        iterations, residual, rule = planar.solve(self.problem, self.memory, given, self.contact)
-        if rule == NOT_SOLVED or not residual <= CERTIFICATE:
+        method = self.kernels.method
+        iterations, residual, rule = method.solve(self.problem, self.memory, given, self.contact)
+        if rule == method.NOT_SOLVED or not residual <= CERTIFICATE:
             raise ContactError(
                 f"contact not solved: residual {residual:.1e} after {iterations} iterations; "
-                f"{why_unsolved(self.problem, given)}"
+                f"{self.why_unsolved(given)}"
             )
         return Solution(
             self.r.copy(), self.v.copy(), self.q.copy(), self.status.copy(), residual, iterations
         )
+
+    def why_unsolved(self, given: Given) -> str:
+        """Say why a problem has no solution, or none was found; after a step that was not solved."""
+        reasons = self.kernels.reasons
+        return str(reasons.why_unsolved(self.problem, given, self.contact))
+
+
+def _kernels_for(W: Array, pairs: int) -> Kernels:
+    """The kernels for as many rows as W has for each pair, loaded."""
+    if W.shape == (3 * pairs, 3 * pairs):
+        load_spatial_kernels()
+        return SPATIAL
+    if W.shape != (2 * pairs, 2 * pairs):
+        raise ContactError(
+            f"flexibility is {W.shape}: {pairs} planar pairs need {2 * pairs} rows, spatial ones "
+            f"{3 * pairs}"
+        )
+    load_kernels()
+    return PLANAR

@@ -7,7 +7,7 @@ import numpy as np
 from microslip.contact.lemke import RAY, TOO_LONG, complementarity_form, lemke
 from microslip.contact.pairs import normal, tangential
 from microslip.contact.planar import PIVOTS, SMALLEST_PIVOTS
-from microslip.contact.problem import Given, Problem
+from microslip.contact.problem import Contact, Given, Problem
 
 NOTHING_HOLDS = (
     "there is no solution: the load does work along a motion of the bodies that neither contact nor "
@@ -28,12 +28,13 @@ ROUNDING = (
 )
 
 
-def why_unsolved(problem: Problem, given: Given) -> str:
+def why_unsolved(problem: Problem, given: Given, left: Contact | None = None) -> str:
     """Say why a problem that the solver left has no solution, or none that was found.
 
     With a positive definite W and no negative K_q the end of Lemke's method decides. On a ray its
     motion q proves that there is no solution where no reactions within the cones of friction do
     work against it, ``(R q)_n + mu |(R q)_t| <= 0`` at every pair, and the load does some with it.
+    What the solver left says nothing of that and is not asked.
     """
     if (problem.stiffness < 0).any():
         return NEGATIVE

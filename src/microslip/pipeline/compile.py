@@ -2,7 +2,15 @@
 
 from __future__ import annotations
 
+import numpy as np
+
+from microslip.contact.aft_spatial import spatial_cycle
+from microslip.contact.pairs import STICK
+from microslip.contact.path import follow_path
+from microslip.contact.samples import sample_table
+from microslip.contact.solver import ContactSolver
 from microslip.describe.reading import parse_joint
+from microslip.model.flexibility import Flexibility
 from microslip.pipeline.run import run
 
 
@@ -29,5 +37,19 @@ def compile_kernels() -> None:
     )
 
 
+def compile_spatial_kernels() -> None:
+    """Take one spatial pair along a path and through a cycle; no joint file describes one."""
+    none = np.zeros((3, 0))
+    flexibility = Flexibility(
+        np.eye(3), none, np.zeros(0), np.eye(3), np.zeros((0, 3)), np.zeros((3, 3))
+    )
+    solver = ContactSolver(flexibility, 0.3, np.ones(1), np.full(1, STICK, np.int8))
+    path = np.array([[1.0, 0.0, 0.0], [1.0, 1.0, 0.0]])
+    follow_path(solver, flexibility, path, np.zeros((1, 2)), where=str, remedy="")
+    solver.solve(path[0], np.zeros(0), np.zeros((1, 2)))
+    spatial_cycle(sample_table(1, 8), np.ones((1, 3, 3)), np.ones(1), np.zeros((1, 2)))
+
+
 if __name__ == "__main__":
     compile_kernels()
+    compile_spatial_kernels()

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.optimize import linprog
 
 from microslip.brief import Brief
-from microslip.contact.pairs import FORWARD, at_rest, normal, normal_rows, touches
+from microslip.contact.pairs import FORWARD, at_rest, normal, normal_rows, slip_history, touches
 from microslip.contact.solver import ContactSolver, Solution
 from microslip.errors import ContactError
 from microslip.model.flexibility import Flexibility
@@ -91,7 +91,8 @@ def prestress(
     force = sum(preload.values()) * model.area / model.area.sum()
     start = np.full(model.pairs, FORWARD, dtype=np.int8)
     solver = ContactSolver(flexibility, 0.0, force, start)
-    solution = solver.solve(flexibility.loads_v @ a, flexibility.loads_q @ a, np.zeros(model.pairs))
+    start_at = slip_history(np.zeros(len(flexibility.W)), model.dimension)
+    solution = solver.solve(flexibility.loads_v @ a, flexibility.loads_q @ a, start_at)
     touching = touches(solution.status)
     if not touching.any():
         raise ContactError("no contact pair touches under the preload: is it pulling?")

@@ -13,9 +13,9 @@ import numpy as np
 
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.statics.start import check_stays_closed, prestressed_solver
-from microslip.contact.fallbacks import Fallbacks, together
+from microslip.contact.fallbacks import Counts, together
 from microslip.contact.fields import ContactFields, contact_fields
-from microslip.contact.pairs import tangential
+from microslip.contact.pairs import slip_history
 from microslip.contact.path import PathRecord, follow_path
 from microslip.typing import Array, Indices, Status
 
@@ -35,13 +35,13 @@ class Cycle:
     load : (s + 1,) array
     output : (s + 1, p) array
         Outputs of all ports, change from prestress.
-    r, v : (s + 1, 2 m) arrays
-        Reactions (N per metre of width) and relative displacements (m), total; by name they are
-        `pressure`, `traction`, `slip` and `gap`.
+    r, v : (s + 1, d m) arrays
+        Reactions (N, per metre of width in two dimensions) and relative displacements (m), total; by
+        name they are `pressure`, `traction`, `slip` and `gap`.
     status : (s + 1, m) int8 array
         Contact states; the first row repeats the last.
     friction_work : (m,) array
-        Energy dissipated per cycle by each pair, J per metre of width.
+        Energy dissipated per cycle by each pair, J (per metre of width in two dimensions).
     normal_work : float
         Work of the normal reactions over the cycle: an error of discretisation, tends to zero.
     external_work : float
@@ -52,9 +52,9 @@ class Cycle:
         Largest change of a reaction between the last two cycles over the largest prestress
         reaction.
     iterations, residual : (s + 1,) arrays
-    fallbacks : Fallbacks
+    fallbacks : Fallbacks or SpatialFallbacks
         Steps of all cycles by how they were solved.
-    rest : (2 m,) array
+    rest : (d m,) array
         Relative displacements at prestress.
     area : (m,) array
         Of the pairs per metre of width, m.
@@ -75,7 +75,7 @@ class Cycle:
     closure: float
     iterations: Indices
     residual: Array
-    fallbacks: Fallbacks
+    fallbacks: Counts
     rest: Array
     area: Array
 
@@ -101,7 +101,7 @@ class Cycle:
 
     @cached_property
     def fields(self) -> ContactFields:
-        """Pressure, traction, slip and gap, each ``(s + 1, m)``."""
+        """Pressure, traction, slip and gap, each ``(s + 1, m)``; spatial vectors ``(s + 1, m, 2)``."""
         return contact_fields(self.r, self.v, self.rest, self.area)
 
     @property
@@ -111,12 +111,12 @@ class Cycle:
 
     @property
     def traction(self) -> Array:
-        """Tangential traction on the upper body, Pa, (s + 1, m)."""
+        """Tangential traction on the upper body, Pa, (s + 1, m), or (s + 1, m, 2) of spatial pairs."""
         return self.fields.traction
 
     @property
     def slip(self) -> Array:
-        """Tangential displacement of the upper body over the lower from prestress, m, (s + 1, m)."""
+        """Tangential displacement of the upper body over the lower from prestress, m, as `traction`."""
         return self.fields.slip
 
     @property
@@ -147,7 +147,7 @@ def quasi_static_cycle(
     Parameters
     ----------
     joint : PreparedJoint
-        Planar.
+        Planar or spatial.
     port : str
         Driven port.
     amplitude : float
@@ -179,7 +179,7 @@ def quasi_static_cycle(
     theta = phase + 2 * np.pi * np.arange(steps + 1) / steps
     path = np.tile(held, (steps + 1, 1))
     path[:, column] += amplitude * np.sin(theta)
-    vt_old = tangential(start.solution.v).copy()
+    vt_old = slip_history(start.solution.v, joint.model.dimension)
 
     def march(path: Array) -> PathRecord:
         return follow_path(
@@ -198,7 +198,7 @@ def quasi_static_cycle(
         ramp[:, column] = held[column] + np.linspace(0, 1, ramp_steps + 1) * change_of_load
         march(ramp)
     change = np.inf
-    found: list[Fallbacks] = []
+    found: list[Counts] = []
     last = None
     for cycle in range(1, max_cycles + 1):  # noqa: B007 - reported
         record = march(path)

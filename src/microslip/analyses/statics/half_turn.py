@@ -55,8 +55,11 @@ class HalfTurn(Brief):
 def find_half_turn(
     image: Indices | None, flexibility: Flexibility, friction: Array, r: Array
 ) -> HalfTurn | None:
-    """The half turn of a contact problem with prestress reactions r; None where there is none."""
-    if image is None:
+    """The half turn of a contact problem with prestress reactions r; None where there is none.
+
+    Planar: how a half turn takes the tangential directions of spatial pairs is not said by `image`.
+    """
+    if image is None or len(flexibility.W) != 2 * len(image):
         return None
     f, rows = flexibility, components(image)
     T = np.asarray(np.linalg.lstsq(f.R, f.R[rows], rcond=None)[0], dtype=float)

@@ -15,7 +15,7 @@ from microslip.analyses.prepared.prestress import Prestress
 from microslip.analyses.statics.floating import Floating, floating
 from microslip.analyses.statics.half_turn import HalfTurn, find_half_turn
 from microslip.brief import Brief
-from microslip.contact.pairs import tangential_rows
+from microslip.contact.pairs import normal_rows
 from microslip.model.flexibility import Flexibility
 from microslip.model.joint import JointModel, bonded_modes
 from microslip.typing import Array, Indices, Mask
@@ -207,9 +207,8 @@ def _sliding_past(model: JointModel, among: Mask) -> Array:
     not among them: nothing holds it but its inertia.
     """
     chosen = np.flatnonzero(among)
-    _, size, directions = np.linalg.svd(
-        model.mode_v[tangential_rows()][:, chosen], full_matrices=False
-    )
+    slips = np.delete(model.mode_v, normal_rows(model.dimension), axis=0)[:, chosen]
+    _, size, directions = np.linalg.svd(slips, full_matrices=False)
     moving = directions[size > RELATIVE * size.max(initial=1e-300)]
     still = np.zeros((len(model.omega), len(moving)))
     still[chosen] = moving.T

@@ -11,7 +11,7 @@ from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.statics.start import check_stays_closed, prestressed_solver
 from microslip.brief import Brief
 from microslip.contact.fields import ContactFields, contact_fields
-from microslip.contact.pairs import tangential
+from microslip.contact.pairs import slip_history
 from microslip.contact.path import FRICTION, follow_path
 from microslip.errors import ModelError
 from microslip.typing import Array, Status
@@ -29,13 +29,13 @@ class Loading(Brief):
         Amplitudes of the ports beyond the preload, in their units.
     output : (n, p) array
         Output of every port, change from prestress.
-    r, v : (n, 2 m) arrays
+    r, v : (n, d m) arrays
         Reactions and relative displacements of the pairs.
     status : (n, m) int8 array
     work : (n, m) array
         Dissipated by each pair from the start up to each point, J per metre of width.
     residual : (n,) array
-    rest : (2 m,) array
+    rest : (d m,) array
         Relative displacements at prestress.
     area : (m,) array
     """
@@ -60,7 +60,7 @@ class Loading(Brief):
 
     @property
     def fields(self) -> ContactFields:
-        """Pressure, traction, slip and gap, each (n, m)."""
+        """Pressure, traction, slip and gap, each (n, m); spatial vectors (n, m, 2)."""
         return contact_fields(self.r, self.v, self.rest, self.area)
 
     @property
@@ -119,7 +119,7 @@ def load_path(joint: PreparedJoint, loads: Mapping[str, Array], *, steps: int = 
         prestressed_solver(joint),
         f,
         path,
-        tangential(start.solution.v).copy(),
+        slip_history(start.solution.v, model.dimension),
         where=lambda step: f"(point {-(-step // steps)} of {len(wanted)})",
         remedy="try more steps",
     )

@@ -31,8 +31,8 @@ from microslip.analyses.statics.floating import Floating, balance
 from microslip.analyses.statics.half_turn import HalfTurn
 from microslip.analyses.statics.held import HeldMode
 from microslip.brief import Brief
-from microslip.contact.fallbacks import Fallbacks, together
-from microslip.contact.pairs import tangential
+from microslip.contact.fallbacks import Counts, together
+from microslip.contact.pairs import slip_history
 from microslip.contact.path import PathRecord, follow_path
 from microslip.contact.solver import ContactSolver
 from microslip.numerics.fourier import harmonic, without_drift
@@ -76,7 +76,7 @@ class PrescribedCycle(Brief):
         Change of the reactions over the last cycle, over the largest prestress reaction.
     residual : float
         Largest complementarity residual.
-    fallbacks : Fallbacks
+    fallbacks : Fallbacks or SpatialFallbacks
         Steps of all cycles by how they were solved.
     state : ContactState
     """
@@ -88,7 +88,7 @@ class PrescribedCycle(Brief):
     dissipated: float
     closure: float
     residual: float
-    fallbacks: Fallbacks
+    fallbacks: Counts
     state: ContactState
 
 
@@ -143,7 +143,7 @@ def prescribed_cycle(
         path[:, model.port(f"upper {mode}")] += (push * np.exp(1j * order * theta)).imag
     top = held.prestress.largest_reaction
     solver, vt_old = solver_at(held, state)
-    taken: list[Fallbacks] = []
+    taken: list[Counts] = []
 
     def march(path: Array) -> PathRecord:
         record = follow_path(
@@ -200,7 +200,7 @@ def solver_at(held: HeldMode, state: ContactState) -> tuple[ContactSolver, Array
     force = np.full(held.model.pairs, held.prestress.largest_reaction)
     solver = ContactSolver(held.flexibility, held.friction, force, state.status)
     solver.start_from(state.r, state.q, state.v)
-    return solver, tangential(state.v).copy()
+    return solver, slip_history(state.v, held.model.dimension)
 
 
 def _balanced(

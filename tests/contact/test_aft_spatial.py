@@ -1,0 +1,134 @@
+"""The spatial contact cycle against the laws written out, finite differences, turns and the planar one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from microslip.contact.aft import CHANGING, LINEAR, OPEN, contact_cycle
+from microslip.contact.aft_spatial import spatial_cycle, times_spatial_derivative
+from microslip.contact.pairs import SEPARATED, SLIP
+from microslip.contact.samples import sample_table
+
+
+def random_cycle(seed, harmonics=3, samples=128, pairs=30, mean=1.0):
+    rng = np.random.default_rng(seed)
+    table = sample_table(harmonics, samples)
+    x = rng.standard_normal((pairs, 3, table.coefficients))
+    x[:, 0, 0] += mean
+    friction = rng.uniform(0.1, 0.6, pairs)
+    held = 0.1 * rng.standard_normal((pairs, 2))
+    return table, x, friction, held
+
+
+def written_out(table, x, friction, held, cycles=200):
+    """The same laws sample by sample, marched over many cycles."""
+    xn, xt = x[0] @ table.basis, (x[1:] @ table.basis).T
+    rn = np.maximum(0.0, xn)
+    rt = np.empty_like(xt)
+    value, before = xt[-1] - held, xt[-1]
+    for _ in range(cycles):
+        for k in range(table.samples):
+            value = value + xt[k] - before
+            size, bound = np.hypot(*value), friction * rn[k]
+            value = value * bound / size if size > bound else value
+            rt[k], before = value, xt[k]
+    return table.projection @ rn, (table.projection @ rt).T
+
+
+@pytest.mark.parametrize("mean", [-4.0, 0.0, 1.0, 3.0, 20.0])
+def test_laws_written_out(mean):
+    """Lift-off, mixed, always touching: marched for 200 cycles, which forget the start to rounding."""
+    table, x, friction, held = random_cycle(1, mean=mean)
+    cycle = spatial_cycle(table, x, friction, held)
+    for i in range(len(x)):
+        rn, rt = written_out(table, x[i], friction[i], held[i])
+        if cycle.kind[i, 0] != LINEAR:
+            assert cycle.r[i, 0] == pytest.approx(rn, abs=1e-12)
+        assert cycle.r[i, 1:] == pytest.approx(rt, abs=1e-10)
+
+
+def test_kinds_are_what_they_say():
+    seen = set()
+    for mean in (-20.0, 0.0, 60.0):
+        table, x, friction, held = random_cycle(2, mean=mean)
+        cycle = spatial_cycle(table, x, friction, held)
+        for i, (n, t) in enumerate(cycle.kind):
+            seen |= {("n", int(n)), ("t", int(t))}
+            if n == OPEN:
+                assert not cycle.r[i].any()
+                assert (cycle.status[i] == SEPARATED).all()
+            if t == LINEAR:
+                rest = cycle.r[i, 1:] - x[i, 1:]
+                assert rest[:, 0] == pytest.approx(-held[i])
+                assert not rest[:, 1:].any()
+    assert seen == {(c, k) for c in "nt" for k in (OPEN, LINEAR, CHANGING)}
+
+
+@pytest.mark.parametrize("mean", [0.0, 1.0, 6.0])
+@pytest.mark.parametrize("harmonics", [1, 3, 5])
+def test_derivative_against_differences(mean, harmonics):
+    """Varying normal load, with and without lift-off, pairs that come to rest among them, to 1e-6."""
+    table, x, friction, held = random_cycle(harmonics, harmonics, mean=mean)
+    cycle = spatial_cycle(table, x, friction, held)
+    assert (cycle.kind[:, 1] == CHANGING).any()
+    step = 1e-6
+    rng = np.random.default_rng(harmonics)
+    for _ in range(6):
+        way = rng.standard_normal(x.shape)
+        out = np.empty_like(x)
+        times_spatial_derivative(cycle.nn, cycle.tn, cycle.tt, way, out)
+        ahead = spatial_cycle(table, x + step * way, friction, held).r
+        behind = spatial_cycle(table, x - step * way, friction, held).r
+        error = np.abs((ahead - behind) / (2 * step) - out).max(axis=(1, 2))
+        # a state that changes at a sample within the step bends the difference, not the derivative
+        assert np.sort(error)[: int(0.9 * len(error))].max() <= 1e-6
+        assert error.max() <= 1e-2
+
+
+def test_turning_the_axes_turns_the_cycle():
+    table, x, friction, held = random_cycle(3)
+    c, s = np.cos(0.8), np.sin(0.8)
+    Q = np.array([[c, -s], [s, c]])
+    turned = x.copy()
+    turned[:, 1:] = np.einsum("ab,mbc->mac", Q, x[:, 1:])
+    one = spatial_cycle(table, x, friction, held)
+    other = spatial_cycle(table, turned, friction, held @ Q.T)
+    assert np.abs(other.r[:, 1:] - np.einsum("ab,mbc->mac", Q, one.r[:, 1:])).max() <= 1e-11
+    assert np.abs(other.tn - np.einsum("ab,mbcd->macd", Q, one.tn)).max() <= 1e-8
+
+
+@pytest.mark.parametrize("mean", [0.0, 1.0, 6.0])
+def test_in_one_direction_it_is_the_planar_cycle(mean):
+    """Where the planar one slips, it forgets its start within a cycle; coefficients and derivatives agree."""
+    table, x, friction, held = random_cycle(4, mean=mean)
+    x[:, 2] = 0.0
+    held[:, 1] = 0.0
+    flat = contact_cycle(table, x[:, :2], friction, held[:, 0])
+    round_ = spatial_cycle(table, x, friction, held)
+    assert np.abs(round_.r[:, :2] - flat.r).max() <= 1e-11
+    assert not round_.r[:, 2].any()
+    assert np.array_equal(round_.kind, flat.kind)
+    assert np.abs(round_.nn - flat.nn).max() <= 1e-12
+    assert np.abs(round_.tn[:, 0] - flat.tn).max() <= 1e-9
+    assert np.abs(round_.tt[:, 0, 0] - flat.tt).max() <= 1e-9
+
+
+def test_a_drift_pushes_a_pair_that_would_stick_to_its_limit():
+    """With v_t larger by a little each cycle a pair slips on that side: mean traction near the limit."""
+    table = sample_table(1, 512)
+    x = np.zeros((1, 3, 3))
+    x[0, 0, 0], x[0, 1, 1] = 1.0, 0.1
+    drift = np.array([[3e-3, 4e-3]])
+    cycle = spatial_cycle(table, x, np.array([0.5]), np.zeros((1, 2)), drift)
+    assert (cycle.status == SLIP).any()
+    assert cycle.r[0, 1:, 0] @ [0.6, 0.8] > 0.4
+    step = 1e-7
+    for a in range(2):
+        more = drift + step * np.eye(2)[a]
+        less = drift - step * np.eye(2)[a]
+        slope = spatial_cycle(table, x, np.array([0.5]), np.zeros((1, 2)), more).r
+        slope = (slope - spatial_cycle(table, x, np.array([0.5]), np.zeros((1, 2)), less).r) / (
+            2 * step
+        )
+        assert cycle.td[0, :, a] == pytest.approx(slope[0, 1:], abs=1e-4)
