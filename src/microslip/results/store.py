@@ -15,7 +15,7 @@ from typing import Any
 import h5py
 from threadpoolctl import threadpool_limits
 
-from microslip.describe.lap import LapJoint
+from microslip.describe.joint import Joint
 from microslip.errors import InputError
 from microslip.pipeline.outcome import Outcome
 from microslip.pipeline.prepare import assemble_without_signals
@@ -41,7 +41,7 @@ class RunStore:
 
     path: Path
 
-    def begin(self, joint: LapJoint) -> None:
+    def begin(self, joint: Joint) -> None:
         """A new file that holds the description and nothing else."""
         with h5py.File(self.path, "w") as file:
             file.attrs["version"] = __version__
@@ -65,7 +65,7 @@ class RunStore:
             write_object(file, "timings", dict(run.timings))
             file.attrs["interrupted"] = run.interrupted
 
-    def read(self) -> tuple[LapJoint, dict[str, Outcome[Any]], dict[str, float], bool]:
+    def read(self) -> tuple[Joint, dict[str, Outcome[Any]], dict[str, float], bool]:
         """Description, outcomes in the order in which analyses run, timings, whether interrupted.
 
         Raises
@@ -102,7 +102,7 @@ class Keeper:
         Whether there is a file of this run.
     """
 
-    def __init__(self, store: RunStore, joint: LapJoint, begun: bool = False) -> None:
+    def __init__(self, store: RunStore, joint: Joint, begun: bool = False) -> None:
         self.store, self.joint, self.begun = store, joint, begun
 
     def __call__(self, name: str, outcome: Outcome[Any]) -> None:
@@ -113,7 +113,7 @@ class Keeper:
         self.store.keep(name, outcome)
 
 
-def finished(folder: str | Path, joint: LapJoint) -> dict[str, Outcome[Any]]:
+def finished(folder: str | Path, joint: Joint) -> dict[str, Outcome[Any]]:
     """Analyses that an interrupted run of the same description has finished.
 
     Raises
@@ -157,7 +157,7 @@ def load_run(folder: str | Path) -> Run:
     return Run(assembly, outcomes, timings, interrupted)
 
 
-def _difference(one: LapJoint, other: LapJoint) -> str:
+def _difference(one: Joint, other: Joint) -> str:
     """First key in which two descriptions differ, with the value of the first."""
     return _first(one.model_dump(by_alias=True), other.model_dump(by_alias=True), "") or "nothing"
 
