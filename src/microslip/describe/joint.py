@@ -32,6 +32,9 @@ class Joint(Section):
     modes_key: ClassVar[str] = "matrices.modes"
     """Key of the number of modes."""
 
+    pairs_key: ClassVar[str] = "interface.pairs"
+    """Key of the contact pairs."""
+
     if TYPE_CHECKING:
         title: str | None
         load: Load | None

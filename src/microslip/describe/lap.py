@@ -66,6 +66,7 @@ class LapJoint(Joint):
     unnamed: ClassVar[str] = "a lap joint"
     preload_key: ClassVar[str] = "clamp.force"
     modes_key: ClassVar[str] = "mesh.modes"
+    pairs_key: ClassVar[str] = "contact.pairs"
 
     kind: Literal["lap"] = "lap"
     """What the joint is described by. Which sections the file has: here dimensions, for "matrices"

@@ -63,6 +63,9 @@ class Matrices(Section):
     """Table of the degrees of freedom in their order: columns node and direction (x, y, rz or 1, 2, 6), and
     x, y of the node where they are known; CSV, NPZ, or CalculiX .dof. Needed where something is given by
     nodes."""
+    nodes: Source | None = None
+    """Table of the nodes, columns node, x, y, where the table of the degrees of freedom does not have them.
+    What motions without stiffness are called."""
     length_unit: Literal["m", "cm", "mm", "um", "in", "ft"] = "m"
     """Unit of length of K, M, areas, gaps and coordinates. Time is in seconds, so that the mass is in
     force s²/length: tonnes with N and mm."""

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import scipy.sparse as sp
@@ -21,12 +22,13 @@ import scipy.sparse as sp
 from microslip.brief import Brief
 from microslip.describe.matrices import FORCES, LENGTHS, MatricesJoint, Vector, VectorOutput
 from microslip.describe.profile import Profile
+from microslip.describe.sources import split_source
 from microslip.errors import Caution, InputError
 from microslip.model.interface import Interface
-from microslip.model.numbering import Numbering, numbering_of_table
+from microslip.model.numbering import Numbering, numbering_of_table, with_coordinates
 from microslip.model.pair_table import Pairs, pairs_of
 from microslip.model.readers.files import read_matrix, read_table, read_vector
-from microslip.model.readers.found import Found, Label, ordered
+from microslip.model.readers.found import NAMES, Found, Label, ordered
 from microslip.model.soundness import (
     check_matrices,
     check_motions,
@@ -35,6 +37,9 @@ from microslip.model.soundness import (
 )
 from microslip.model.structure import Structure
 from microslip.typing import Array
+
+LISTED = (".csv", ".txt")
+"""Endings of vectors that are given by nodes."""
 
 GAP = "gap"
 """Port that holds the sides apart by the initial gaps."""
@@ -160,9 +165,14 @@ def _matrices(joint: MatricesJoint) -> tuple[sp.csc_matrix, sp.csc_matrix, Numbe
             )
     stiffness = _whole(K, joint, n, f"matrices.stiffness: {m.stiffness}")
     mass = _whole(M, joint, n, f"matrices.mass: {m.mass}")
+    numbering = None if K.labels is None else Numbering(K.labels)
     if m.dofs is not None:
-        return stiffness, mass, numbering_of(m.dofs, n)
-    return stiffness, mass, None if K.labels is None else Numbering(K.labels)
+        numbering = numbering_of(m.dofs, n)
+    if m.nodes is not None:
+        if numbering is None:
+            raise InputError("matrices.nodes: nothing says which nodes the rows of K are: see dofs")
+        numbering = with_coordinates(numbering, read_table(m.nodes), m.nodes)
+    return stiffness, mass, numbering
 
 
 def numbering_of(source: str, dofs: int) -> Numbering:
@@ -196,7 +206,7 @@ def _whole(found: Found, joint: MatricesJoint, dofs: int, where: str) -> sp.csc_
 def _vector(entry: Vector, joint: MatricesJoint, dofs: int, numbering: Numbering | None) -> Array:
     """Unit loads on the degrees of freedom."""
     if entry.vector is not None:
-        return read_vector(entry.vector, dofs)
+        return _read_vector(entry.vector, dofs, numbering)
     name = getattr(entry, "name", "")
     if numbering is None:
         raise InputError(
@@ -210,12 +220,37 @@ def _vector(entry: Vector, joint: MatricesJoint, dofs: int, numbering: Numbering
     return unit
 
 
+def _read_vector(source: str, dofs: int, numbering: Numbering | None) -> Array:
+    """A vector by its entries, or from a table with columns node, direction and value."""
+    if Path(split_source(source)[0]).suffix.lower() not in LISTED:
+        return read_vector(source, dofs)
+    table = read_table(source)
+    for column in ("node", "direction", "value"):
+        if column not in table:
+            there = ", ".join(table)
+            raise InputError(f"{source}: the column {column} is missing; there is {there}")
+    if numbering is None:
+        raise InputError(
+            f"{source}: is given by nodes, and nothing says which degrees of freedom are theirs: give "
+            "matrices.dofs"
+        )
+    vector = np.zeros(dofs)
+    rows = zip(table["node"], table["direction"], table["value"], strict=True)
+    for node, direction, value in rows:
+        word = NAMES.get(int(direction), "")
+        if word:
+            vector[numbering.row(int(node), word, source)] += value
+    if not vector.any():
+        raise InputError(f"{source}: holds nothing but zeros")
+    return vector
+
+
 def _base(
     port: Vector, joint: MatricesJoint, mass: sp.csc_matrix, numbering: Numbering | None
 ) -> Array:
     """Inertia of everything per unit acceleration of the base, in force s²/length."""
     if port.vector is not None:
-        return read_vector(port.vector, mass.shape[0])
+        return _read_vector(port.vector, mass.shape[0], numbering)
     if numbering is None or port.direction is None:
         raise InputError("a base along a direction needs matrices.dofs, or give its vector")
     return np.asarray(-(mass @ numbering.translation(port.direction)))

@@ -57,7 +57,7 @@ class Numbering(Brief):
         if found is not None:
             return found
         nodes = sorted({n for n, _ in self.labels})
-        there = [NAMES[d] for n, d in self.labels if n == node]
+        there = [NAMES.get(d, str(d)) for n, d in self.labels if n == node]
         if there:
             raise InputError(
                 f"{where}: node {node} has no degree of freedom {direction}, only "
@@ -101,7 +101,7 @@ def numbering_of_table(table: Table, source: str, dofs: int) -> Numbering:
             there = ", ".join(table)
             raise InputError(f"{source}: the column {column} is missing; there is {there}")
     nodes, directions = table["node"], table["direction"]
-    if (nodes != nodes.round()).any() or not np.isin(directions, list(NAMES)).all():
+    if (nodes != nodes.round()).any() or not np.isin(directions, (0, *NAMES)).all():
         raise InputError(
             f"{source}: nodes are whole numbers, and directions x, y, z, rx, ry, rz or 1 to 6"
         )
@@ -110,6 +110,29 @@ def numbering_of_table(table: Table, source: str, dofs: int) -> Numbering:
     if len(set(labels)) < len(labels):
         raise InputError(f"{source}: a node and direction is there twice")
     return Numbering(labels, table.get("x"), table.get("y"))
+
+
+def with_coordinates(numbering: Numbering, table: Table, source: str) -> Numbering:
+    """The numbering with coordinates from a table of nodes, with columns node, x and y.
+
+    Raises
+    ------
+    InputError
+        Where a column or a node is missing.
+    """
+    for column in ("node", "x", "y"):
+        if column not in table:
+            there = ", ".join(table)
+            raise InputError(f"{source}: the column {column} is missing; there is {there}")
+    place = {int(node): k for k, node in enumerate(table["node"])}
+    missing = [node for node, _ in numbering.labels if node not in place]
+    if missing:
+        raise InputError(
+            f"{source}: node {missing[0]} has degrees of freedom and is not among the "
+            f"{len(place)} nodes of the table"
+        )
+    rows = [place[node] for node, _ in numbering.labels]
+    return Numbering(numbering.labels, table["x"][rows], table["y"][rows])
 
 
 def check_count(rows: int, source: str, dofs: int) -> None:

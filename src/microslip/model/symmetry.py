@@ -27,9 +27,9 @@ def with_half_turn(model: JointModel) -> JointModel:
     Examples
     --------
     >>> import microslip
-    >>> model = microslip.prepare(microslip.reference_joint(pairs=5)).model
+    >>> model = microslip.prepare(microslip.reference_joint(pairs=11)).model
     >>> with_half_turn(replace(model, image=None)).image.tolist()
-    [4, 3, 2, 1, 0]
+    [10, 9, 8, 7, 6, 5, 4, 3, 2, 1, 0]
     """
     if model.dimension != 2 or model.image is not None:
         return model

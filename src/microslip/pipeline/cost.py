@@ -110,7 +110,7 @@ def check_size(joint: Joint, dofs: int) -> None:
     needed, there = memory(joint, dofs), memory_of_machine()
     if needed > there:
         raise InputError(
-            f"{contact_pairs(joint)} contact pairs need about {needed / 1e9:.0f} GB of memory and "
+            f"{joint.pairs_key} = {contact_pairs(joint)}: needs about {needed / 1e9:.0f} GB of memory and "
             f"{total_seconds(joint, dofs) / 3600:.0f} h, and this machine has {there / 1e9:.0f} GB: "
             "take fewer contact pairs; 201 resolve most joints"
         )

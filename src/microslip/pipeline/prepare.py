@@ -140,7 +140,7 @@ def _assemble(joint: Joint) -> Assembly:
     source = source_of(joint)
     structure, drive = source.structure, source.drive
     modes = min(joint.modes_kept, structure.dofs // 4)
-    reducer = Reducer(structure, modes, joint.rayleigh)
+    reducer = Reducer(structure, modes, joint.rayleigh, free=source.imported is not None)
     model = reducer.model(structure.loads)
     if source.imported is not None:
         model = with_half_turn(model)

@@ -12,15 +12,34 @@ import scipy.sparse as sp
 from microslip.describe.sources import split_source
 from microslip.errors import InputError
 from microslip.model.readers.arrays import read_array_matrix, read_arrays, read_value
-from microslip.model.readers.found import Found
+from microslip.model.readers.extras import read_external_labels, read_full, read_op4
+from microslip.model.readers.found import Found, Label
+from microslip.model.readers.text import (
+    read_calculix_labels,
+    read_calculix_matrix,
+    read_text_matrix,
+)
 from microslip.typing import Array
 
 MATRICES: dict[str, Callable[[str, str], Found]] = {
     ".npz": read_array_matrix,
     ".npy": read_array_matrix,
     ".mat": read_array_matrix,
+    ".mtx": read_text_matrix,
+    ".mm": read_text_matrix,
+    ".sti": read_calculix_matrix,
+    ".mas": read_calculix_matrix,
+    ".op4": read_op4,
+    ".full": read_full,
 }
 """Readers of matrices by the ending of the file."""
+
+LABELS: dict[str, Callable[[str], tuple[Label, ...]]] = {
+    ".dof": read_calculix_labels,
+    ".asm": read_external_labels,
+    ".pch": read_external_labels,
+}
+"""Readers of lists of degrees of freedom by the ending of the file."""
 
 ARRAYS = (".npz", ".npy", ".mat")
 """Endings of files of arrays by name."""
@@ -89,6 +108,9 @@ def read_table(source: str) -> Table:
     ending = Path(path).suffix.lower()
     if ending in ARRAYS:
         return _named_columns(path, name)
+    if ending in LABELS:
+        nodes, directions = np.array(LABELS[ending](path), dtype=float).T
+        return {"node": nodes, "direction": directions}
     if ending not in (".csv", ".txt"):
         raise InputError(f"{path}: a table is a CSV file with a header, or an .npz or .mat file")
     try:

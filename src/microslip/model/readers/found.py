@@ -87,6 +87,23 @@ def labelled(
     return Found(sp.csc_matrix((np.asarray(values, float), (i, j)), shape=shape), stored, labels)
 
 
+def folded(found: Found) -> Found:
+    """The same with the upper triangle alone, where each entry off the diagonal is there on one side.
+
+    Examples
+    --------
+    >>> half = Found(sp.csc_matrix([[2.0, 0.0], [-1.0, 3.0]]))
+    >>> folded(half).whole("full").toarray().tolist()
+    [[2.0, -1.0], [-1.0, 3.0]]
+    """
+    upper, lower = sp.triu(found.matrix, 1).tocsc(), sp.tril(found.matrix, -1).T.tocsc()
+    both = abs(upper).sign().multiply(abs(lower).sign())
+    if both.nnz:
+        return Found(found.matrix, "full", found.labels)
+    folded = upper + lower + sp.diags(found.matrix.diagonal())
+    return Found(folded.tocsc(), "upper", found.labels)
+
+
 def ordered(found: Found, labels: Sequence[Label]) -> Found:
     """The same matrix in another order of its degrees of freedom; those it lacks are empty.
 
