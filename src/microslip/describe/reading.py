@@ -69,7 +69,7 @@ def parse_joint(
       ...
     """
     kind = document.get("kind", "lap")
-    if kind not in JOINTS:
+    if not isinstance(kind, str) or kind not in JOINTS:
         said = json.dumps(kind, ensure_ascii=False, default=str)
         known = " or ".join(f'"{name}"' for name in JOINTS)
         raise InputError(_printable(f"{source}: kind = {said}: must be {known}"))

@@ -63,7 +63,7 @@ def read_value(path: str, name: str) -> Any:
         value = there[own]()
     except (OSError, ValueError, KeyError) as error:
         hint = ""
-        if "index" in str(error):
+        if "index" in str(error) or "indices" in str(error):
             hint = "; do its indices count from 1? Here they count from 0"
         raise InputError(f"{path}: {own} cannot be read: {error}{hint}") from None
     if not sp.issparse(value) and np.asarray(value).dtype.kind not in "biuf":
