@@ -1,8 +1,8 @@
 """Matrices of two overlapping steel beams from CalculiX: ``python make.py`` writes every file beside it.
 
-The deck is ``beam.inp``, two rows of plane-strain elements with quadratic shape functions that share no node;
-``ccx`` stores ``beam.sti``, ``beam.mas`` and ``beam.dof`` (``*FREQUENCY, SOLVER=MATRIXSTORAGE``). Millimetres,
-newtons and tonnes; the section is 1 mm wide.
+The deck is ``beam.inp``, two rows of quadratic plane-strain elements that share no node; ``ccx`` stores
+``beam.sti``, ``beam.mas`` and ``beam.dof`` (``*FREQUENCY, SOLVER=MATRIXSTORAGE``). Millimetres, newtons and
+tonnes; the section is 1 mm wide.
 """
 
 from __future__ import annotations

@@ -226,7 +226,11 @@ def test_nastran_op4_and_external_superelement(tmp_path, binary):
 
 def ansys_example():
     """The ``.full`` file that comes with the reader, of a rotor sector."""
-    spec = importlib.util.find_spec("ansys.mapdl.reader") if importlib.util.find_spec("ansys") else None
+    spec = (
+        importlib.util.find_spec("ansys.mapdl.reader")
+        if importlib.util.find_spec("ansys")
+        else None
+    )
     return None if spec is None else Path(str(spec.origin)).parent / "examples" / "file.full"
 
 

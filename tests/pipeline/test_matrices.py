@@ -122,7 +122,9 @@ def test_millimetres_and_another_width_change_nothing(document, folder):
         arrays[f"{name}.data"] = factor * arrays[f"{name}.data"]
     arrays["pairs_position"] = arrays["pairs_position"] / mm
     arrays["pairs_area"] = arrays["pairs_area"] * width / mm**2
-    arrays["moment"] = arrays["moment"] * mm  # on displacements in mm: per N mm of moment, times 1e3
+    arrays["moment"] = (
+        arrays["moment"] * mm
+    )  # on displacements in mm: per N mm of moment, times 1e3
     np.savez(folder / "mm.npz", **arrays)
     swapped = {
         key: value for key, value in base.items() if key not in ("matrices", "interface")
@@ -277,7 +279,9 @@ def test_a_run_is_written_and_read_again(tmp_path):
     shown = CliRunner().invoke(check, [str(EXAMPLE)])
     assert shown.exit_code == 0
     assert "translation along x of part 2" in " ".join(shown.output.split())
-    done = CliRunner().invoke(command, [str(EXAMPLE), "--out", str(tmp_path / "out"), "--format", "png"])
+    done = CliRunner().invoke(
+        command, [str(EXAMPLE), "--out", str(tmp_path / "out"), "--format", "png"]
+    )
     assert done.exit_code == 0, done.output
     again = load_run(tmp_path / "out")
     assert again.responses[0].peak_frequency > 0

@@ -1,8 +1,8 @@
 """Motions of bodies that nothing holds: told apart, and kept from drifting away.
 
-Matrices of bodies without any support have modes of frequency zero, which come in any mixture. Those that move
-no pair along its normal slide the bodies past each other and are told from the rest. Each gets a spring that
-only holds its mean position, so soft that nothing else depends on it:
+Matrices of bodies without any support have modes of frequency zero, which come in any mixture. Those that
+move no pair along its normal slide the bodies past each other and are told from the rest. Each gets a
+spring that only holds its mean position, so soft that nothing else depends on it:
 
     omega = 1e-4 of the lowest elastic circular frequency
 """

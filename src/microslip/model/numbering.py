@@ -66,7 +66,7 @@ class Numbering(Brief):
             )
         shifted = node + 1 if node + 1 == nodes[0] else node - 1 if node - 1 == nodes[-1] else None
         hint = (
-            "; is one numbering from 0 and the other from 1?"
+            ": is it held by supports in all directions, or is one numbering from 0 and the other from 1?"
             if shifted is not None
             else ": is it held by supports in all directions, or of another numbering?"
         )

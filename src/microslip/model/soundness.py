@@ -17,10 +17,11 @@ from microslip.brief import Brief
 from microslip.describe.matrices import MatricesJoint
 from microslip.errors import Caution, InputError
 from microslip.model.numbering import OUT_OF_PLANE, Numbering
+from microslip.model.pair_soundness import check_pairs
 from microslip.model.pair_table import Pairs
 from microslip.model.readers.found import said
 from microslip.model.structure import Structure
-from microslip.typing import Array, Indices
+from microslip.typing import Array
 
 ASYMMETRY = 1e-8
 """Of the largest entry, what K and M may differ from their transposes: more is not rounding."""
@@ -166,15 +167,18 @@ class ZeroModes(Brief):
     shapes : (n, e) array
     names : tuple of str
         What each is, as far as it is known.
-    parts : (n,) int array
-        Connected part that each degree of freedom belongs to.
+    most : int
+        Largest number of them in one connected part.
+    parts : int
+        Connected parts.
     first : float
         Lowest natural frequency of the others, Hz.
     """
 
     shapes: Array
     names: tuple[str, ...]
-    parts: Indices
+    most: int
+    parts: int
     first: float
 
 
@@ -196,15 +200,17 @@ def zero_modes(
     first = float(np.sqrt(max(values[~still].min(initial=np.inf), 0.0)) / (2 * np.pi))
     null = shapes[:, still]
     if not null.shape[1]:
-        return ZeroModes(np.zeros((n, 0)), (), parts, first)
+        return ZeroModes(np.zeros((n, 0)), (), 0, count, first)
     names: list[str] = []
+    most = 0
     largest = float(np.linalg.norm(null, axis=0).max())
     for part in range(count):
         own = null * (parts == part)[:, None]
         rank = np.linalg.matrix_rank(own, tol=1e-6 * largest)
         body = f"part {part + 1} of {count}" if count > 1 else "the structure"
+        most = max(most, int(rank))
         names += _named(own, int(rank), parts == part, numbering, body)
-    return ZeroModes(null, tuple(names), parts, first)
+    return ZeroModes(null, tuple(names), most, count, first)
 
 
 def _lowest(
@@ -272,12 +278,12 @@ def check_motions(
     joint: MatricesJoint,
 ) -> list[Caution]:
     """Raise `InputError` where motions without stiffness cannot be those of bodies; doubts are returned."""
-    count = int(modes.parts.max()) + 1
+    count = modes.parts
     found = modes.shapes.shape[1]
     source = joint.matrices.stiffness
     mechanisms = [name for name in modes.names if "mechanism" in name]
     plane = numbering is None or not np.isin(numbering.direction, OUT_OF_PLANE).any()
-    if mechanisms or (plane and found > RIGID_PLANE * count) or found >= MOST_MOTIONS:
+    if mechanisms or (plane and modes.most > RIGID_PLANE) or found >= MOST_MOTIONS:
         many = f"{MOST_MOTIONS} or more" if found >= MOST_MOTIONS else f"{found}"
         raise InputError(
             f"matrices.stiffness: {source}: {many} motions have no stiffness, where {count} connected "
@@ -285,37 +291,12 @@ def check_motions(
             "plane: hinges, loose nodes, or elements with too few integration points; there are: "
             f"{'; '.join(dict.fromkeys(modes.names)) or 'none'}"
         )
-    _check_common_motion(structure, modes, numbering, pairs, joint)
+    check_pairs(structure.interface.relative, numbering, pairs, joint)
     return [
         *_incomplete(modes, numbering, source),
         *_frequencies(modes, joint),
         *_areas(pairs, joint),
     ]
-
-
-def _check_common_motion(
-    structure: Structure,
-    modes: ZeroModes,
-    numbering: Numbering | None,
-    pairs: Pairs,
-    joint: MatricesJoint,
-) -> None:
-    """Raise `InputError` where a translation of everything moves the sides of a pair apart."""
-    if numbering is None:
-        return
-    relative = structure.interface.relative
-    size = abs(relative).sum(axis=1).max()
-    for direction in ("x", "y"):
-        moved = np.asarray(relative @ numbering.translation(direction)).reshape(-1, 2)
-        worst = int(np.argmax(np.abs(moved).max(axis=1)))
-        if np.abs(moved[worst]).max() <= 1e-6 * size:
-            continue
-        raise InputError(
-            f"{joint.interface.relative or joint.interface.normal or joint.interface.pairs}: row "
-            f"{pairs.rows[worst]}: the sides of this pair part when everything moves along {direction}: are "
-            "the columns shifted by one, because indices count from 1, or is one side held by a support "
-            "and missing?"
-        )
 
 
 def _incomplete(modes: ZeroModes, numbering: Numbering | None, source: str) -> list[Caution]:

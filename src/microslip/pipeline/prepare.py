@@ -77,7 +77,9 @@ class Assembly:
     @property
     def doubts(self) -> tuple[Caution, ...]:
         """What should be doubted of the files that it came from."""
-        return () if self.imported is None else self.imported.cautions
+        if self.imported is None:
+            return ()
+        return (*self.imported.cautions, *_soft_contact(self.prepared))
 
     @property
     def mode(self) -> JointMode:
@@ -140,7 +142,9 @@ def _assemble(joint: Joint) -> Assembly:
     source = source_of(joint)
     structure, drive = source.structure, source.drive
     modes = min(joint.modes_kept, structure.dofs // 4)
-    reducer = Reducer(structure, modes, joint.rayleigh, free=source.imported is not None)
+    # what soft springs hold, and a file says so, is not free
+    free = source.imported is not None and structure.supports is None
+    reducer = Reducer(structure, modes, joint.rayleigh, free=free)
     model = reducer.model(structure.loads)
     if source.imported is not None:
         model = with_half_turn(model)
@@ -243,6 +247,22 @@ def _check_positions(joint: Joint, model: JointModel) -> None:
                     f"{where}.positions: {position:g} m lies off the interface, which reaches from "
                     f"{x[0]:g} to {x[-1]:g} m"
                 )
+
+
+SOFTER = 1e3
+"""Compliance of the contact, over that of the structure at the pairs, that is a matter of units."""
+
+
+def _soft_contact(prepared: PreparedJoint) -> tuple[Caution, ...]:
+    """That the contact is so soft that nothing would be seen of the structure."""
+    compliance = prepared.law.compliance
+    own = np.diag(prepared.flexibility.W) - compliance
+    ratio = float(np.median(compliance)) / float(np.median(own))
+    if not ratio > SOFTER:
+        return ()
+    reason = f"the contact is {ratio:.2g} times softer than the structure at its pairs"
+    remedy = "is the stiffness per area, Pa/m, and are the areas right?"
+    return (Caution("input", "contact.tangential_stiffness", reason, remedy),)
 
 
 def _check_scales(opening: float, mode: JointMode) -> None:

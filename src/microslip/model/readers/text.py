@@ -1,10 +1,10 @@
 """Matrices as text: Matrix Market, Abaqus ``.mtx`` in its layouts, CalculiX ``.sti`` and ``.mas``.
 
 All count from 1. Abaqus and CalculiX write the global matrices as triples ``row, column, value`` or, with
-the default format of Abaqus, as ``node, direction, node, direction, value``; of a symmetric matrix one triangle
-may be there or both. A substructure is written as a linear user element: its nodes in comments below
-``** ELEMENT NODES``, the directions of the first node, lines ``place, directions`` where they change, and then
-the upper triangle of each matrix, column by column.
+the default format of Abaqus, as ``node, direction, node, direction, value``; of a symmetric matrix one
+triangle may be there or both. A substructure is written as a linear user element: its nodes in comments
+below ``** ELEMENT NODES``, the directions of the first node, lines ``place, directions`` where they change,
+and then the upper triangle of each matrix, column by column.
 """
 
 from __future__ import annotations
