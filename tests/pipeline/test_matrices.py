@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import importlib.util
+import shutil
 import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
-from matrices_files import arrays_of, as_matrices
-from scipy.optimize import minimize
+import scipy.sparse as sp
+import scipy.sparse.linalg as spla
+from matrices_files import arrays_of, as_matrices, sparse_parts
 
 from microslip.describe.reading import load_joint, parse_joint
 from microslip.describe.reference import reference_joint
@@ -161,35 +163,6 @@ def with_column(document, folder, **columns):
     return document | {"interface": document["interface"] | {"pairs": "columns.npz:pairs"}}
 
 
-def least_energy(assembly, gap):
-    """Normal reactions under the preload by minimising the complementary energy, without contact solver:
-
-    ``1/2 r^T W r - r^T (v_free - gap)`` over ``r >= 0`` with the bodies in equilibrium. Tangential
-    reactions are zero.
-    """
-    model, flexibility = assembly.model, assembly.prepared.flexibility
-    ports = list(model.ports)
-    a = np.zeros(len(ports))
-    a[ports.index("clamp")] = assembly.prestress.preload["clamp"]
-    W, R = flexibility.W[::2, ::2], flexibility.R[::2]
-    soft = flexibility.R @ np.diag(1 / flexibility.stiffness)
-    # supports are springs: the compliance of the nearly rigid modes is finite
-    W = W + (soft @ flexibility.R.T)[::2, ::2]
-    free = (flexibility.loads_v @ a + soft @ (flexibility.loads_q @ a))[::2] - gap
-    scale = 1e6 / model.pairs
-    unit = 1 / (scale * np.abs(W).max())
-    answer = minimize(
-        lambda x: 0.5 * unit * scale * x @ W @ x - unit * x @ free,
-        np.full(model.pairs, 1.0),
-        jac=lambda x: unit * (scale * W @ x - free),
-        bounds=[(0, None)] * model.pairs,
-        method="L-BFGS-B",
-        options={"maxiter": 100_000, "maxfun": 1_000_000, "ftol": 1e-16, "gtol": 1e-12},
-    )
-    assert R.shape[0] == model.pairs
-    return scale * answer.x
-
-
 def test_initial_gaps_keep_pairs_apart(document, folder):
     x = np.linspace(-1, 1, 41)
     gap = 2e-6 * x**2
@@ -197,11 +170,29 @@ def test_initial_gaps_keep_pairs_apart(document, folder):
     narrow = found(wide, folder).prestress
     flat = found(quick(document), folder).prestress
     assert narrow.touching.sum() < flat.touching.sum()
-    distance = gap - (narrow.solution.v[::2] + gap)  # what is left of the gap
-    assert (distance[~narrow.touching] > 0).all()
+    assert (narrow.solution.v[::2][~narrow.touching] < 0).all()
     np.testing.assert_allclose(narrow.solution.v[::2][narrow.touching], 0, atol=1e-15)
     # the clamp is carried whatever the gap
     assert narrow.solution.r[::2].sum() == pytest.approx(flat.solution.r[::2].sum(), rel=1e-9)
+
+
+def test_contact_with_gaps_is_that_of_all_degrees_of_freedom(document, folder):
+    """``K x + B_c^T r = P p`` with ``B_c x = g`` at the pairs that touch, solved as it stands: reactions press
+    there and everywhere else ``B x < g``."""
+    gap = 2e-6 * np.linspace(-1, 1, 41) ** 2
+    assembly = found(quick(with_column(document, folder, gap=gap)), folder)
+    structure, start = assembly.structure, assembly.prestress
+    B = structure.interface.relative[::2]
+    touching = B[start.touching]
+    system = sp.bmat([[structure.stiffness, touching.T], [touching, None]]).tocsc()
+    load = start.preload["clamp"] * structure.loads["clamp"]
+    answer = spla.spsolve(system, np.concatenate([load, gap[start.touching]]))
+    x, r = answer[: structure.dofs], answer[structure.dofs :]
+    assert (r > 0).all()
+    assert (B[~start.touching] @ x < gap[~start.touching]).all()
+    reactions = start.solution.r[::2]
+    np.testing.assert_allclose(reactions[start.touching], r, rtol=0, atol=1e-6 * r.max())
+    np.testing.assert_allclose(start.solution.v[::2], B @ x - gap, rtol=0, atol=1e-12)
 
 
 def test_a_uniform_gap_only_moves_the_bodies(document, folder):
@@ -286,3 +277,81 @@ def test_a_run_is_written_and_read_again(tmp_path):
     again = load_run(tmp_path / "out")
     assert again.responses[0].peak_frequency > 0
     assert (tmp_path / "out" / "figures" / "overview.png").is_file()
+
+
+def test_stored_results_of_other_files_are_not_read(tmp_path):
+    """What the run was of has changed since."""
+    from microslip.errors import InputError
+    from microslip.results.store import RunStore
+
+    here = tmp_path / "matrices_beam"
+    shutil.copytree(EXAMPLE.parent / "matrices_beam", here)
+    (tmp_path / "joint.toml").write_text(EXAMPLE.read_text())
+    store = RunStore(tmp_path / "run.h5")
+    store.begin(load_joint(tmp_path / "joint.toml"))
+    assert store.read()[0] == load_joint(tmp_path / "joint.toml")
+    table = (here / "pairs.csv").read_text()
+    (here / "pairs.csv").write_text(table.replace("1.25,", "1.5,", 1))
+    with pytest.raises(InputError, match="have changed since"):
+        store.read()
+
+
+# -- matrices reduced by others --------------------------------------------------------------------
+
+
+def craig_bampton(structure, modes):
+    """Basis (n, b + modes) that keeps every degree of freedom of the pairs; the rest by fixed modes."""
+    K, M = structure.stiffness.tocsc(), structure.mass.tocsc()
+    edge = np.unique(structure.interface.relative.tocsc().nonzero()[1])
+    inner = np.setdiff1d(np.arange(structure.dofs), edge)
+    own = K[inner][:, inner].tocsc()
+    T = np.zeros((structure.dofs, len(edge) + modes))
+    T[edge, np.arange(len(edge))] = 1.0
+    T[inner, : len(edge)] = -spla.splu(own).solve(K[inner][:, edge].toarray())
+    T[inner, len(edge) :] = spla.eigsh(own, k=modes, M=M[inner][:, inner], sigma=0)[1]
+    return T
+
+
+def test_a_craig_bampton_model_is_as_good_as_its_modes(tmp_path):
+    """Degrees of freedom that are no displacements: modal coordinates of a reduction by others."""
+    joint = reference_joint(pairs=21)
+    document = as_matrices(joint, tmp_path) | {"analysis": {"cycle": {"moment": [5e3, 15e3]}}}
+    structure = structure_of(joint)
+    T = craig_bampton(structure, 60)
+    arrays = dict(np.load(tmp_path / "joint.npz"))
+    reduced = {"pairs_position": arrays["pairs_position"], "pairs_area": arrays["pairs_area"]}
+    for name, matrix in (("K", structure.stiffness), ("M", structure.mass)):
+        reduced |= sparse_parts(name, T.T @ (matrix @ T))
+    reduced |= sparse_parts("supports", T.T @ (structure.supports @ T))
+    reduced |= sparse_parts("B", structure.interface.relative @ T)
+    reduced["motions"] = np.linalg.lstsq(T, structure.motions, rcond=None)[0]
+    reduced |= {name: T.T @ v for name, v in arrays.items() if v.shape == (structure.dofs,)}
+    whole = run(parse_joint(document, "matrices", tmp_path))
+    np.savez(tmp_path / "joint.npz", **reduced)
+    small = run(parse_joint(document, "matrices", tmp_path))
+    assert small.structure.dofs < 150
+    assert differ(whole.mode.sliding_omega, small.mode.sliding_omega) < 1e-5
+    assert differ(whole.mode.stuck_omega, small.mode.stuck_omega) < 1e-5
+    assert differ(whole.assembly.opening_moment, small.assembly.opening_moment) < 1e-4
+    for a, b in zip(whole.cycles["moment"], small.cycles["moment"], strict=True):
+        assert differ(a.dissipated, b.dissipated) < 1e-4
+
+
+def test_methods_agree_where_pairs_have_gaps(document, folder):
+    """Time integration knows nothing of harmonic balance: both close and open the gaps alike."""
+    gap = 1e-6 * np.linspace(-1, 1, 41) ** 2
+    given = with_column(document, folder, gap=gap) | {
+        "analysis": {
+            "response": {"from": 168, "to": 182},
+            "reduced": {"amplitudes": 6},
+            "time": {"frequencies": [174.0], "steps": 300},
+            "harmonic": {"frequencies": [174.0, 174.5], "harmonics": 7, "stability": False},
+            "cycle": {"moment": [5e3]},
+        },
+        "load": {"moment": [200.0]},
+    }
+    found = run(parse_joint(given, "matrices", folder))
+    steady = found.time_domain[0].steady
+    balanced = next(p for p in found.harmonic[0].points if p.frequency == 174.0)
+    assert steady.converged
+    assert abs(steady.amplitude) == pytest.approx(abs(balanced.amplitude), rel=5e-3)

@@ -71,6 +71,11 @@ class Joint(Section):
         return float("nan")
 
     @property
+    def files(self) -> tuple[str, ...]:
+        """Files that the joint itself comes from; none where the description says all."""
+        return ()
+
+    @property
     def driven(self) -> LoadPort:
         """The port that drives the joint: that of ``[load]``, else the end moments."""
         name = None if self.load is None else self.load.port

@@ -33,7 +33,7 @@ from microslip.describe.quantities import (
     list_of_sections,
 )
 from microslip.describe.requests import Requests, cycles_and_response, holds_requests
-from microslip.describe.sources import Source
+from microslip.describe.sources import Source, split_source
 
 LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "in": 0.0254, "ft": 0.3048}
 """Units of length that a file may be in, m."""
@@ -295,9 +295,16 @@ class MatricesJoint(Joint):
         return self.contact.friction == 0
 
     @property
-    def stiffness_unit(self) -> str:
-        """Of K."""
-        return f"{self.matrices.force_unit}/{self.matrices.length_unit}"
+    def files(self) -> tuple[str, ...]:
+        """Every file that the joint comes from, each once."""
+        m, pairs = self.matrices, self.interface
+        given = (
+            *(m.stiffness, m.mass, m.dofs, m.nodes, m.motions, m.supports),
+            *(pairs.pairs, pairs.relative, pairs.normal, pairs.tangential),
+            *(each.vector for each in (*self.preload, *self.port, *self.measured)),
+        )
+        sources = (source for source in given if source is not None)
+        return tuple(dict.fromkeys(split_source(source)[0] for source in sources))
 
     def __repr__(self) -> str:
         title = [repr(self.title)] if self.title else []

@@ -42,7 +42,8 @@ def _beside_the_joint_file(source: str, info: ValidationInfo) -> str:
         what = "no such file"
     if what:
         raise ValueError(f"{path}: {what}")
-    return f"{path}:{name}" if name else str(path)
+    whole = path.absolute()  # a stored run is looked at from other places
+    return f"{whole}:{name}" if name else str(whole)
 
 
 Source = Annotated[str, BeforeValidator(_text), AfterValidator(_beside_the_joint_file)]

@@ -32,6 +32,9 @@ PENALTY = 1e7
 STILL = 1e-9
 """Of the stiffness of single degrees of freedom, what a motion without stiffness has at most."""
 
+FEWEST = 12
+"""Degrees of freedom that modes can be computed of."""
+
 MOST_MOTIONS = 24
 """Motions without stiffness that are looked for."""
 
@@ -51,6 +54,11 @@ def check_matrices(
     """Raise `InputError` where K or M cannot be those of a structure; doubts are returned."""
     m = joint.matrices
     cautions: list[Caution] = []
+    if stiffness.shape[0] < FEWEST:
+        raise InputError(
+            f"matrices.stiffness: {m.stiffness}: {stiffness.shape[0]} degrees of freedom; at least {FEWEST} "
+            "are needed: microslip.prepare_joint takes smaller models"
+        )
     for key, matrix, source in (("stiffness", stiffness, m.stiffness), ("mass", mass, m.mass)):
         where = f"matrices.{key}: {source}"
         if not np.isfinite(matrix.data).all():

@@ -22,6 +22,7 @@ from microslip.model.symmetry import with_half_turn
 from microslip.pipeline.excitation import Prepared, prepare_histories
 from microslip.pipeline.measures import Measures, measures_of
 from microslip.pipeline.sources import Source, law_of, source_of
+from microslip.typing import Indices
 
 
 @dataclass(frozen=True, repr=False)
@@ -152,7 +153,8 @@ def _assemble(joint: Joint) -> Assembly:
     apart = source.with_gaps(model)
     start = _prestress(apart, flexibility_of(apart, law), source)
     pairs = np.flatnonzero(start.touching)
-    states = linear_states(structure, pairs, (start.bonded(1), start.bonded(2)), drive)
+    held = start.bonded(1), start.bonded(2)
+    states = linear_states(structure, pairs, held, drive, _modes_left(structure, held[1]))
     model = source.with_gaps(reducer.with_ports(model, states.ports(structure)))
     flexibility = flexibility_of(model, law)
     mode = mode_of_structure(states, structure, model)
@@ -175,6 +177,32 @@ def _assemble(joint: Joint) -> Assembly:
             )
         ),
     )
+
+
+LOOKED_AT = 8
+"""Modes among which the one is chosen that the load excites most."""
+
+
+def _modes_left(structure: Structure, bonded: Indices) -> int:
+    """How many modes of the stuck state can be looked at.
+
+    Raises
+    ------
+    ModelError
+        Where so little is left to move that there is none.
+    """
+    left = structure.dofs - len(bonded)
+    if left < FEWEST_FREE:
+        raise ModelError(
+            f"{structure.dofs} degrees of freedom, of which the pairs that touch hold {len(bonded)} when "
+            f"they stick: {left} are left to vibrate, and at least {FEWEST_FREE} are needed; keep more degrees "
+            "of freedom, or more modes, in the matrices"
+        )
+    return min(LOOKED_AT, left - 2)
+
+
+FEWEST_FREE = 4
+"""Degrees of freedom that the stuck joint has at least."""
 
 
 def _prestress(model: JointModel, flexibility: Flexibility, source: Source) -> Prestress:

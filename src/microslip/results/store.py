@@ -7,6 +7,7 @@ and the same bits come out.
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,7 +28,24 @@ from microslip.version import __version__
 STORE = "run.h5"
 """Name of the file in the folder of a run."""
 
-OUTCOMES = "outcomes"
+OUTCOMES, CONTENT = "outcomes", "content"
+
+
+def content(joint: Joint) -> str:
+    """Digest of the files that a joint comes from; empty where there are none.
+
+    Raises
+    ------
+    InputError
+        Where one of them is gone.
+    """
+    digest = hashlib.sha256()
+    for name in joint.files:
+        try:
+            digest.update(Path(name).read_bytes())
+        except OSError as error:
+            raise InputError(f"{name}: cannot be read: {error.strerror}") from None
+    return digest.hexdigest() if joint.files else ""
 
 
 @dataclass(frozen=True)
@@ -45,6 +63,7 @@ class RunStore:
         """A new file that holds the description and nothing else."""
         with h5py.File(self.path, "w") as file:
             file.attrs["version"] = __version__
+            file.attrs[CONTENT] = content(joint)
             write_object(file, "joint", joint)
             file.create_group(OUTCOMES)
 
@@ -71,7 +90,8 @@ class RunStore:
         Raises
         ------
         InputError
-            Where there is no such file, or it was written by another version.
+            Where there is no such file, it was written by another version, or the files that the joint
+            comes from are no longer what they were.
         """
         if not self.path.is_file():
             raise InputError(f"{self.path.parent}: holds no stored run: {STORE} is missing")
@@ -86,6 +106,10 @@ class RunStore:
                     f"{self.path}: written by version {version}, this is {__version__}; run again"
                 )
             joint = read_object(file, "joint")
+            if str(file.attrs.get(CONTENT, "")) != content(joint):
+                raise InputError(
+                    f"{self.path}: the files that the joint comes from have changed since: run again"
+                )
             stored = file[OUTCOMES]
             outcomes = {name: read_object(stored, name) for name in ANALYSES if name in stored}
             timings = read_object(file, "timings") if "timings" in file else {}
