@@ -195,8 +195,8 @@ def _modes_left(structure: Structure, bonded: Indices) -> int:
     if left < FEWEST_FREE:
         raise ModelError(
             f"{structure.dofs} degrees of freedom, of which the pairs that touch hold {len(bonded)} when "
-            f"they stick: {left} are left to vibrate, and at least {FEWEST_FREE} are needed; keep more degrees "
-            "of freedom, or more modes, in the matrices"
+            f"they stick: {left} are left to vibrate, and at least {FEWEST_FREE} are needed; keep more "
+            "degrees of freedom, or more modes, in the matrices"
         )
     return min(LOOKED_AT, left - 2)
 
