@@ -196,6 +196,16 @@ def test_contact_with_gaps_is_that_of_all_degrees_of_freedom(document, folder):
     np.testing.assert_allclose(start.solution.v[::2], B @ x - gap, rtol=0, atol=1e-12)
 
 
+def test_another_preload_keeps_the_gaps(document, folder):
+    gap = 2e-6 * np.linspace(-1, 1, 41) ** 2
+    prepared = found(quick(with_column(document, folder, gap=gap)), folder).prepared
+    clamp = prepared.prestress.preload["clamp"]
+    again = prepared.with_preload({"clamp": clamp}).prestress
+    np.testing.assert_allclose(again.pressure, prepared.prestress.pressure, rtol=1e-9)
+    more = prepared.with_preload({"clamp": 2 * clamp}).prestress
+    assert more.touching.sum() > again.touching.sum()  # twice the force closes more
+
+
 def test_a_uniform_gap_only_moves_the_bodies(document, folder):
     """All gaps alike: the beams come together as rigid bodies and press as before."""
     soft = quick(with_column(document, folder, gap=np.full(41, 1e-7)))
