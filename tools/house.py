@@ -22,7 +22,7 @@ LAZY = {
 }
 """Modules that may import while they run."""
 
-OPTIONAL = {"pint", "pyuff"}
+OPTIONAL = {"pint", "pyuff", "pyyeti", "ansys"}
 """Packages that may be imported inside a function: slow to import, and rarely needed."""
 
 STRIDES = {

@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 from microslip.describe.keys import Key, SectionKeys, sections
+from microslip.describe.matrices import MatricesJoint
 from microslip.describe.plausible import TABLE
 
 INTRODUCTION = """\
@@ -30,6 +31,13 @@ Motion over time under a load that changes, as many as there are. The key `signa
 load it is, and with it which keys there are beside those that all have:
 """
 
+
+MATRICES = """\
+## `kind = "matrices"`
+
+A [joint from matrices](matrices.md) has these sections; `[damping]`, `[load]` and all of `[analysis]` are
+those above.
+"""
 
 USUAL = """\
 ## What is usual
@@ -85,7 +93,24 @@ def page() -> str:
     for section in histories:
         own = tuple(k for k in section.keys if k.name not in shared)
         lines += [f'### `signal = "{section.signal}"`', "", section.meaning + ".", "", *table(own)]
-    return "\n".join([*lines, usual()])
+    return "\n".join([*lines, *of_matrices(found), usual()])
+
+
+def of_matrices(known: list[SectionKeys]) -> list[str]:
+    """What a file with ``kind = "matrices"`` has of its own."""
+    shared = {section.keys for section in known}
+    own = [section for section in sections(MatricesJoint) if section.keys not in shared]
+    lines = [MATRICES]
+    for section in own:
+        head = f"`{section.heading}` of matrices" if section.path else "At the top of such a file"
+        lines += [
+            f"### {head}",
+            "",
+            section.meaning.replace("``", "`") + ".",
+            "",
+            *table(section.keys),
+        ]
+    return lines
 
 
 def common(histories: list[SectionKeys]) -> set[str]:

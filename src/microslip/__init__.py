@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from microslip.analyses.time.steady import SteadyState
     from microslip.contact.law import ContactLaw, contact_law
     from microslip.describe.lap import LapJoint
+    from microslip.describe.matrices import MatricesJoint
     from microslip.describe.reading import load_joint, parse_joint
     from microslip.describe.reference import reference_joint
     from microslip.errors import (
@@ -69,6 +70,7 @@ _HOME = {
     "JointMode": "analyses.prepared.joint_modes",
     "JointOpensError": "errors",
     "LapJoint": "describe.lap",
+    "MatricesJoint": "describe.matrices",
     "MicroslipError": "errors",
     "ModelError": "errors",
     "PreparedJoint": "analyses.prepared.joint",

@@ -46,7 +46,7 @@ def test_a_default_is_what_reading_a_file_gives(section, key):
         if key.name == "harmonics":
             return
     place = document
-    for part in section.path.split("."):
+    for part in filter(None, section.path.split(".")):
         place = place.setdefault(part, {})
     place.pop(key.name, None)
     before = parse_joint(document)

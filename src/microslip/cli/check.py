@@ -13,12 +13,15 @@ from rich.table import Table
 
 from microslip.cli.messages import messages, warn
 from microslip.cli.options import JointFile
+from microslip.contact.fields import contact_extent
 from microslip.describe.beam import bending_stiffnesses
+from microslip.describe.joint import Joint
 from microslip.describe.lap import LapJoint
 from microslip.describe.reading import load_joint
 from microslip.describe.units import readable
-from microslip.pipeline.cost import check_size, degrees_of_freedom
-from microslip.pipeline.estimate import Estimate, elastic_limit, estimate, input_cautions
+from microslip.pipeline.cost import check_size, degrees_of_freedom, memory, total_seconds
+from microslip.pipeline.estimate import Estimate, elastic_limit, estimate, input_doubts
+from microslip.pipeline.prepare import assemble
 from microslip.pipeline.run import asked_for
 from microslip.registry import column
 
@@ -33,27 +36,87 @@ def check(file: JointFile) -> None:
     with messages():
         joint = load_joint(file)
         check_size(joint, degrees_of_freedom(joint))
-        found = estimate(joint)
-        table = derived(joint, found)
-        cautions = input_cautions(joint, found)
+        table = derived(joint)
+        cautions = input_doubts(joint)
     Console().print(table)
     warn(cautions)
 
 
-def derived(joint: LapJoint, found: Estimate | None = None) -> Table:
-    """Table of the quantities that follow from a joint.
+def derived(joint: Joint) -> Table:
+    """Table of the quantities that follow from a joint; of one from matrices it is prestressed for them.
 
     Raises
     ------
     InputError
         Where a signal of a history cannot be used.
     """
-    found = found or estimate(joint)
-    title = escape(joint.title or "Lap joint")
-    table = Table("quantity", "value", title=title, box=box.SIMPLE_HEAD)
-    for name, value in (*_mechanics(joint, found), *_load(joint, found), *_work(joint, found)):
-        table.add_row(name, value)
+    table = Table(
+        "quantity", "value", title=escape(joint.title or _untitled(joint)), box=box.SIMPLE_HEAD
+    )
+    rows = _of_beams(joint) if isinstance(joint, LapJoint) else _of_matrices(joint)
+    for name, value in rows:
+        table.add_row(name, escape(value))
     return table
+
+
+def _untitled(joint: Joint) -> str:
+    return joint.unnamed.removeprefix("a ").capitalize()
+
+
+def _of_beams(joint: LapJoint) -> Iterator[Row]:
+    found = estimate(joint)
+    yield from _mechanics(joint, found)
+    yield from _loads(joint)
+    yield from _load(joint, found)
+    used, written = joint.contact.pairs_used, joint.contact.pairs
+    raised = f"  (raised from {written}: must be odd)" if used != written else ""
+    yield "contact pairs", f"{used}{raised}, {found.clamp_pairs:.0f} across the clamp"
+    yield from _work(joint, found.degrees_of_freedom)
+
+
+def _of_matrices(joint: Joint) -> Iterator[Row]:
+    """What the files hold, and what the preload makes of it."""
+    assembly = assemble(joint)
+    found = assembly.imported
+    assert found is not None
+    modes, measures, start = assembly.mode, assembly.measures, assembly.prestress
+    model = assembly.model
+    yield "motions without stiffness", "; ".join(found.zero_modes) or "none: all is supported"
+    yield "lowest frequency without contact", f"{found.first_frequency:.4g} Hz"
+    yield (
+        "resonance",
+        f"{modes.sliding_frequency:.4g} Hz sliding, {modes.stuck_frequency:.4g} Hz stuck",
+    )
+    yield "contact force under the preload", readable(measures.force, "N/m")
+    left, right = contact_extent(model.position, start.touching)
+    yield (
+        "contact under the preload",
+        f"{int(start.touching.sum())} of {model.pairs} pairs, {readable(left, 'm', 4)} to "
+        f"{readable(right, 'm', 4)}",
+    )
+    yield "largest pressure", readable(float(start.pressure.max()), "Pa")
+    if found.pairs.gap.any():
+        gaps = [
+            readable(float(gap), "m", 3) for gap in (found.pairs.gap.min(), found.pairs.gap.max())
+        ]
+        yield "initial gaps", f"{gaps[0]} to {gaps[1]}"
+    friction = assembly.prepared.law.friction
+    yield "coefficient of friction", _span(friction.min(), friction.max())
+    yield (
+        "most that friction holds",
+        readable(float(friction @ (start.pressure * model.area)), "N/m"),
+    )
+    said, opening = joint.driven.load, assembly.opening_moment
+    yield (
+        f"what opens it on the port {joint.driven.name}",
+        said.named(opening) if math.isfinite(opening) else "no amplitude",
+    )
+    yield from _loads(joint)
+    yield from _work(joint, found.structure.dofs)
+
+
+def _span(low: float, high: float) -> str:
+    return f"{low:.4g}" if low == high else f"{low:.4g} to {high:.4g}"
 
 
 def _mechanics(joint: LapJoint, found: Estimate) -> Iterator[Row]:
@@ -86,14 +149,18 @@ def _both(texts: list[str]) -> str:
     return lower if lower == upper else f"{lower} below, {upper} above"
 
 
-def _load(joint: LapJoint, found: Estimate) -> Iterator[Row]:
-    """Loads, and what the largest does to the joint at rest."""
+def _loads(joint: Joint) -> Iterator[Row]:
+    """Loads of the file."""
     if joint.load is not None:
         said = joint.driven.load
         unit = f" {said.unit}" if joint.load.kind == said.key else ""
         values = ", ".join(f"{value:g}" for value in joint.load.values)
         where = "" if joint.load.port is None else f" on the port {joint.load.port}"
         yield f"loads: {joint.load.kind}{where}", values + unit
+
+
+def _load(joint: LapJoint, found: Estimate) -> Iterator[Row]:
+    """What the largest load does to the joint at rest."""
     if math.isnan(found.moment):
         return
     yield "bending stress at rest, 6 M/h²", _judged(joint, found.stress)
@@ -111,17 +178,14 @@ def _load(joint: LapJoint, found: Estimate) -> Iterator[Row]:
         yield "slips at each edge at rest", f"about {readable(length, 'm', 2)}, {pairs}"
 
 
-def _work(joint: LapJoint, found: Estimate) -> Iterator[Row]:
+def _work(joint: Joint, dofs: int) -> Iterator[Row]:
     """What is asked for, and the time it will take."""
-    used, written = joint.contact.pairs_used, joint.contact.pairs
-    raised = f"  (raised from {written}: must be odd)" if used != written else ""
-    yield "contact pairs", f"{used}{raised}, {found.clamp_pairs:.0f} across the clamp"
-    yield "degrees of freedom", str(found.degrees_of_freedom)
+    yield "degrees of freedom", str(dofs)
     for row, request in column("request"):
         if asked_for(joint, row.name):
             yield from request(joint)
-    yield "estimated memory", f"{found.memory / 1e9:.2g} GB"
-    yield "estimated time of a run", f"{found.seconds:.0f} s on one core"
+    yield "estimated memory", f"{memory(joint, dofs) / 1e9:.2g} GB"
+    yield "estimated time of a run", f"{total_seconds(joint, dofs):.0f} s on one core"
 
 
 def _judged(joint: LapJoint, stress: float) -> str:

@@ -31,6 +31,17 @@ def lap(
     typer.echo(f"wrote {file}\nnext: microslip check {file}")
 
 
+@app.command()
+def matrices(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="File to write.")],
+    force: Force = False,
+) -> None:
+    """Write a commented joint file: stiffness and mass matrix of another program."""
+    with messages():
+        write_new(file, template("matrices"), force)
+    typer.echo(f"wrote {file}\nnext: name your files in it, then microslip check {file}")
+
+
 def write_new(file: Path, text: str, force: bool) -> None:
     """Write a file that is not there yet, or is to be replaced.
 

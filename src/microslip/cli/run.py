@@ -16,7 +16,7 @@ from microslip.cli.options import Force, JointFile, Quiet, at_least_one, listed
 from microslip.describe.reading import load_joint
 from microslip.numerics.execute import limited
 from microslip.pipeline.cost import check_size, degrees_of_freedom
-from microslip.pipeline.estimate import estimate, input_cautions
+from microslip.pipeline.estimate import input_doubts
 from microslip.pipeline.judge import judge
 from microslip.pipeline.run import run as run_joint
 from microslip.results.files import SUMMARY
@@ -63,7 +63,7 @@ def run(
         most = at_least_one("--threads", threads)
         joint = load_joint(file)
         check_size(joint, degrees_of_freedom(joint))
-        doubts = input_cautions(joint, estimate(joint))
+        doubts = input_doubts(joint)
         warn(doubts)
         done = finished(folder, joint) if resume else {}
         with (

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from microslip.describe.amplitude import Load
 from microslip.describe.excitation import Excitation
-from microslip.describe.ports import END_MOMENTS, Port
+from microslip.describe.ports import END_MOMENTS, LoadPort
 from microslip.describe.quantities import Rule
 from microslip.describe.requests import CycleAnalysis
 
@@ -14,17 +14,17 @@ WORDS = {"moment": "a moment", "force": "a force", "base": "the motion of a base
 """Kinds of ports in messages."""
 
 
-def end_moments(driven: Port) -> bool:
+def end_moments(driven: LoadPort) -> bool:
     """Whether a port is the pair of end moments that no file needs to name."""
     return driven is END_MOMENTS
 
 
-def drive_named(driven: Port, drive: str) -> str:
+def drive_named(driven: LoadPort, drive: str) -> str:
     """What results call a drive: ``"mode"``; ``"moment"``, or ``"load"`` where it is none.
 
     Examples
     --------
-    >>> tip = Port(name="tip", kind="force", at="right")
+    >>> tip = LoadPort(name="tip", kind="force")
     >>> drive_named(tip, "load"), drive_named(END_MOMENTS, "load"), drive_named(tip, "mode")
     ('load', 'moment', 'mode')
     """
@@ -33,7 +33,7 @@ def drive_named(driven: Port, drive: str) -> str:
     return "moment" if driven.kind == "moment" else "load"
 
 
-def keys_of(driven: Port) -> tuple[str, ...]:
+def keys_of(driven: LoadPort) -> tuple[str, ...]:
     """Keys that may give an amplitude of a port."""
     if end_moments(driven):
         return ("moment", "moment_over_clamp_force_length", "rho")
@@ -41,8 +41,8 @@ def keys_of(driven: Port) -> tuple[str, ...]:
 
 
 def check_loads(
-    ports: Sequence[Port],
-    driven: Port,
+    ports: Sequence[LoadPort],
+    driven: LoadPort,
     load: Load | None,
     cycle: CycleAnalysis | None,
     histories: Sequence[Excitation],
@@ -69,7 +69,7 @@ def check_loads(
             raise Rule(f"analysis.history.{k}.drive", remedy)
 
 
-def _other_key(driven: Port, key: str) -> str:
+def _other_key(driven: LoadPort, key: str) -> str:
     """That a key does not fit a port, and which does."""
     if end_moments(driven):
         return f"equal end moments drive the joint: give moment, or load.port for {key}"

@@ -10,14 +10,15 @@ the model of it.
 from __future__ import annotations
 
 from html import escape
-from typing import Self
+from typing import ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
 from microslip.describe import units
-from microslip.describe.amplitude import RHO_CONSTANT, Load, LoadKey
-from microslip.describe.driving import check_loads, drive_named, end_moments
+from microslip.describe.amplitude import Load, LoadKey
+from microslip.describe.driving import check_loads
 from microslip.describe.excitation import Excitation
+from microslip.describe.joint import Joint, check_cycle_range, check_requests
 from microslip.describe.outputs import USUAL, Output, Outputs, check_outputs
 from microslip.describe.parts import (
     Beams,
@@ -28,10 +29,9 @@ from microslip.describe.parts import (
     MeshInput,
     Support,
 )
-from microslip.describe.ports import END_MOMENTS, Port, Ports, check_ports
-from microslip.describe.quantities import Rule, Section
+from microslip.describe.ports import Port, Ports, check_ports
+from microslip.describe.quantities import Rule
 from microslip.describe.requests import (
-    MOST_OF_OPENING,
     Requests,
     TimeAnalysis,
     cycles_and_response,
@@ -46,7 +46,7 @@ MOST_COLUMNS = 20_000
 
 
 @holds_requests
-class LapJoint(Section):
+class LapJoint(Joint):
     """A lap joint, its loads and the analyses asked for. SI units throughout.
 
     Examples
@@ -63,6 +63,14 @@ class LapJoint(Section):
     LapJoint(length 250 mm, thickness 12.5 mm, 201 pairs, analyses: cycle)
     """
 
+    unnamed: ClassVar[str] = "a lap joint"
+    preload_key: ClassVar[str] = "clamp.force"
+    modes_key: ClassVar[str] = "mesh.modes"
+    pairs_key: ClassVar[str] = "contact.pairs"
+
+    kind: Literal["lap"] = "lap"
+    """What the joint is described by. Which sections the file has: here dimensions, for "matrices"
+    files of a finite element program."""
     title: str | None = Field(default=None, max_length=200)
     """Name of the joint. Heads tables, figures and the summary."""
     beams: Beams
@@ -92,15 +100,14 @@ class LapJoint(Section):
         return self.port
 
     @property
-    def driven(self) -> Port:
-        """The port that drives the joint: that of ``[load]``, else the end moments."""
-        name = None if self.load is None else self.load.port
-        return next((port for port in self.port if port.name == name), END_MOMENTS)
+    def rayleigh(self) -> tuple[float, float]:
+        """alpha and beta of ``C = alpha M + beta K``, 1/s and s."""
+        return self.damping.alpha, self.damping.beta
 
     @property
-    def driven_by_end_moments(self) -> bool:
-        """Whether no named port drives it."""
-        return end_moments(self.driven)
+    def modes_kept(self) -> int:
+        """Free-interface modes that stay dynamic."""
+        return self.mesh.modes
 
     @property
     def extents(self) -> dict[str, tuple[float, float]]:
@@ -118,6 +125,11 @@ class LapJoint(Section):
         """Coefficient of friction, its mean over the overlap where it varies."""
         mu, half = self.contact.friction, self.beams.overlap_half_length
         return mu if isinstance(mu, float) else mu.mean(-half, half)
+
+    @property
+    def frictionless(self) -> bool:
+        """Whether no contact pair has friction."""
+        return self.friction == 0
 
     @property
     def symmetric(self) -> bool:
@@ -152,31 +164,6 @@ class LapJoint(Section):
         """Stiffness of the horizontal springs of the pinned ends in the model."""
         return max(self.support.horizontal_spring, self.weak_spring)
 
-    @property
-    def variants(self) -> tuple[str, ...]:
-        """Reduced models asked for; none where no response is."""
-        response, reduced = self.analysis.response, self.analysis.reduced
-        if response is None:
-            return ()
-        return response.variants if reduced.variant is None else reduced.variant
-
-    @property
-    def drives(self) -> tuple[str, ...]:
-        """What drives the quasi-static cycles; none where they are not asked for.
-
-        Left out it is the end moment, and the mode where the consistent model reads its table.
-        """
-        cycle = self.analysis.cycle
-        if cycle is None:
-            return ()
-        needed = ("load", "mode") if "consistent" in self.variants else ("load",)
-        wanted = needed if cycle.drives is None else cycle.drives
-        return tuple(dict.fromkeys(self.drive_named(drive) for drive in wanted))
-
-    def drive_named(self, drive: str) -> str:
-        """What results call a drive of the file, see `microslip.describe.driving.drive_named`."""
-        return drive_named(self.driven, drive)
-
     def cycle_amplitudes(self) -> tuple[float, ...]:
         """Every quasi-static cycle, ascending; none where cycles are not asked for.
 
@@ -196,18 +183,6 @@ class LapJoint(Section):
         """``mu P L``, N m per metre of width: what rho compares moments with."""
         return self.friction * self.clamp_force_length
 
-    @property
-    def rho_scale(self) -> float:
-        """C in ``rho = C mu P L / M``: that of the file, else the same for every joint."""
-        load = self.load
-        return RHO_CONSTANT if load is None or load.rho_scale is None else load.rho_scale
-
-    @property
-    def says_rho(self) -> bool:
-        """Whether a load of this description is given by rho."""
-        sections = (self.load, *self.analysis.history)
-        return any(getattr(section, "rho", None) is not None for section in sections)
-
     def end_moment(self, key: LoadKey, value: float) -> float:
         """Amplitude that a key gives: of the end moment, N m per metre of width, or as written.
 
@@ -222,18 +197,6 @@ class LapJoint(Section):
         if key == "rho":
             return self.rho_scale * self.friction_moment / value
         return value
-
-    def history_load(self, entry: Excitation) -> float | None:
-        """Amplitude of the load of a history, as `end_moment`; None where no key of it gives one."""
-        key = entry.load_key
-        return None if key is None else self.end_moment(key, getattr(entry, key))
-
-    def load_amplitudes(self) -> tuple[float, ...]:
-        """Amplitudes of the loads on the driven port; rho = 0 has none and is left out."""
-        if self.load is None:
-            return ()
-        kind = self.load.kind
-        return tuple(self.end_moment(kind, value) for value in self.load.values if value > 0)
 
     def __repr__(self) -> str:
         title = [repr(self.title)] if self.title else []
@@ -280,10 +243,7 @@ class LapJoint(Section):
         _clamp_fits(self)
         _ports_are_held(self)
         _mesh_is_reasonable(self)
-        _response_has_its_inputs(self)
-        _variants_are_said_once(self)
-        _time_has_its_inputs(self)
-        _harmonic_has_its_inputs(self)
+        check_requests(self)
         _histories_have_their_inputs(self)
         _positions_are_on_the_overlap(self)
         check_outputs(self.output, self.extents, self.clamp.edge)
@@ -320,62 +280,6 @@ def _mesh_is_reasonable(joint: LapJoint) -> None:
         )
 
 
-def _response_has_its_inputs(joint: LapJoint) -> None:
-    from_cycles = [variant for variant in joint.variants if variant != "refined"]
-    if from_cycles and joint.analysis.cycle is None:
-        raise Rule(
-            "analysis.response",
-            f"the {from_cycles[0]} model is computed from the cycles: add a section "
-            "[analysis.cycle]; it may be empty",
-        )
-    if joint.analysis.response is not None and joint.load is None:
-        raise Rule(
-            "load",
-            "the section is missing and analysis.response needs it: write for example [load] "
-            'with moment = "50 N*m/m", or leave analysis.response out',
-        )
-    if joint.load is not None and joint.friction == 0 and any(joint.load.rho or ()):
-        raise Rule(
-            "load.rho", "without contact.friction rho is 0: give the moment, or some friction"
-        )
-
-
-def _variants_are_said_once(joint: LapJoint) -> None:
-    response, reduced = joint.analysis.response, joint.analysis.reduced
-    if reduced.variant is None:
-        return
-    if response is None:
-        raise Rule(
-            "analysis.reduced.variant",
-            "is for the forced response: add a section [analysis.response]; it may be empty",
-        )
-    if "variants" in response.model_fields_set:
-        raise Rule(
-            "analysis.reduced.variant",
-            "the variants are in analysis.response.variants already: remove one of the two",
-        )
-
-
-def _time_has_its_inputs(joint: LapJoint) -> None:
-    if joint.analysis.time is not None and joint.analysis.response is None:
-        raise Rule(
-            "analysis.time",
-            "starts from the reduced model: add a section [analysis.response]; it may be empty",
-        )
-
-
-def _harmonic_has_its_inputs(joint: LapJoint) -> None:
-    load, analysis = joint.load, joint.analysis
-    if analysis.harmonic is None:
-        return
-    if load is None:
-        raise Rule(
-            "load",
-            "the section is missing and analysis.harmonic needs it: write for example [load] "
-            'with moment = "50 N*m/m"',
-        )
-
-
 def _histories_have_their_inputs(joint: LapJoint) -> None:
     for k, entry in enumerate(joint.analysis.history):
         key = f"analysis.history.{k}.{entry.load_key}"
@@ -404,13 +308,7 @@ def _positions_are_on_the_overlap(joint: LapJoint) -> None:
 def _joint_stays_closed(joint: LapJoint) -> None:
     cycle, load = joint.analysis.cycle, joint.load
     if cycle is not None:
-        amplitudes = joint.cycle_amplitudes()
-        if amplitudes[-1] < amplitudes[0]:
-            raise Rule(
-                "analysis.cycle.smallest",
-                f"must be below the largest amplitude, by default {MOST_OF_OPENING:g} of the one "
-                f"that opens the joint: {amplitudes[-1]:.4g}",
-            )
+        check_cycle_range(joint)
         key = cycle.listed or "largest"
         _holds(joint, f"analysis.cycle.{key}", max(joint.cycle_amplitudes()))
     moments = joint.load_amplitudes()

@@ -100,27 +100,13 @@ QuantityName = Literal[
 ]
 
 
-class Output(Section):
-    """A quantity at a point of the joint, `[[output]]`.
-
-    Examples
-    --------
-    >>> Output(name="tip", quantity="rotation", x="right end").port
-    'output tip'
-    """
+class NamedOutput(Section):
+    """A quantity that is reported under a name, wherever it is."""
 
     name: str = Field(pattern=NAME)
     """What it is called. Tables, results and figures name it so."""
     quantity: QuantityName = Field(default="deflection")
     """What is measured. Velocities and accelerations are of a vibration: static cycles have none."""
-    x: Position = Field(default="middle")
-    """Where, from the middle of the overlap to the right, or a word. The ends are those of the
-    joint, or of the beam that is named."""
-    beam: BeamName | None = Field(default=None)
-    """Which beam. Left out, the one that is there, and over the overlap the mean of both."""
-    side: Side | None = Field(default=None)
-    """Where on the height of the beam: its top, bottom, mid-height, or the face in contact. Left
-    out, the face in contact over the overlap and mid-height elsewhere."""
 
     @property
     def port(self) -> str:
@@ -138,7 +124,7 @@ class Output(Section):
 
         Examples
         --------
-        >>> Output(name="tip", quantity="slip").key
+        >>> NamedOutput(name="tip", quantity="slip").key
         'tip_um'
         """
         return f"{self.name}_{self.measured.key}"
@@ -147,6 +133,35 @@ class Output(Section):
     def across(self) -> bool:
         """Whether it is measured between the two faces in contact."""
         return self.measured.motion in ("slip", "gap")
+
+    @property
+    def place(self) -> tuple[str, str]:
+        """Body and face that it is on, in words; empty where it names none."""
+        return "", ""
+
+
+class Output(NamedOutput):
+    """A quantity at a point of the joint, `[[output]]`.
+
+    Examples
+    --------
+    >>> Output(name="tip", quantity="rotation", x="right end").port
+    'output tip'
+    """
+
+    x: Position = Field(default="middle")
+    """Where, from the middle of the overlap to the right, or a word. The ends are those of the
+    joint, or of the beam that is named."""
+    beam: BeamName | None = Field(default=None)
+    """Which beam. Left out, the one that is there, and over the overlap the mean of both."""
+    side: Side | None = Field(default=None)
+    """Where on the height of the beam: its top, bottom, mid-height, or the face in contact. Left
+    out, the face in contact over the overlap and mid-height elsewhere."""
+
+    @property
+    def place(self) -> tuple[str, str]:
+        """Body and face that it is on, in words; empty where it names none."""
+        return self.beam or "", self.side or ""
 
     @model_validator(mode="after")
     def _fits_quantity(self) -> Output:

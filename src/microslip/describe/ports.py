@@ -78,7 +78,22 @@ KINDS: dict[PortKind, LoadKind] = {
 """Loads by the kind of their port."""
 
 
-class Port(Section):
+class LoadPort(Section):
+    """A load that has a name, wherever it acts."""
+
+    name: str = Field(pattern=NAME, max_length=40)
+    """What it is called. [load] says by this name what drives the joint."""
+    kind: PortKind = Field(default="force")
+    """A moment or a force, or the acceleration of what the joint is fixed to ("base"). Which key of
+    [load] gives the amplitude: moment, force, or acceleration."""
+
+    @property
+    def load(self) -> LoadKind:
+        """What its load is called and measured in."""
+        return KINDS[self.kind]
+
+
+class Port(LoadPort):
     """A load that the user names, `[[port]]`.
 
     Examples
@@ -87,11 +102,6 @@ class Port(Section):
     'y'
     """
 
-    name: str = Field(pattern=NAME, max_length=40)
-    """What it is called. [load] says by this name what drives the joint."""
-    kind: PortKind = Field(default="force")
-    """A moment or a force at far ends, or the acceleration of what the joint is fixed to ("base").
-    Which key of [load] gives the amplitude: moment, force, or acceleration."""
     at: PortEnd | None = Field(default=None)
     """At which far end; not of a base. A moment acts at both where it is left out, positive where it
     bends the joint concave up; a force needs it."""
@@ -108,11 +118,6 @@ class Port(Section):
     def axis(self) -> str:
         """Direction of a force or a base."""
         return self.direction or "y"
-
-    @property
-    def load(self) -> LoadKind:
-        """What its load is called and measured in."""
-        return KINDS[self.kind]
 
     @model_validator(mode="after")
     def _fits_kind(self) -> Self:

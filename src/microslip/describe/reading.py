@@ -15,18 +15,23 @@ from pydantic_core import ErrorDetails
 
 from microslip.describe import units
 from microslip.describe.excitation import SIGNALS
+from microslip.describe.joint import Joint
 from microslip.describe.keys import section_of, written_name
 from microslip.describe.lap import LapJoint
+from microslip.describe.matrices import MatricesJoint
 from microslip.describe.plausible import impossible, questions
 from microslip.describe.quantities import NAME, Rule
 from microslip.describe.toml import read_toml
 from microslip.errors import InputError
 
-LISTED = ("port", "output")
+LISTED = ("port", "output", "preload")
 """Sections that there may be several of."""
 
+JOINTS: dict[str, type[Joint]] = {"lap": LapJoint, "matrices": MatricesJoint}
+"""Descriptions by the key ``kind`` of their file; a file without it is of the first."""
 
-def load_joint(path: str | Path) -> LapJoint:
+
+def load_joint(path: str | Path) -> Joint:
     """Read and validate a joint file.
 
     Raises
@@ -40,7 +45,7 @@ def load_joint(path: str | Path) -> LapJoint:
 
 def parse_joint(
     document: Mapping[str, Any], source: str = "joint", folder: str | Path = ""
-) -> LapJoint:
+) -> Joint:
     """Validate a joint given as nested mappings, as `tomllib` makes them.
 
     Files that it names are looked for in `folder`.
@@ -63,11 +68,18 @@ def parse_joint(
       [contact] is missing: a section with friction
       ...
     """
+    kind = document.get("kind", "lap")
+    if not isinstance(kind, str) or kind not in JOINTS:
+        said = json.dumps(kind, ensure_ascii=False, default=str)
+        known = " or ".join(f'"{name}"' for name in JOINTS)
+        raise InputError(_printable(f"{source}: kind = {said}: must be {known}"))
+    model = JOINTS[kind]
     try:
-        joint = LapJoint.model_validate(document, context={"folder": folder})
+        joint = model.model_validate(document, context={"folder": folder})
         problems = _impossible(joint, document)
     except ValidationError as failure:
-        problems = [_printable(_problem(error, document)) for error in failure.errors()]
+        errors = failure.errors()
+        problems = [_printable(_problem(error, document, model)) for error in errors]
     except ArithmeticError:
         problems = ["some values are too large or too small to compute with: check their units"]
     if problems:
@@ -75,8 +87,26 @@ def parse_joint(
     return joint
 
 
-def _impossible(joint: LapJoint, document: Mapping[str, Any]) -> list[str]:
+def parse_lap_joint(
+    document: Mapping[str, Any], source: str = "joint", folder: str | Path = ""
+) -> LapJoint:
+    """The same of a lap joint.
+
+    Raises
+    ------
+    InputError
+        Where it is another joint, or as `parse_joint` does.
+    """
+    joint = parse_joint(document, source, folder)
+    if not isinstance(joint, LapJoint):
+        raise InputError(f'{source}: kind must be "lap" here')
+    return joint
+
+
+def _impossible(joint: Joint, document: Mapping[str, Any]) -> list[str]:
     """What cannot be, and before it what is not usual, which may be why."""
+    if not isinstance(joint, LapJoint):
+        return []
     found = [f"{_written(key.split('.'), document)}: {said}" for key, said in impossible(joint)]
     return [f"{q.where}: {q.reason}; {q.remedy}" for q in questions(joint) if found] + found
 
@@ -93,7 +123,7 @@ def _joined(source: str, problems: list[str], shown: int = 5) -> str:
     return "\n  ".join([f"{source}: {len(problems)} problems", *problems[:shown], *rest])
 
 
-def _problem(error: ErrorDetails, document: Mapping[str, Any]) -> str:
+def _problem(error: ErrorDetails, document: Mapping[str, Any], joint: type[BaseModel]) -> str:
     """One problem in the words of the joint file."""
     loc, kind = error["loc"], error["type"]
     context: Mapping[str, Any] = error.get("ctx", {})
@@ -106,9 +136,9 @@ def _problem(error: ErrorDetails, document: Mapping[str, Any]) -> str:
     if kind == "union_tag_invalid":
         return f"{_written((*loc, 'signal'), document)}: must be one of {', '.join(SIGNALS)}"
     if kind == "missing":
-        return _missing(loc)
+        return _missing(loc, joint)
     if kind == "extra_forbidden":
-        return _unknown(loc)
+        return _unknown(loc, joint)
     if kind == "model_type":
         return f"{_written(loc, document)}: must be a section, [{_dotted(loc)}]"
     message = str(cause) if cause is not None else allowed(kind, context)
@@ -218,9 +248,9 @@ def _written(loc: Sequence[int | str], document: Mapping[str, Any]) -> str:
     return f"{key} = {text if len(text) <= 60 else text[:57] + '...'}"
 
 
-def _model_at(loc: Sequence[int | str]) -> type[BaseModel] | None:
-    """Model of the section at a location."""
-    model: type[BaseModel] = LapJoint
+def _model_at(loc: Sequence[int | str], joint: type[BaseModel]) -> type[BaseModel] | None:
+    """Model of the section of a joint's file at a location."""
+    model = joint
     for n, part in enumerate(loc):
         if isinstance(part, int) or part == "history":
             continue
@@ -249,8 +279,8 @@ def _keys(model: type[BaseModel], *, required: bool = False) -> list[str]:
     ]
 
 
-def _missing(loc: Sequence[int | str]) -> str:
-    model = _model_at(loc[:-1])
+def _missing(loc: Sequence[int | str], joint: type[BaseModel]) -> str:
+    model = _model_at(loc[:-1], joint)
     info = None if model is None else _field(model, loc[-1])
     section = None if info is None else section_of(info)
     if section is not None:
@@ -261,16 +291,16 @@ def _missing(loc: Sequence[int | str]) -> str:
     return f"{_dotted(loc)} is missing{advice}"
 
 
-def _unknown(loc: Sequence[int | str]) -> str:
+def _unknown(loc: Sequence[int | str], joint: type[BaseModel]) -> str:
     key, place = str(loc[-1]), _dotted(loc[:-1])
-    model = _model_at(loc[:-1]) or LapJoint
+    model = _model_at(loc[:-1], joint) or joint
     known = _keys(model)
     part = [name for name in known if key in name.split("_")]
     close = part or difflib.get_close_matches(key, known, n=1, cutoff=0.5)
     where = f"in [{place}]" if place else "at the top of the file"
     if close:
         return f"{_dotted(loc)} is not a known key; the nearest {where} is {close[0]!r}"
-    homes = [name for name, info in LapJoint.model_fields.items() if _has(info, key)]
+    homes = [name for name, info in joint.model_fields.items() if _has(info, key)]
     if homes:
         return f"{_dotted(loc)} is not a known key {where}; it belongs in [{homes[0]}]"
     return f"{_dotted(loc)} is not a known key; {where} there are {', '.join(known)}"

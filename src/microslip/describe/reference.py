@@ -6,7 +6,7 @@ import tomllib
 from importlib import resources
 
 from microslip.describe.lap import LapJoint
-from microslip.describe.reading import parse_joint
+from microslip.describe.reading import parse_lap_joint
 
 
 def reference_joint(pairs: int | None = None) -> LapJoint:
@@ -26,4 +26,4 @@ def reference_joint(pairs: int | None = None) -> LapJoint:
     document = tomllib.loads(text.read_text("utf-8"))
     if pairs is not None:
         document["contact"]["pairs"] = pairs
-    return parse_joint(document, "reference joint")
+    return parse_lap_joint(document, "reference joint")

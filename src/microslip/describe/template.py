@@ -14,6 +14,7 @@ from importlib import resources
 from typing import Any
 
 from microslip.describe.keys import Key, SectionKeys, sections
+from microslip.describe.reading import JOINTS
 
 INDENT = 34
 """Column at which comments begin."""
@@ -44,7 +45,7 @@ def template(name: str = "lap") -> str:
 
 def commented(source: str) -> str:
     """A joint file with the meaning of every section and key beside it."""
-    known = tuple(sections())
+    known = tuple(sections(JOINTS[tomllib.loads(source.replace("##", "#")).get("kind", "lap")]))
     lines: list[str] = []
     place, signal = "", ""
     for line in source.splitlines():

@@ -22,6 +22,7 @@ from microslip.brief import Brief
 from microslip.errors import ModelError
 from microslip.model.bodies import BodyMotions
 from microslip.model.interface_compliance import interface_compliance
+from microslip.model.loose import held, separated
 from microslip.model.modes import LinearModes, PartFactors, linear_modes, spectral_shift
 from microslip.model.structure import Structure
 from microslip.typing import Array, Indices
@@ -199,9 +200,18 @@ class Reducer:
         Number of free-interface modes kept dynamic.
     rayleigh : tuple of float
         alpha, beta.
+    free : bool
+        Whether bodies may be held by nothing at all, see `microslip.model.loose`.
     """
 
-    def __init__(self, structure: Structure, modes: int, rayleigh: tuple[float, float]) -> None:
+    def __init__(
+        self,
+        structure: Structure,
+        modes: int,
+        rayleigh: tuple[float, float],
+        *,
+        free: bool = False,
+    ) -> None:
         if modes >= structure.dofs - 1:
             raise ModelError(f"cannot keep {modes} modes of {structure.dofs} degrees of freedom")
         self.structure = structure
@@ -209,11 +219,14 @@ class Reducer:
         self._shift = spectral_shift(structure)
         self._shifted = (structure.stiffness + self._shift * structure.mass).tocsc()
         self._factors = PartFactors(self._shifted)
-        free = np.array([], dtype=np.int64)
-        self.modes: LinearModes = linear_modes(structure, free, modes, factors=self._factors)
+        none = np.array([], dtype=np.int64)
+        self.modes: LinearModes = linear_modes(structure, none, modes, factors=self._factors)
+        self.loose = 0
+        if free:
+            self.modes, self.loose = separated(self.modes, structure.stiffness, structure.interface)
         self._mass_modes = structure.mass @ self.modes.shapes
         self.equilibrium_modes = soft_modes(
-            self.modes.omega, structure.interface.relative @ self.modes.shapes
+            held(self.modes.omega, self.loose)[0], structure.interface.relative @ self.modes.shapes
         )
 
     def residual_response(self, loads: Array) -> Array:
@@ -254,12 +267,15 @@ class Reducer:
         x = self.residual_response(vectors)
         residual = self._residual_flexibility()
         port_port = vectors.T @ x
+        omega, springs = held(self.modes.omega, self.loose)
         supports = self.structure.supports
+        if supports is not None:
+            springs = springs + self.modes.shapes.T @ (supports @ self.modes.shapes)
         return JointModel(
             position=interface.position,
             area=interface.area,
             dimension=interface.dimension,
-            omega=self.modes.omega,
+            omega=omega,
             equilibrium_modes=self.equilibrium_modes,
             mode_v=relative @ self.modes.shapes,
             residual=0.5 * (residual + residual.T),
@@ -270,9 +286,7 @@ class Reducer:
             rayleigh=self.rayleigh,
             image=interface.image,
             bodies=self._bodies(vectors),
-            supports=None
-            if supports is None
-            else self.modes.shapes.T @ (supports @ self.modes.shapes),
+            supports=None if supports is None and not self.loose else springs,
         )
 
     def _bodies(self, vectors: Array) -> BodyMotions | None:

@@ -8,16 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from microslip.describe.beam import first_frequency
-from microslip.describe.lap import LapJoint
+from microslip.describe.joint import Joint
 from microslip.describe.units import readable
+from microslip.pipeline.cost import rough_frequency
 from microslip.pipeline.excitation import prepare_histories
 
 Line = tuple[str, str]
 """Name and value."""
 
 
-def cycle_request(joint: LapJoint) -> Iterator[Line]:
+def cycle_request(joint: Joint) -> Iterator[Line]:
     """Amplitudes of the quasi-static cycles, and what drives them."""
     amplitudes = joint.cycle_amplitudes()
     low, high = amplitudes[0], amplitudes[-1]
@@ -32,7 +32,7 @@ def cycle_request(joint: LapJoint) -> Iterator[Line]:
     yield "quasi-static cycles", f"{len(amplitudes)} amplitudes, {span}, driven by {drives}"
 
 
-def response_request(joint: LapJoint) -> Iterator[Line]:
+def response_request(joint: Joint) -> Iterator[Line]:
     """Band and variants of the reduced models."""
     asked = joint.analysis.response
     assert asked is not None
@@ -45,7 +45,7 @@ def response_request(joint: LapJoint) -> Iterator[Line]:
     yield "reduced models", ", ".join(joint.variants)
 
 
-def backbone_request(joint: LapJoint) -> Iterator[Line]:
+def backbone_request(joint: Joint) -> Iterator[Line]:
     """Modes, amplitudes and methods of the backbones."""
     asked = joint.analysis.backbone
     assert asked is not None
@@ -54,7 +54,7 @@ def backbone_request(joint: LapJoint) -> Iterator[Line]:
     yield "backbones", f"mode {numbers}: {asked.count} amplitudes, {methods}"
 
 
-def harmonic_request(joint: LapJoint) -> Iterator[Line]:
+def harmonic_request(joint: Joint) -> Iterator[Line]:
     """Band and harmonics of harmonic balance."""
     asked = joint.analysis.harmonic
     assert asked is not None
@@ -63,14 +63,14 @@ def harmonic_request(joint: LapJoint) -> Iterator[Line]:
     yield "harmonic balance", f"{_span(asked.band())}, {number} harmonics"
 
 
-def time_request(joint: LapJoint) -> Iterator[Line]:
+def time_request(joint: Joint) -> Iterator[Line]:
     """Frequencies and steps of time integration."""
     asked = joint.analysis.time
     assert asked is not None
     yield "steady states in time", f"{_span(asked.band())}, {asked.steps} steps per cycle"
 
 
-def history_request(joint: LapJoint) -> Iterator[Line]:
+def history_request(joint: Joint) -> Iterator[Line]:
     """Steps of every history.
 
     Raises
@@ -79,7 +79,7 @@ def history_request(joint: LapJoint) -> Iterator[Line]:
         Where a signal cannot be used.
     """
     kind = joint.driven.load.parsed
-    for item in prepare_histories(joint.analysis.history, first_frequency(joint), kind):
+    for item in prepare_histories(joint.analysis.history, rough_frequency(joint), kind):
         steps = len(item.load) - 1
         yield (
             f"history {item.entry.label!r}",

@@ -9,12 +9,17 @@ from __future__ import annotations
 
 import math
 import os
+from functools import singledispatch
 
 from microslip.describe.beam import first_frequency
+from microslip.describe.joint import Joint
 from microslip.describe.lap import LapJoint
+from microslip.describe.matrices import MatricesJoint
 from microslip.errors import InputError
+from microslip.model.imported import read_imported
 from microslip.model.lap import geometry, mesh_control
 from microslip.model.lap_mesh import lap_joint_meshes
+from microslip.model.readers.files import read_matrix, read_table
 from microslip.pipeline.excitation import prepare_histories
 from microslip.registry import column
 
@@ -22,8 +27,52 @@ CONTACT_STEP = 8e-9
 """Seconds per squared contact pair and step of load or time."""
 
 
-def degrees_of_freedom(joint: LapJoint) -> int:
-    """Degrees of freedom of the joint's mesh, two of them held by the supports."""
+@singledispatch
+def contact_pairs(joint: Joint) -> int:
+    """Contact pairs of a described joint, read from its files where it has any."""
+    raise NotImplementedError(f"no contact pairs are known of {type(joint).__name__}")
+
+
+@contact_pairs.register
+def _lap_pairs(joint: LapJoint) -> int:
+    return joint.contact.pairs_used
+
+
+@contact_pairs.register
+def _listed_pairs(joint: MatricesJoint) -> int:
+    return len(next(iter(read_table(joint.interface.pairs).values())))
+
+
+@singledispatch
+def rough_frequency(joint: Joint) -> float:
+    """About the lowest natural frequency of a described joint, Hz: of a uniform beam, or of the structure
+    without contact."""
+    raise NotImplementedError(f"no frequency is known of {type(joint).__name__}")
+
+
+@rough_frequency.register
+def _beam_frequency(joint: LapJoint) -> float:
+    return first_frequency(joint)
+
+
+@rough_frequency.register
+def _structure_frequency(joint: MatricesJoint) -> float:
+    return read_imported(joint).first_frequency
+
+
+@singledispatch
+def degrees_of_freedom(joint: Joint) -> int:
+    """Degrees of freedom of a described joint, without those that supports hold."""
+    raise NotImplementedError(f"no degrees of freedom are known of {type(joint).__name__}")
+
+
+@degrees_of_freedom.register
+def _matrix_size(joint: MatricesJoint) -> int:
+    return int(read_matrix(joint.matrices.stiffness).matrix.shape[0])
+
+
+@degrees_of_freedom.register
+def _mesh_size(joint: LapJoint) -> int:
     meshes = lap_joint_meshes(geometry(joint), mesh_control(joint))
     held = sum(
         {"pinned": 1, "clamped": 2 * (2 * len(set(mesh.p[1])) - 1), "free": 0}[end]
@@ -32,9 +81,9 @@ def degrees_of_freedom(joint: LapJoint) -> int:
     return sum(2 * (mesh.p.shape[1] + mesh.facets.shape[1]) for mesh in meshes) - held
 
 
-def memory(joint: LapJoint, dofs: int) -> float:
+def memory(joint: Joint, dofs: int) -> float:
     """Bytes at the peak, while the model is reduced: five times its columns at all pairs, and a base."""
-    return 2.5e8 + 5 * 16 * dofs * joint.contact.pairs_used
+    return 2.5e8 + 5 * 16 * dofs * contact_pairs(joint)
 
 
 def memory_of_machine() -> float:
@@ -45,7 +94,7 @@ def memory_of_machine() -> float:
         return math.inf
 
 
-def check_size(joint: LapJoint, dofs: int) -> None:
+def check_size(joint: Joint, dofs: int) -> None:
     """Refuse what the machine cannot hold, before anything is spent.
 
     Raises
@@ -54,30 +103,30 @@ def check_size(joint: LapJoint, dofs: int) -> None:
         Where the mesh has fewer degrees of freedom than modes are wanted, or more than there is
         memory for.
     """
-    if joint.mesh.modes >= dofs - 1:
+    if joint.modes_kept >= dofs - 1:
         raise InputError(
-            f"mesh.modes = {joint.mesh.modes}: this mesh has only {dofs} degrees of freedom"
+            f"{joint.modes_key} = {joint.modes_kept}: there are only {dofs} degrees of freedom"
         )
     needed, there = memory(joint, dofs), memory_of_machine()
     if needed > there:
         raise InputError(
-            f"contact.pairs = {joint.contact.pairs}: needs about {needed / 1e9:.0f} GB of memory and "
+            f"{joint.pairs_key} = {contact_pairs(joint)}: needs about {needed / 1e9:.0f} GB of memory and "
             f"{total_seconds(joint, dofs) / 3600:.0f} h, and this machine has {there / 1e9:.0f} GB: "
             "take fewer contact pairs; 201 resolve most joints"
         )
 
 
-def total_seconds(joint: LapJoint, dofs: int) -> float:
+def total_seconds(joint: Joint, dofs: int) -> float:
     """`base_seconds`, and the cost of every analysis that the joint asks for."""
     return sum((cost(joint) for _, cost in column("cost")), base_seconds(joint, dofs))
 
 
-def base_seconds(joint: LapJoint, dofs: int) -> float:
+def base_seconds(joint: Joint, dofs: int) -> float:
     """To start, compile and write, and to reduce the model, per degree of freedom and pair."""
-    return 5.0 + 6e-7 * dofs * joint.contact.pairs_used
+    return 5.0 + 6e-7 * dofs * contact_pairs(joint)
 
 
-def cycle_seconds(joint: LapJoint) -> float:
+def cycle_seconds(joint: Joint) -> float:
     """Quasi-static cycles: an amplitude takes five on average."""
     asked = joint.analysis.cycle
     if asked is None:
@@ -86,26 +135,26 @@ def cycle_seconds(joint: LapJoint) -> float:
     return _cycle(joint, asked.steps) * cycles
 
 
-def response_seconds(joint: LapJoint) -> float:
+def response_seconds(joint: Joint) -> float:
     """Responses of the reduced models, per frequency; steady states of method "auto", 40 cycles each."""
     asked = joint.analysis.response
     if asked is None or joint.load is None:
         return 0.0
     loads = len(joint.load.values)
-    states = loads * asked.points if asked.method == "auto" and joint.friction > 0 else 0
+    states = loads * asked.points if asked.method == "auto" and not joint.frictionless else 0
     return 5e-5 * loads * len(joint.variants) * asked.count + _cycle(joint, states * 150 * 40)
 
 
-def refined_seconds(joint: LapJoint) -> float:
+def refined_seconds(joint: Joint) -> float:
     """Table of the refined model: cycles with the motion prescribed."""
-    if "refined" not in joint.variants or joint.friction <= 0:
+    if "refined" not in joint.variants or joint.frictionless:
         return 0.0
     asked = joint.analysis.reduced
     cycles = asked.amplitudes * min(5, asked.max_cycles) + 100
     return _cycle(joint, asked.steps) * cycles
 
 
-def backbone_seconds(joint: LapJoint) -> float:
+def backbone_seconds(joint: Joint) -> float:
     """Backbones: three cycles per amplitude, with the motion prescribed four times as many.
 
     By harmonic balance 6e-6 s per squared pair, harmonic and amplitude.
@@ -117,12 +166,12 @@ def backbone_seconds(joint: LapJoint) -> float:
     each = {
         "quasi_static": 3 * cycle,
         "prescribed": 12 * cycle,
-        "harmonic": 6e-6 * joint.contact.pairs_used**2 * asked.harmonics,
+        "harmonic": 6e-6 * contact_pairs(joint) ** 2 * asked.harmonics,
     }
     return len(asked.modes) * asked.count * sum(each[method] for method in asked.methods)
 
 
-def harmonic_seconds(joint: LapJoint) -> float:
+def harmonic_seconds(joint: Joint) -> float:
     """Harmonic balance: 60 points along the branch, each as dear as one asked for.
 
     3e-6 s per squared pair and harmonic; as much again for stability; adaptive ones four times as
@@ -131,12 +180,12 @@ def harmonic_seconds(joint: LapJoint) -> float:
     asked = joint.analysis.harmonic
     if asked is None or joint.load is None:
         return 0.0
-    point = 3e-6 * joint.contact.pairs_used**2 * asked.branch_harmonics
+    point = 3e-6 * contact_pairs(joint) ** 2 * asked.branch_harmonics
     each = point * (4 if asked.harmonics == "adaptive" else 1) + point * asked.stability
     return len(joint.load.values) * (60 * point + len(asked.band()) * each)
 
 
-def time_seconds(joint: LapJoint) -> float:
+def time_seconds(joint: Joint) -> float:
     """Steady states by time integration: 25 cycles to each."""
     asked = joint.analysis.time
     if asked is None or joint.load is None:
@@ -145,7 +194,7 @@ def time_seconds(joint: LapJoint) -> float:
     return _cycle(joint, points * asked.steps * min(25, asked.max_cycles))
 
 
-def history_seconds(joint: LapJoint) -> float:
+def history_seconds(joint: Joint) -> float:
     """Every step of all histories, at an estimate of the sliding frequency.
 
     Raises
@@ -154,11 +203,11 @@ def history_seconds(joint: LapJoint) -> float:
         Where a signal cannot be used.
     """
     signals = prepare_histories(
-        joint.analysis.history, first_frequency(joint), joint.driven.load.parsed
+        joint.analysis.history, rough_frequency(joint), joint.driven.load.parsed
     )
     return _cycle(joint, sum(len(signal.load) - 1 for signal in signals))
 
 
-def _cycle(joint: LapJoint, steps: int) -> float:
+def _cycle(joint: Joint, steps: int) -> float:
     """So many contact steps, of load or of time."""
-    return CONTACT_STEP * joint.contact.pairs_used**2 * steps
+    return CONTACT_STEP * contact_pairs(joint) ** 2 * steps

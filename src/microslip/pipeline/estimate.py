@@ -19,14 +19,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import singledispatch
 
 from microslip.brief import Brief
 from microslip.describe.beam import span, surface_stress
+from microslip.describe.joint import Joint
 from microslip.describe.lap import LapJoint
+from microslip.describe.matrices import MatricesJoint
 from microslip.describe.plausible import mean_pressure, pairs_across_clamp, questions
 from microslip.describe.units import readable
 from microslip.errors import Caution
 from microslip.model.beams import SPREAD, beam_estimate
+from microslip.model.imported import read_imported
 from microslip.model.lap import geometry, materials
 from microslip.pipeline.cost import degrees_of_freedom, memory, total_seconds
 
@@ -227,6 +231,30 @@ def input_cautions(joint: LapJoint, found: Estimate) -> tuple[Caution, ...]:
     )
 
 
+@singledispatch
+def input_doubts(joint: Joint) -> tuple[Caution, ...]:
+    """All that should be doubted of a description before anything is computed.
+
+    Raises
+    ------
+    InputError
+        Where a file that it names cannot be used.
+    """
+    raise NotImplementedError(f"nothing is known of {type(joint).__name__}")
+
+
+@input_doubts.register
+def _doubts_of_beams(joint: LapJoint) -> tuple[Caution, ...]:
+    return input_cautions(joint, estimate(joint))
+
+
+@input_doubts.register
+def _doubts_of_matrices(joint: MatricesJoint) -> tuple[Caution, ...]:
+    dofs = degrees_of_freedom(joint)
+    seconds, held = total_seconds(joint, dofs), memory(joint, dofs)
+    return (*read_imported(joint).cautions, *_long(joint.interface.pairs, seconds, held))
+
+
 def _band(joint: LapJoint, found: Estimate) -> list[Caution]:
     """That a given band holds no resonance."""
     asked = joint.analysis.response
@@ -245,15 +273,18 @@ def _band(joint: LapJoint, found: Estimate) -> list[Caution]:
 
 def _cost(joint: LapJoint, found: Estimate) -> list[Caution]:
     """That a run takes very long."""
-    if found.seconds < LONG_RUN:
+    return _long(f"contact.pairs = {joint.contact.pairs}", found.seconds, found.memory)
+
+
+def _long(where: str, seconds: float, held: float) -> list[Caution]:
+    if seconds < LONG_RUN:
         return []
     return [
         Caution(
             "cost",
-            f"contact.pairs = {joint.contact.pairs}",
-            f"the run will take about {found.seconds / 3600:.2g} h on one core and "
-            f"{found.memory / 1e9:.2g} GB",
-            "the time goes with the square of contact.pairs, and with the number of loads, "
+            where,
+            f"the run will take about {seconds / 3600:.2g} h on one core and {held / 1e9:.2g} GB",
+            "the time goes with the square of the number of contact pairs, and with the number of loads, "
             "amplitudes and steps asked for",
         )
     ]

@@ -112,7 +112,7 @@ def follow(
     assembly: Assembly, settings: HarmonicAnalysis, load: Load, meter: _Meter, stop: threading.Event
 ) -> HarmonicRun:
     """Branches, points and stability under one load, as far as they come until `stop` is set."""
-    friction = 0.0 if load.rho == 0 else assembly.joint.friction
+    friction = 0.0 if load.rho == 0 else assembly.measures.friction
     joint = assembly.prepared
     problem = harmonic_problem(
         joint if friction else joint.with_friction(0.0),

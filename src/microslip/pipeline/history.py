@@ -85,7 +85,7 @@ def march_history(
     drive = a.joint.drive_named(entry.drive)
     amplitude = float(on_port(a, drive, amplitude_of(entry, a)))
     scheme = time_scheme(a.prepared, signal.dt, port=port_of(a, drive))
-    positions = entry.positions or (a.joint.clamp.half_length,)
+    positions = entry.positions or (a.measures.edge,)
     recording = Recording(
         name=entry.label,
         kind=entry.kind,

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from microslip.brief import Brief
+from microslip.describe.lap import LapJoint
 from microslip.errors import Caution
 from microslip.model.lap import materials
 from microslip.model.modes import static_shape
@@ -76,12 +77,26 @@ class Judgement(Brief):
 
 
 def judge(run: Run) -> Judgement:
-    """Stresses and deflection of a run, and all that should be doubted of it."""
-    joint, mode = run.joint, run.mode
+    """Stresses and deflection of a run, and all that should be doubted of it.
+
+    Of a joint whose stresses are not known, as those of foreign matrices, they are nan.
+    """
+    joint = run.joint
+    if isinstance(joint, LapJoint):
+        return _judge_beams(run, joint)
+    none = np.nan
+    cautions = (*run.assembly.doubts, *run.cautions)
+    pressure = float(run.prestress.pressure.max())
+    return Judgement(none, "", none, none, none, none, none, pressure, cautions)
+
+
+def _judge_beams(run: Run, joint: LapJoint) -> Judgement:
+    """Of a lap joint: its beams bend."""
+    mode = run.mode
     shape = run.assembly.states.sliding
     sections = sections_outside(run.structure, materials(joint), shape)
     share = mode.load_on_sliding[run.prepared.drive] / mode.sliding_omega**2
-    direct = _moment_at_rest(run)
+    direct = _moment_at_rest(run, joint)
     bent = deflection(run.structure, shape)
     motions = motions_of(run) if run.structure.meshes else []
     stresses = [stress_of(motion, sections, share, direct) for motion in motions]
@@ -104,7 +119,7 @@ def judge(run: Run) -> Judgement:
             *input_cautions(joint, estimate(joint)),
             *overpressed(joint, "prestress", "largest contact pressure", pressure),
             *run.cautions,
-            *_worst(run, motions, stresses, moved),
+            *_worst(run, joint, motions, stresses, moved),
         ),
     )
 
@@ -139,16 +154,16 @@ def stress_of(
     return float((np.abs(q * sections.force) / h + 6 * np.abs(moment) / h**2).max(initial=0.0))
 
 
-def _moment_at_rest(run: Run) -> Array | float:
+def _moment_at_rest(run: Run, joint: LapJoint) -> Array | float:
     """Bending moment of every section under a unit load on the driven port, without friction, at rest."""
-    if run.joint.driven_by_end_moments:
+    if joint.driven_by_end_moments:
         return 1.0
     shape = static_shape(run.structure, run.prestress.bonded(1), run.prepared.drive)
-    return sections_outside(run.structure, materials(run.joint), shape).moment
+    return sections_outside(run.structure, materials(joint), shape).moment
 
 
 def _worst(
-    run: Run, motions: list[Motion], stresses: list[float], moved: list[float]
+    run: Run, joint: LapJoint, motions: list[Motion], stresses: list[float], moved: list[float]
 ) -> list[Caution]:
     """The worst of each analysis, where it is too much."""
     found: list[Caution] = []
@@ -156,15 +171,14 @@ def _worst(
         mine = [k for k, motion in enumerate(motions) if motion.analysis == analysis]
         top = max(mine, key=lambda k: stresses[k])
         where = motions[top].where
-        found += overstressed(run.joint, analysis, where, stresses[top])
-        found += overbent(run.joint, analysis, where, moved[top])
-        found += _unresolved(run, motions[top], stresses[top])
+        found += overstressed(joint, analysis, where, stresses[top])
+        found += overbent(joint, analysis, where, moved[top])
+        found += _unresolved(run, joint, motions[top], stresses[top])
     return found
 
 
-def _unresolved(run: Run, motion: Motion, stress: float) -> list[Caution]:
+def _unresolved(run: Run, joint: LapJoint, motion: Motion, stress: float) -> list[Caution]:
     """That so little slips that the contact pairs do not show it."""
-    joint = run.joint
     if joint.friction == 0 or stress == 0 or motion.analysis == "cycle":
         return []
     moment = stress * min(joint.beams.thicknesses) ** 2 / 6

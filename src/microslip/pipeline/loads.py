@@ -81,7 +81,7 @@ def loads_of_file(
         return tuple(
             Load(np.nan, joint.end_moment(load.kind, value), kind) for value in load.values
         )
-    linear = joint.friction_moment == 0
+    linear = assembly.measures.friction == 0
     return tuple(
         Load(rho, gentle_moment(assembly, tables or {}))
         if linear or rho == 0

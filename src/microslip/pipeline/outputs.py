@@ -16,7 +16,7 @@ from microslip.analyses.reduced.outputs import response_motion
 from microslip.analyses.reduced.response import Response
 from microslip.analyses.reduced.table import EquivalentTable
 from microslip.analyses.reduced.two_mode import TwoModeModel
-from microslip.describe.outputs import Output
+from microslip.describe.outputs import NamedOutput
 from microslip.pipeline.prepare import Assembly
 from microslip.typing import Array, Complex, Indices
 
@@ -24,7 +24,7 @@ Model = tuple[TwoModeModel, EquivalentTable | None]
 """A reduced model and the table it reads; None where there is no friction."""
 
 
-def columns(assembly: Assembly) -> dict[Output, int]:
+def columns(assembly: Assembly) -> dict[NamedOutput, int]:
     """Column of every output among the ports of the model, in the order of the file."""
     return {output: assembly.model.port(output.port) for output in assembly.joint.outputs}
 

@@ -10,19 +10,19 @@ from threadpoolctl import threadpool_limits
 from microslip.analyses.prepared.joint import PreparedJoint, flexibility_of
 from microslip.analyses.prepared.joint_modes import JointMode, mode_of_structure
 from microslip.analyses.prepared.prestress import Prestress, opening_load, prestress
-from microslip.contact.law import ContactLaw, contact_law
-from microslip.contact.pairs import normal_rows, tangential_rows
-from microslip.describe.lap import LapJoint
-from microslip.errors import InputError, ModelError
+from microslip.contact.pairs import normal_rows
+from microslip.describe.joint import Joint
+from microslip.errors import Caution, ContactError, InputError, ModelError
+from microslip.model.flexibility import Flexibility
+from microslip.model.imported import Imported
 from microslip.model.joint import JointModel, Reducer
-from microslip.model.lap import structure_of
 from microslip.model.states import LinearStates, linear_states
 from microslip.model.structure import Structure
+from microslip.model.symmetry import with_half_turn
 from microslip.pipeline.excitation import Prepared, prepare_histories
-from microslip.typing import Array
-
-DRIVE, PRELOAD = "moment", "clamp"
-"""Ports of a lap joint that are driven where the file names no other, and held."""
+from microslip.pipeline.measures import Measures, measures_of
+from microslip.pipeline.sources import Source, law_of, source_of
+from microslip.typing import Indices
 
 
 @dataclass(frozen=True, repr=False)
@@ -31,7 +31,7 @@ class Assembly:
 
     Attributes
     ----------
-    joint : LapJoint
+    joint : Joint
     structure : Structure
     reducer : Reducer
     states : LinearStates
@@ -41,21 +41,27 @@ class Assembly:
     opening_moment : float
         Amplitude on the driven port that opens the joint: of the end moment, N m per metre of width.
         Infinite where it holds any.
+    measures : Measures
+        What positions, pressures and friction are reported by.
+    imported : Imported or None
+        What the files of matrices hold that it came from, if it did.
     signals : tuple of Prepared
         What loads the joint in each of its histories, read and resampled.
     """
 
-    joint: LapJoint
+    joint: Joint
     structure: Structure
     reducer: Reducer
     states: LinearStates
     prepared: PreparedJoint
     opening_moment: float
+    measures: Measures
+    imported: Imported | None = None
     signals: tuple[Prepared, ...] = ()
 
     def __repr__(self) -> str:
         return (
-            f"Assembly of {self.joint.title or 'a lap joint'}: {self.model.pairs} contact pairs, "
+            f"Assembly of {self.joint.title or self.joint.unnamed}: {self.model.pairs} contact pairs, "
             f"{len(self.model.omega)} of {self.structure.dofs} degrees of freedom"
         )
 
@@ -68,6 +74,13 @@ class Assembly:
     def prestress(self) -> Prestress:
         """Contact under the clamp alone."""
         return self.prepared.prestress
+
+    @property
+    def doubts(self) -> tuple[Caution, ...]:
+        """What should be doubted of the files that it came from."""
+        if self.imported is None:
+            return ()
+        return (*self.imported.cautions, *_soft_contact(self.prepared))
 
     @property
     def mode(self) -> JointMode:
@@ -85,7 +98,7 @@ class Assembly:
         return 0.5 * (self.mode.sliding_omega + self.mode.stuck_omega)
 
 
-def prepare(joint: LapJoint) -> PreparedJoint:
+def prepare(joint: Joint) -> PreparedJoint:
     """What every analysis takes of a described joint; about a second for 100 contact pairs.
 
     Raises
@@ -104,7 +117,7 @@ def prepare(joint: LapJoint) -> PreparedJoint:
     return assemble(joint).prepared
 
 
-def assemble(joint: LapJoint) -> Assembly:
+def assemble(joint: Joint) -> Assembly:
     """Mesh, matrices, reduction, prestress and linear states of a described joint.
 
     Raises
@@ -118,7 +131,7 @@ def assemble(joint: LapJoint) -> Assembly:
         return _assemble(joint)
 
 
-def assemble_without_signals(joint: LapJoint) -> Assembly:
+def assemble_without_signals(joint: Joint) -> Assembly:
     """The same without the signals of its histories, whose files may be gone."""
     silent = joint.model_copy(
         update={"analysis": joint.analysis.model_copy(update={"history": ()})}
@@ -126,20 +139,28 @@ def assemble_without_signals(joint: LapJoint) -> Assembly:
     return replace(assemble(silent), joint=joint)
 
 
-def _assemble(joint: LapJoint) -> Assembly:
-    structure, drive = structure_of(joint), drive_of(joint)
-    modes = min(joint.mesh.modes, structure.dofs // 4)
-    reducer = Reducer(structure, modes, (joint.damping.alpha, joint.damping.beta))
+def _assemble(joint: Joint) -> Assembly:
+    source = source_of(joint)
+    structure, drive = source.structure, source.drive
+    modes = min(joint.modes_kept, structure.dofs // 4)
+    # what soft springs hold, and a file says so, is not free
+    free = source.imported is not None and structure.supports is None
+    reducer = Reducer(structure, modes, joint.rayleigh, free=free)
     model = reducer.model(structure.loads)
-    law = law_of(joint, model)
-    start = prestress(model, flexibility_of(model, law), {PRELOAD: joint.clamp.force})
+    if source.imported is not None:
+        model = with_half_turn(model)
+    law = law_of(joint, source, model)
+    apart = source.with_gaps(model)
+    start = _prestress(apart, flexibility_of(apart, law), source)
     pairs = np.flatnonzero(start.touching)
-    states = linear_states(structure, pairs, (start.bonded(1), start.bonded(2)), drive)
-    model = reducer.with_ports(model, states.ports(structure))
+    held = start.bonded(1), start.bonded(2)
+    states = linear_states(structure, pairs, held, drive, _modes_left(structure, held[1]))
+    model = source.with_gaps(reducer.with_ports(model, states.ports(structure)))
     flexibility = flexibility_of(model, law)
     mode = mode_of_structure(states, structure, model)
     opening = opening_load(model, start, drive)
     _check_loads(joint, opening)
+    _check_positions(joint, model)
     _check_scales(opening, mode)
     return Assembly(
         joint=joint,
@@ -148,6 +169,8 @@ def _assemble(joint: LapJoint) -> Assembly:
         states=states,
         prepared=PreparedJoint(model, flexibility, start, law, drive, mode),
         opening_moment=opening,
+        measures=measures_of(joint, model, start, law),
+        imported=source.imported,
         signals=tuple(
             prepare_histories(
                 joint.analysis.history, mode.sliding_frequency, joint.driven.load.parsed
@@ -156,12 +179,71 @@ def _assemble(joint: LapJoint) -> Assembly:
     )
 
 
-def drive_of(joint: LapJoint) -> str:
-    """Port of the joint model that drives it."""
-    return DRIVE if joint.driven_by_end_moments else joint.driven.name
+LOOKED_AT = 8
+"""Modes among which the one is chosen that the load excites most."""
 
 
-def _check_loads(joint: LapJoint, opening: float) -> None:
+def _modes_left(structure: Structure, bonded: Indices) -> int:
+    """How many modes of the stuck state can be looked at.
+
+    Raises
+    ------
+    ModelError
+        Where so little is left to move that there is none.
+    """
+    left = structure.dofs - len(bonded)
+    if left < FEWEST_FREE:
+        raise ModelError(
+            f"{structure.dofs} degrees of freedom, of which the pairs that touch hold {len(bonded)} when "
+            f"they stick: {left} are left to vibrate, and at least {FEWEST_FREE} are needed; keep more "
+            "degrees of freedom, or more modes, in the matrices"
+        )
+    return min(LOOKED_AT, left - 2)
+
+
+FEWEST_FREE = 4
+"""Degrees of freedom that the stuck joint has at least."""
+
+
+def _prestress(model: JointModel, flexibility: Flexibility, source: Source) -> Prestress:
+    """Contact under the preload; of a joint from files an error says whether the normals are turned.
+
+    Raises
+    ------
+    InputError
+        Where the preload pulls, and would press if the normals pointed the other way.
+    ContactError
+        Where it presses nothing together either way, or the solver fails.
+    """
+    try:
+        return prestress(model, flexibility, source.held)
+    except ContactError as error:
+        if source.imported is None or not _presses_turned(model, flexibility, source):
+            raise
+        raise InputError(
+            f"interface: the preload pulls the sides of the pairs apart ({error}); it would press them "
+            "together if their normals were turned round: do they point from the first side to the second, "
+            "are the two sides in this order, is B positive where they approach, and does the preload press?"
+        ) from None
+
+
+def _presses_turned(model: JointModel, flexibility: Flexibility, source: Source) -> bool:
+    """Whether the preload would press the sides together if all normals were turned round."""
+    turn = np.ones(2 * model.pairs)
+    turn[normal_rows()] = -1.0
+    turned = replace(
+        flexibility,
+        W=turn[:, None] * flexibility.W * turn,
+        R=turn[:, None] * flexibility.R,
+        loads_v=turn[:, None] * flexibility.loads_v,
+    )
+    try:
+        return bool(prestress(model, turned, source.held).touching.any())
+    except ContactError:
+        return False
+
+
+def _check_loads(joint: Joint, opening: float) -> None:
     """Raise `InputError` where a load of the file opens the joint."""
     given = [("load", value) for value in joint.load_amplitudes()]
     for entry in joint.analysis.history:
@@ -173,8 +255,42 @@ def _check_loads(joint: LapJoint, opening: float) -> None:
         if value >= opening:
             raise InputError(
                 f"{where}: {said.named(value)} opens the joint: the clamp holds less than "
-                f"{opening:.4g} {said.unit}; lower it, or raise clamp.force"
+                f"{opening:.4g} {said.unit}; lower it, or raise {joint.preload_key}"
             )
+
+
+def _check_positions(joint: Joint, model: JointModel) -> None:
+    """Raise `InputError` where a position lies off the interface by more than half of its length."""
+    x = model.position
+    half = 0.5 * float(x[-1] - x[0])
+    asked: list[tuple[str, tuple[float, ...] | None]] = [
+        (f"analysis.history {entry.label!r}", entry.positions) for entry in joint.analysis.history
+    ]
+    if joint.analysis.time is not None:
+        asked.append(("analysis.time", joint.analysis.time.positions))
+    for where, positions in asked:
+        for position in positions or ():
+            if not x[0] - half <= position <= x[-1] + half:
+                raise InputError(
+                    f"{where}.positions: {position:g} m lies off the interface, which reaches from "
+                    f"{x[0]:g} to {x[-1]:g} m"
+                )
+
+
+SOFTER = 1e3
+"""Compliance of the contact, over that of the structure at the pairs, that is a matter of units."""
+
+
+def _soft_contact(prepared: PreparedJoint) -> tuple[Caution, ...]:
+    """That the contact is so soft that nothing would be seen of the structure."""
+    compliance = prepared.law.compliance
+    own = np.diag(prepared.flexibility.W) - compliance
+    ratio = float(np.median(compliance)) / float(np.median(own))
+    if not ratio > SOFTER:
+        return ()
+    reason = f"the contact is {ratio:.2g} times softer than the structure at its pairs"
+    remedy = "is the stiffness per area, Pa/m, and are the areas right?"
+    return (Caution("input", "contact.tangential_stiffness", reason, remedy),)
 
 
 def _check_scales(opening: float, mode: JointMode) -> None:
@@ -192,20 +308,3 @@ def _check_scales(opening: float, mode: JointMode) -> None:
                 f"{name} is {value:g}: check the dimensions, the material and the supports, and "
                 "their units"
             )
-
-
-def friction_of(joint: LapJoint, model: JointModel) -> float | Array:
-    """Coefficient of friction: one, or one per pair where it varies along x."""
-    mu = joint.contact.friction
-    return mu if isinstance(mu, float) else np.array([mu.at(x) for x in model.position])
-
-
-def law_of(joint: LapJoint, model: JointModel) -> ContactLaw:
-    """Friction, and the compliance ``1 / (k area)`` of an elastic contact, m/N."""
-    contact = joint.contact
-    compliance = np.zeros(2 * model.pairs)
-    if contact.law == "elastic" and contact.normal_stiffness:
-        compliance[normal_rows()] = 1 / (contact.normal_stiffness * model.area)
-    if contact.law == "elastic" and contact.tangential_stiffness:
-        compliance[tangential_rows()] = 1 / (contact.tangential_stiffness * model.area)
-    return contact_law(model.pairs, friction_of(joint, model), compliance)

@@ -52,7 +52,9 @@ def run_refined(
 ) -> Outcome[Refined] | None:
     """Table for the loads of the file, where a response reads it and there is friction."""
     joint = assembly.joint
-    if "refined" not in joint.variants or joint.friction == 0 or not joint.load_amplitudes():
+    if "refined" not in joint.variants or not joint.load_amplitudes():
+        return None
+    if assembly.measures.friction == 0:
         return None
     settings = joint.analysis.reduced
     smallest, largest = table_range(assembly, tables_of(done).get("mode"))

@@ -166,7 +166,7 @@ def models_of(assembly: Assembly, done: Mapping[str, Outcome[Any]]) -> dict[str,
     The joint without friction needs none.
     """
     tables, refined = tables_of(done), value_of(done, "reduced")
-    idle = assembly.joint.friction == 0 or not assembly.joint.load_amplitudes()
+    idle = assembly.measures.friction == 0 or not assembly.joint.load_amplitudes()
     models: dict[str, Model] = {}
     for variant in assembly.joint.variants:
         drive = TABLE_OF[variant]
@@ -183,7 +183,7 @@ def models_of(assembly: Assembly, done: Mapping[str, Outcome[Any]]) -> dict[str,
 def _case(assembly: Assembly, models: Mapping[str, Model], variant: str, load: Load) -> Curve:
     """A variant under a load, ready to be computed over any frequencies."""
     model, table = models[variant]
-    settings, friction = assembly.joint.analysis.response, assembly.joint.friction
+    settings, friction = assembly.joint.analysis.response, assembly.measures.friction
     assert settings is not None
     frictionless = table is None or load.rho == 0 or friction == 0
     limit = opening_amplitude(assembly) if frictionless else np.inf

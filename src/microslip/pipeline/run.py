@@ -19,7 +19,7 @@ from microslip.analyses.reduced.table import EquivalentTable
 from microslip.analyses.statics.cycle import Cycle
 from microslip.analyses.time.history import History
 from microslip.analyses.time.points import TimePoint
-from microslip.describe.lap import LapJoint
+from microslip.describe.joint import Joint
 from microslip.errors import Caution, Failure, InputError, MicroslipError
 from microslip.model.joint import JointModel
 from microslip.model.structure import Structure
@@ -76,7 +76,7 @@ class Run:
     interrupted: bool = False
 
     @property
-    def joint(self) -> LapJoint:
+    def joint(self) -> Joint:
         """The description."""
         return self.assembly.joint
 
@@ -189,14 +189,14 @@ class Run:
 
     def __repr__(self) -> str:
         facts = (f"  {name}: {fact}" for name, fact in _facts(self).items())
-        return "\n".join((f"Run of {self.joint.title or 'a lap joint'}", *facts))
+        return "\n".join((f"Run of {self.joint.title or self.joint.unnamed}", *facts))
 
     def _repr_html_(self) -> str:
         tables: dict[str, list[dict[str, Any]]] = {}
         for row, rows in column("rows"):
             if self.value(row.name) is not None:
                 tables |= {key: resolved(of)(self) for key, of in rows.items()}
-        return html_page(f"Run of {self.joint.title or 'a lap joint'}", _facts(self), tables)
+        return html_page(f"Run of {self.joint.title or self.joint.unnamed}", _facts(self), tables)
 
 
 def _facts(run: Run) -> dict[str, str]:
@@ -215,7 +215,7 @@ def _facts(run: Run) -> dict[str, str]:
 
 
 def run(
-    joint: LapJoint,
+    joint: Joint,
     progress: Progress | None = None,
     *,
     done: Mapping[str, Outcome[Any]] | None = None,
@@ -225,7 +225,7 @@ def run(
 
     Parameters
     ----------
-    joint : LapJoint
+    joint : Joint
         From `microslip.load_joint`.
     progress : Progress, optional
         Told of every long step.
@@ -281,7 +281,7 @@ def run(
     return Run(assembly, outcomes, timings, interrupted)
 
 
-def asked_for(joint: LapJoint, analysis: str) -> bool:
+def asked_for(joint: Joint, analysis: str) -> bool:
     """Whether the description has the section of an analysis; an empty list of them is none."""
     return getattr(joint.analysis, analysis, None) not in (None, ())
 

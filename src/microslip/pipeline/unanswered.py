@@ -8,7 +8,7 @@ import numpy as np
 
 from microslip.analyses.reduced.response import Response
 from microslip.analyses.reduced.sweep import OUTSIDE
-from microslip.describe.ports import LoadKind
+from microslip.describe.joint import Joint
 from microslip.errors import Caution, Failure
 from microslip.pipeline.band import Axis, Curve
 from microslip.pipeline.loads import opening_amplitude
@@ -89,8 +89,12 @@ def opening_of(assembly: Assembly, response: Response, curve: Curve) -> list[Cau
         )
     else:
         reason = f"the vibration opens the joint, {span}"
-        return [Caution("response", place, reason, "lower the load, or raise clamp.force")]
-    remedy = _weaker(said, response.load, response.opening_load)
+        return [
+            Caution(
+                "response", place, reason, f"lower the load, or raise {assembly.joint.preload_key}"
+            )
+        ]
+    remedy = _weaker(assembly.joint, response.load, response.opening_load)
     return [Caution("response", place, reason, remedy)]
 
 
@@ -99,9 +103,10 @@ def _outgrown(response: Response) -> bool:
     return response.outgrown is not None and bool(response.outgrown.any())
 
 
-def _weaker(said: LoadKind, load: float, largest: float) -> str:
+def _weaker(joint: Joint, load: float, largest: float) -> str:
     """What keeps a joint closed under a load; everything scales with the clamp force."""
+    said = joint.driven.load
     return (
-        f"lower the {said.noun} from {load:.4g} to below {largest:.4g} {said.unit}, or raise clamp.force "
-        f"more than {load / largest:.3g} times"
+        f"lower the {said.noun} from {load:.4g} to below {largest:.4g} {said.unit}, or raise "
+        f"{joint.preload_key} more than {load / largest:.3g} times"
     )

@@ -33,4 +33,4 @@ def calibrated_scale(
     scale = model.omega**2 / max(abs(model.force[0]), np.finfo(float).tiny)
     held = 1e-5 * table.amplitude[0] * scale, table.amplitude[-1] * scale
     best = greatest_damping_load(model, table, band, held)
-    return rho * best / assembly.joint.friction_moment
+    return rho * best / (assembly.measures.friction * assembly.moment_unit)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from microslip.pipeline.prepare import DRIVE
+from microslip.pipeline.sources import DRIVE
 from microslip.typing import Array
 
 PORTS = {"moment": DRIVE, "mode": "sliding"}

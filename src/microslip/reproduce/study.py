@@ -43,6 +43,7 @@ def reference_joint(settings: Settings) -> LapJoint:
     place = resources.files("microslip").joinpath("templates", "reference_joint.toml")
     with resources.as_file(place) as path:
         joint = load_joint(path)
+    assert isinstance(joint, LapJoint)
     assert joint.analysis.cycle is not None
     cycle = joint.analysis.cycle.model_copy(
         update={

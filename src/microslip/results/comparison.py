@@ -11,7 +11,7 @@ import numpy as np
 
 from microslip.analyses.reduced.response import Response
 from microslip.analyses.reduced.table import EquivalentTable
-from microslip.describe.outputs import Output
+from microslip.describe.outputs import NamedOutput
 from microslip.describe.ports import KINDS
 from microslip.errors import InputError
 from microslip.pipeline.run import Run
@@ -149,7 +149,7 @@ def _load(run: Run, response: Response, kind: str) -> float:
     return float(f"{values.get(kind, response.load):.6g}")
 
 
-def shared_output(runs: Sequence[Named], static: bool = False) -> Output | None:
+def shared_output(runs: Sequence[Named], static: bool = False) -> NamedOutput | None:
     """The first output of the first run that all others have by its name and quantity.
 
     Parameters
@@ -167,7 +167,7 @@ def shared_output(runs: Sequence[Named], static: bool = False) -> Output | None:
     return None
 
 
-def named_output(run: Run, output: Output) -> Output:
+def named_output(run: Run, output: NamedOutput) -> NamedOutput:
     """A run's own output of the name of another run's."""
     return next(own for own in run.joint.outputs if own.name == output.name)
 
@@ -255,7 +255,7 @@ def _frequency(response: Response | None) -> float | str | None:
     return float(response.peak_frequency) if has_peak(response) else NO_PEAK
 
 
-def _size(run: Run, response: Response | None, output: Output) -> float | None:
+def _size(run: Run, response: Response | None, output: NamedOutput) -> float | None:
     if response is None or not has_peak(response):
         return None
     size = peak_outputs(run, response).get(named_output(run, output).key)

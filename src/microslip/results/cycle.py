@@ -14,8 +14,8 @@ from microslip.contact.fields import contact_extent, contact_fields
 from microslip.contact.pairs import touches
 from microslip.numerics.fourier import without_drift
 from microslip.pipeline.outputs import static_by_name
-from microslip.pipeline.prepare import DRIVE
 from microslip.pipeline.run import Run
+from microslip.pipeline.sources import DRIVE
 from microslip.results.labels import (
     MODAL,
     MODAL_FORCE,
@@ -27,6 +27,7 @@ from microslip.results.labels import (
     load_variable,
     output_label,
     output_name,
+    over_clamp,
     pair_position,
     state_variable,
     variable,
@@ -65,7 +66,7 @@ def rows_of_drive(run: Run, drive: str) -> Iterator[dict[str, Any]]:
     table = table_of(run, drive)
     if table is None:
         return
-    a, clamp_half = run.assembly, run.joint.clamp.half_length
+    a = run.assembly
     wanted = run.joint.analysis.cycle
     for cycle, moment in zip(run.cycles[drive], run.moments[drive], strict=True):
         i = int(np.argmin(np.abs(table.load - cycle.amplitude)))
@@ -80,7 +81,7 @@ def rows_of_drive(run: Run, drive: str) -> Iterator[dict[str, Any]]:
             "stored_energy_j_per_m": table.stored[i],
             "k_eq": table.k_eq[i],
             "gamma_eq": table.gamma_eq[i],
-            "contact_at_peak_over_clamp_half_length": [x / clamp_half for x in extent],
+            **extent_entry(run, "contact_at_peak", extent),
             "separate_tip_contact_at_peak": bool(
                 _outside(a.model.position, touching, extent).any()
             ),
@@ -94,6 +95,14 @@ def rows_of_drive(run: Run, drive: str) -> Iterator[dict[str, Any]]:
             or cycle.imbalance <= BALANCED,
             "outputs": half_ranges(run, cycle),
         }
+
+
+def extent_entry(run: Run, name: str, extent: tuple[float, float]) -> dict[str, Any]:
+    """Ends of the contact as an entry of the summary: over the half length of a clamp, else in m."""
+    measures = run.assembly.measures
+    if measures.clamp:
+        return {f"{name}_over_clamp_half_length": [x / measures.half_length for x in extent]}
+    return {f"{name}_m": list(extent)}
 
 
 def half_ranges(run: Run, cycle: Cycle) -> dict[str, float]:
@@ -143,11 +152,7 @@ def _cycles_dataset(run: Run, drive: str) -> xr.Dataset:
         "q": variable(
             trace, np.stack([q for q, _ in modal]), MODAL, "sliding coordinate from prestress"
         ),
-        "rotation": variable(
-            trace,
-            np.stack([c.output[:, model.port(DRIVE)] for c in cycles]),
-            *output_label(DRIVE),
-        ),
+        **_rotation(run, cycles),
         **_driven(run, cycles),
         **_outputs(run, cycles),
         "f": variable(
@@ -217,6 +222,14 @@ def _cycles_dataset(run: Run, drive: str) -> xr.Dataset:
     return xr.Dataset(data, coords, {"drive": drive})
 
 
+def _rotation(run: Run, cycles: Sequence[Cycle]) -> dict[str, xr.Variable]:
+    """What end moments do work on, where the joint has them."""
+    if DRIVE not in run.model.ports:
+        return {}
+    values = np.stack([c.output[:, run.model.port(DRIVE)] for c in cycles])
+    return {"rotation": variable(("cycle", "step"), values, *output_label(DRIVE))}
+
+
 def _driven(run: Run, cycles: Sequence[Cycle]) -> dict[str, xr.Variable]:
     """What the load of a named port does work on."""
     port = run.prepared.drive
@@ -271,7 +284,7 @@ def _tables_dataset(run: Run) -> xr.Dataset:
         "drive": variable(("drive",), drives, "1", "what drives the cycles"),
         load_named(run): load_variable(run, ("level",), moments, "{}, or its equivalent"),
     }
-    if run.joint.driven.kind == "moment":
+    if over_clamp(run):
         coords["moment_over_clamp_force_length"] = variable(
             ("level",), moments / run.assembly.moment_unit, "1", "end moment over P L"
         )

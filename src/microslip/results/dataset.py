@@ -48,7 +48,7 @@ def dataset(run: Run) -> xr.DataTree:
             groups[name] = group
     root = xr.Dataset(
         attrs={
-            "title": run.joint.title or "lap joint",
+            "title": run.joint.title or run.joint.unnamed.removeprefix("a "),
             "source": f"microslip {__version__}",
             "joint": run.joint.model_dump_json(by_alias=True, exclude_unset=True),
             "comment": "two-dimensional: forces, moments and energies are per metre of width",

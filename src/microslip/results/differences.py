@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from microslip.describe.joint import Joint
 from microslip.describe.keys import sections
-from microslip.describe.lap import LapJoint
 from microslip.describe.units import readable
 
 LONGEST = 28
@@ -21,12 +21,12 @@ PREFIXED = ("m", "Pa", "N/m", "Hz", "s", "N/m/m")
 """Units that take a prefix."""
 
 
-def differing_keys(joints: Sequence[LapJoint]) -> list[tuple[str, tuple[str, ...]]]:
+def differing_keys(joints: Sequence[Joint]) -> list[tuple[str, tuple[str, ...]]]:
     """Keys whose values differ; the title is not compared.
 
     Parameters
     ----------
-    joints : sequence of LapJoint
+    joints : sequence of Joint
 
     Returns
     -------

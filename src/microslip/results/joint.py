@@ -9,31 +9,41 @@ import xarray as xr
 
 from microslip.contact.fields import contact_extent
 from microslip.contact.pairs import at_rest, normal, tangential_rows
+from microslip.pipeline.measures import Measures
 from microslip.pipeline.run import Run
 from microslip.results.labels import load_entry, load_named, pair_position, state_variable, variable
 
 
 def model_summary(run: Run) -> dict[str, Any]:
     """Sizes, interface, linear states, what drives the joint and what opens it."""
-    joint, model, mode = run.joint, run.model, run.mode
-    clamp_half = joint.clamp.half_length
+    model, mode, measures = run.model, run.mode, run.assembly.measures
     bonded = model.position[run.assembly.states.pairs]
+    reach, held = np.abs(model.position).max(), np.abs(bonded).max()
+    half = measures.half_length
+    if measures.clamp:
+        extent = {"half_length_over_clamp_half_length": reach / half}
+        own = {
+            "clamp_force_n_per_m": measures.force,
+            "clamp_half_length_m": half,
+            "clamp_force_length_n_m_per_m": run.assembly.moment_unit,
+        }
+        stuck = {"bonded_half_length_over_clamp_half_length": held / half}
+    else:
+        extent = {"half_length_m": half}
+        own = {"contact_force_n_per_m": measures.force}
+        stuck = {"bonded_from_to_m": [bonded.min(), bonded.max()]}
+    spacing = np.diff(model.position).max(initial=0.0)
     return {
         "dofs": run.structure.dofs,
         "modes": len(model.omega),
         "contact_pairs": model.pairs,
-        "interface": {
-            "pair_spacing_m": np.diff(model.position).max(),
-            "half_length_over_clamp_half_length": np.abs(model.position).max() / clamp_half,
-        },
-        "friction": joint.friction,
-        "clamp_force_n_per_m": joint.clamp.force,
-        "clamp_half_length_m": clamp_half,
-        "clamp_force_length_n_m_per_m": run.assembly.moment_unit,
+        "interface": {"pair_spacing_m": spacing, **extent},
+        "friction": measures.friction,
+        **own,
         "sliding_frequency_hz": mode.sliding_frequency,
         "stuck_frequency_hz": mode.stuck_frequency,
         "mode_overlap": mode.overlap,
-        "bonded_half_length_over_clamp_half_length": np.abs(bonded).max() / clamp_half,
+        **stuck,
         **opening_entry(run),
     }
 
@@ -48,30 +58,34 @@ def opening_entry(run: Run) -> dict[str, Any]:
 
 
 def prestress_summary(run: Run) -> dict[str, Any]:
-    """Extent and largest pressure of the contact under the clamp alone."""
-    start, clamp = run.prestress, run.joint.clamp
+    """Extent and largest pressure of the contact under the preload alone."""
+    start, measures = run.prestress, run.assembly.measures
     left, right = contact_extent(run.model.position, start.touching)
-    mean = clamp.force / (2 * clamp.half_length)
-    return {
-        "contact_half_length_over_clamp_half_length": max(-left, right) / clamp.half_length,
-        "peak_pressure_over_mean_clamp_pressure": start.pressure.max() / mean,
-        "peak_pressure_pa": start.pressure.max(),
-        "residual": start.solution.residual,
-    }
+    peak = start.pressure.max()
+    if measures.clamp:
+        own = {
+            "contact_half_length_over_clamp_half_length": max(-left, right) / measures.half_length,
+            "peak_pressure_over_mean_clamp_pressure": peak / measures.mean_pressure,
+        }
+    else:
+        own = {
+            "contact_from_to_m": [left, right],
+            "peak_pressure_over_mean_pressure": peak / measures.mean_pressure,
+        }
+    return {**own, "peak_pressure_pa": peak, "residual": start.solution.residual}
 
 
 def model_dataset(run: Run) -> xr.Dataset:
     """The group ``model``: the model every analysis ran on."""
     model, states, joint = run.model, run.assembly.states, run.joint
-    own = run.mode
+    own, measures = run.mode, run.assembly.measures
     tangential = run.structure.interface.relative[tangential_rows()]
     scalar = {
         "sliding_frequency": (own.sliding_frequency, "Hz", "natural frequency, sliding state"),
         "stuck_frequency": (own.stuck_frequency, "Hz", "natural frequency, stuck state"),
         "mode_overlap": (own.overlap, "1", "mass product of sliding and stuck mode"),
-        "friction": (joint.friction, "1", "coefficient of friction, mean over the overlap"),
-        "clamp_force": (joint.clamp.force, "N/m", "clamp force per metre of width"),
-        "clamp_half_length": (joint.clamp.half_length, "m", "half length of the clamped zone"),
+        "friction": (measures.friction, "1", "coefficient of friction, mean over the overlap"),
+        **_pressing(measures),
         load_named(run, "opening"): (
             run.assembly.opening_moment,
             joint.driven.load.unit,
@@ -106,6 +120,19 @@ def model_dataset(run: Run) -> xr.Dataset:
     coords = pair_position(run)
     coords["mode"] = variable(("mode",), mode, "1", "free-interface mode")
     return xr.Dataset(data, coords)
+
+
+def _pressing(measures: Measures) -> dict[str, tuple[float, str, str]]:
+    """What presses the sides together, and over which length."""
+    if measures.clamp:
+        return {
+            "clamp_force": (measures.force, "N/m", "clamp force per metre of width"),
+            "clamp_half_length": (measures.half_length, "m", "half length of the clamped zone"),
+        }
+    return {
+        "contact_force": (measures.force, "N/m", "sum of the normal reactions under the preload"),
+        "interface_half_length": (measures.half_length, "m", "half length of the interface"),
+    }
 
 
 def prestress_dataset(run: Run) -> xr.Dataset:

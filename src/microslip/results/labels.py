@@ -46,9 +46,14 @@ def load_unit(run: Run, drive: str) -> str:
 def load_entry(run: Run, load: float) -> dict[str, float]:
     """A load on the driven port as an entry of the summary: of a moment over P L, else itself."""
     said = run.joint.driven.load
-    if said.key == "moment":
+    if over_clamp(run):
         return {"moment_over_clamp_force_length": load / run.assembly.moment_unit}
     return {said.row: load}
+
+
+def over_clamp(run: Run) -> bool:
+    """Whether loads are reported over P L: moments of a joint whose clamp has dimensions."""
+    return run.joint.driven.load.key == "moment" and run.assembly.measures.clamp
 
 
 def load_named(run: Run, prefix: str = "", *suffix: str) -> str:
@@ -66,6 +71,7 @@ def load_variable(
 
 LOAD_COLUMNS = {
     "moment_over_clamp_force_length": "M/(PL)",
+    "moment_n": "M, N m/m",
     "force_n_per_m": "F, N/m",
     "acceleration_m_per_s2": "a, m/s²",
 }

@@ -12,7 +12,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from microslip.describe.outputs import Output, position_of
+from microslip.describe.lap import LapJoint
+from microslip.describe.matrices import VectorOutput
+from microslip.describe.outputs import NamedOutput, Output, position_of
 from microslip.pipeline.outputs import columns
 from microslip.pipeline.run import Run
 from microslip.results.labels import MODAL, variable
@@ -21,12 +23,12 @@ PARTS = variable(("part",), ["real", "imaginary"], "1", "part of the complex num
 """Coordinate of complex numbers."""
 
 
-def primary(run: Run) -> Output:
+def primary(run: Run) -> NamedOutput:
     """The output that tables and figures show: the first of the file."""
     return run.joint.outputs[0]
 
 
-def displacement(run: Run) -> Output | None:
+def displacement(run: Run) -> NamedOutput | None:
     """The first output that is no rate, which static cycles know as well; None where all are."""
     return next((o for o in run.joint.outputs if o.measured.order == 0), None)
 
@@ -41,16 +43,22 @@ def outputs_summary(run: Run) -> list[dict[str, Any]]:
             "unit": output.measured.shown,
             "unit_in_si": 1 / output.measured.factor,
             "x_m": position(run, output),
-            "beam": output.beam,
-            "side": output.side,
+            "beam": output.place[0] or None,
+            "side": output.place[1] or None,
         }
         for output in run.joint.outputs
     ]
 
 
-def position(run: Run, output: Output) -> float:
-    """Where an output is, m from the middle of the overlap."""
-    return position_of(output, run.joint.extents, run.joint.clamp.edge)
+def position(run: Run, output: NamedOutput) -> float:
+    """Where an output is along the interface, m, of a lap joint from its middle; nan where it is given by
+    a vector or a node."""
+    joint = run.joint
+    if isinstance(joint, LapJoint) and isinstance(output, Output):
+        return position_of(output, joint.extents, joint.clamp.edge)
+    if isinstance(output, VectorOutput) and output.x is not None:
+        return output.x
+    return np.nan
 
 
 def sizes(run: Run, values: Mapping[str, Any]) -> dict[str, float]:
@@ -114,7 +122,7 @@ def output_variable(dims: Sequence[str], values: Any, label: str, per: str = "")
     return variable(dims, values, unit, label)
 
 
-def modal_factor(run: Run, output: Output | None = None) -> dict[str, Any]:
+def modal_factor(run: Run, output: NamedOutput | None = None) -> dict[str, Any]:
     """Attributes of a modal amplitude: what a unit of it is of a displacement in the mode, of the first
     where none is named."""
     output = output or displacement(run)
@@ -137,16 +145,13 @@ def outputs_dataset(run: Run) -> xr.Dataset:
     rest = joint.flexibility.outputs(joint.held, s.q, s.r)
     still = np.array([o.measured.order == 0 for o in outputs])
 
-    def said(values: Sequence[str | None]) -> list[str]:
-        return [value or "" for value in values]
-
     data = {
         "quantity": variable(dims, [o.quantity for o in outputs], "1", "what is measured"),
         "x": variable(
             dims, [position(run, o) for o in outputs], "m", "from the middle of the overlap"
         ),
-        "beam": variable(dims, said([o.beam for o in outputs]), "1", "beam; empty: what is there"),
-        "side": variable(dims, said([o.side for o in outputs]), "1", "where on its height"),
+        "beam": variable(dims, [o.place[0] for o in outputs], "1", "beam; empty: what is there"),
+        "side": variable(dims, [o.place[1] for o in outputs], "1", "where on its height"),
         "sliding_mode": variable(
             dims,
             [mode.load_on_sliding[o.port] for o in outputs],

@@ -7,6 +7,7 @@ and the same bits come out.
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +16,7 @@ from typing import Any
 import h5py
 from threadpoolctl import threadpool_limits
 
-from microslip.describe.lap import LapJoint
+from microslip.describe.joint import Joint
 from microslip.errors import InputError
 from microslip.pipeline.outcome import Outcome
 from microslip.pipeline.prepare import assemble_without_signals
@@ -27,7 +28,24 @@ from microslip.version import __version__
 STORE = "run.h5"
 """Name of the file in the folder of a run."""
 
-OUTCOMES = "outcomes"
+OUTCOMES, CONTENT = "outcomes", "content"
+
+
+def content(joint: Joint) -> str:
+    """Digest of the files that a joint comes from; empty where there are none.
+
+    Raises
+    ------
+    InputError
+        Where one of them is gone.
+    """
+    digest = hashlib.sha256()
+    for name in joint.files:
+        try:
+            digest.update(Path(name).read_bytes())
+        except OSError as error:
+            raise InputError(f"{name}: cannot be read: {error.strerror}") from None
+    return digest.hexdigest() if joint.files else ""
 
 
 @dataclass(frozen=True)
@@ -41,10 +59,11 @@ class RunStore:
 
     path: Path
 
-    def begin(self, joint: LapJoint) -> None:
+    def begin(self, joint: Joint) -> None:
         """A new file that holds the description and nothing else."""
         with h5py.File(self.path, "w") as file:
             file.attrs["version"] = __version__
+            file.attrs[CONTENT] = content(joint)
             write_object(file, "joint", joint)
             file.create_group(OUTCOMES)
 
@@ -65,13 +84,14 @@ class RunStore:
             write_object(file, "timings", dict(run.timings))
             file.attrs["interrupted"] = run.interrupted
 
-    def read(self) -> tuple[LapJoint, dict[str, Outcome[Any]], dict[str, float], bool]:
+    def read(self) -> tuple[Joint, dict[str, Outcome[Any]], dict[str, float], bool]:
         """Description, outcomes in the order in which analyses run, timings, whether interrupted.
 
         Raises
         ------
         InputError
-            Where there is no such file, or it was written by another version.
+            Where there is no such file, it was written by another version, or the files that the joint
+            comes from are no longer what they were.
         """
         if not self.path.is_file():
             raise InputError(f"{self.path.parent}: holds no stored run: {STORE} is missing")
@@ -86,6 +106,10 @@ class RunStore:
                     f"{self.path}: written by version {version}, this is {__version__}; run again"
                 )
             joint = read_object(file, "joint")
+            if str(file.attrs.get(CONTENT, "")) != content(joint):
+                raise InputError(
+                    f"{self.path}: the files that the joint comes from have changed since: run again"
+                )
             stored = file[OUTCOMES]
             outcomes = {name: read_object(stored, name) for name in ANALYSES if name in stored}
             timings = read_object(file, "timings") if "timings" in file else {}
@@ -102,7 +126,7 @@ class Keeper:
         Whether there is a file of this run.
     """
 
-    def __init__(self, store: RunStore, joint: LapJoint, begun: bool = False) -> None:
+    def __init__(self, store: RunStore, joint: Joint, begun: bool = False) -> None:
         self.store, self.joint, self.begun = store, joint, begun
 
     def __call__(self, name: str, outcome: Outcome[Any]) -> None:
@@ -113,7 +137,7 @@ class Keeper:
         self.store.keep(name, outcome)
 
 
-def finished(folder: str | Path, joint: LapJoint) -> dict[str, Outcome[Any]]:
+def finished(folder: str | Path, joint: Joint) -> dict[str, Outcome[Any]]:
     """Analyses that an interrupted run of the same description has finished.
 
     Raises
@@ -157,7 +181,7 @@ def load_run(folder: str | Path) -> Run:
     return Run(assembly, outcomes, timings, interrupted)
 
 
-def _difference(one: LapJoint, other: LapJoint) -> str:
+def _difference(one: Joint, other: Joint) -> str:
     """First key in which two descriptions differ, with the value of the first."""
     return _first(one.model_dump(by_alias=True), other.model_dump(by_alias=True), "") or "nothing"
 

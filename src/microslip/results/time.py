@@ -237,7 +237,7 @@ def _dataset(run: Run) -> xr.Dataset:
 def local_motion(run: Run, cycle: March) -> tuple[Indices, Array, Array]:
     """Pairs at the chosen positions, and their slip from prestress and gap over a cycle, m."""
     settings = run.joint.analysis.time
-    wanted = (settings and settings.positions) or (run.joint.clamp.half_length,)
+    wanted = (settings and settings.positions) or (run.assembly.measures.edge,)
     watched = nearest_pairs(run.model.position, wanted)
     fields = contact_fields(cycle.r, cycle.v, run.prestress.solution.v, run.model.area)
     return watched, fields.slip[:, watched], fields.gap[:, watched]

@@ -28,7 +28,7 @@ def print_summary(run: Run, console: Console) -> None:
 
 def print_found(found: Summary, console: Console) -> None:
     """Print a summary, also one that was stored."""
-    console.print(f"[bold]{escape(found['title'] or 'Lap joint')}[/bold]")
+    console.print(f"[bold]{escape(found['title'] or 'Joint')}[/bold]")
     _print_joint(found, console)
     for row, table in column("table"):
         if any(found.get(key) for key in row.rows):
@@ -56,16 +56,30 @@ def _print_joint(found: Summary, console: Console) -> None:
         highlight=False,
     )
     console.print(
-        f"  prestress          contact to "
-        f"{number(start['contact_half_length_over_clamp_half_length'], '.3f')} L_p, peak "
+        f"  prestress          contact {_extent(start)}, peak "
         f"{number(start['peak_pressure_pa'] / 1e6)} MPa "
-        f"({number(start['peak_pressure_over_mean_clamp_pressure'], '.3f')} times the mean)",
+        f"({number(_over_mean(start), '.3f')} times the mean)",
         highlight=False,
     )
     console.print(
         f"  {_opening(model)}",
         highlight=False,
     )
+
+
+def _extent(start: dict[str, Any]) -> str:
+    """How far the contact reaches under the preload."""
+    if "contact_from_to_m" in start:
+        left, right = start["contact_from_to_m"]
+        return f"from {readable(left, 'm', 4)} to {readable(right, 'm', 4)}"
+    return f"to {number(start['contact_half_length_over_clamp_half_length'], '.3f')} L_p"
+
+
+def _over_mean(start: dict[str, Any]) -> float | None:
+    """Largest pressure over the mean one, or over that of the clamp."""
+    of = "_clamp" if "peak_pressure_over_mean_clamp_pressure" in start else ""
+    value: float | None = start[f"peak_pressure_over_mean{of}_pressure"]
+    return value
 
 
 def _opening(model: dict[str, Any]) -> str:

@@ -78,10 +78,12 @@ class PreparedJoint:
     def with_preload(self, preload: Mapping[str, float]) -> PreparedJoint:
         """The same joint under another preload; only the prestress is solved again.
 
+        Ports that are held and not named stay as they are, initial gaps among them.
         The mode stays that of the pairs that touched before: a receding contact keeps them when the
         preload is scaled.
         """
-        return replace(self, prestress=prestress(self.model, self.flexibility, preload))
+        held = {**self.prestress.preload, **preload}
+        return replace(self, prestress=prestress(self.model, self.flexibility, held))
 
     def with_model(self, model: JointModel) -> PreparedJoint:
         """The same joint with another model of it, such as one with more ports."""

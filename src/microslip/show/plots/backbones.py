@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from microslip.analyses.backbone.cycles import Backbone
-from microslip.describe.outputs import Output
+from microslip.describe.outputs import NamedOutput
 from microslip.pipeline.run import Run
 from microslip.results.backbone import outputs_of
 from microslip.show.plots.equivalent import AMPLITUDE
@@ -92,7 +92,7 @@ def backbones_figure(run: Run) -> Figure | None:
     return figure
 
 
-def moving_output(run: Run, backbone: Backbone) -> Output | None:
+def moving_output(run: Run, backbone: Backbone) -> NamedOutput | None:
     """The first output that moves in a mode; None where none does."""
     largest = backbone.points[-1]
     found = outputs_of(run, largest)
@@ -102,7 +102,7 @@ def moving_output(run: Run, backbone: Backbone) -> Output | None:
     return None
 
 
-def amplitude(run: Run, backbone: Backbone, output: Output | None) -> np.ndarray:
+def amplitude(run: Run, backbone: Backbone, output: NamedOutput | None) -> np.ndarray:
     """Amplitude of an output along a backbone, in its unit; modal where there is none."""
     if output is None:
         return backbone.amplitude
@@ -110,7 +110,9 @@ def amplitude(run: Run, backbone: Backbone, output: Output | None) -> np.ndarray
     return np.array(sizes, dtype=float)
 
 
-def draw_frequency(ax: Axes, run: Run, backbones: list[Backbone], output: Output | None) -> None:
+def draw_frequency(
+    ax: Axes, run: Run, backbones: list[Backbone], output: NamedOutput | None
+) -> None:
     """Natural frequency, Hz, and those of the two linear states."""
     for backbone in backbones:
         ax.plot(amplitude(run, backbone, output), backbone.frequency, **_style(backbone))
@@ -127,7 +129,7 @@ def spans_much(backbones: Sequence[Backbone]) -> bool:
 
 
 def draw_damping(
-    ax: Axes, run: Run, backbones: list[Backbone], output: Output | None, logarithmic: bool
+    ax: Axes, run: Run, backbones: list[Backbone], output: NamedOutput | None, logarithmic: bool
 ) -> None:
     """Damping ratio, %; logarithmic for every mode of a figure or for none."""
     for backbone in backbones:

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from microslip.describe.outputs import Output
+from microslip.describe.outputs import NamedOutput
 from microslip.pipeline.run import Run
 from microslip.results.comparison import Curve, Named, curves, named_output, shared_output
 from microslip.results.cycle import table_of
@@ -143,7 +143,7 @@ def response_comparison(runs: Sequence[Lined]) -> Figure | None:
     return figure
 
 
-def _amplitude_label(output: Output, runs: Sequence[Named], over_load: bool) -> str:
+def _amplitude_label(output: NamedOutput, runs: Sequence[Named], over_load: bool) -> str:
     """What the axis of amplitudes says, also where one is per moment and another per force."""
     if not over_load:
         return label(output)
@@ -226,7 +226,7 @@ def backbones_comparison(runs: Sequence[Lined]) -> Figure | None:
     return figure
 
 
-def _moving(runs: Sequence[Named], by_run: Sequence[Any], number: int) -> Output | None:
+def _moving(runs: Sequence[Named], by_run: Sequence[Any], number: int) -> NamedOutput | None:
     """An output that moves in a mode and that all runs have; None where there is none."""
     for each, found in zip(runs, by_run, strict=True):
         for backbone in (b for b in found if b.mode.number == number):

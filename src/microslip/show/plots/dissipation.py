@@ -9,7 +9,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from microslip.pipeline.run import Run
-from microslip.show.plots.selection import main_drive, name_of, spread, unit_centre, unit_position
+from microslip.show.plots.selection import (
+    main_drive,
+    name_of,
+    position_label,
+    spread,
+    unit_centre,
+    unit_position,
+)
 from microslip.show.plots.style import (
     COLUMN,
     LINES,
@@ -43,7 +50,7 @@ def draw_dissipation(ax: Axes, run: Run, drive: str) -> None:
         if not cycle.dissipated > 0:
             continue
         density = cycle.friction_work / run.model.area / cycle.dissipated
-        density *= run.joint.clamp.half_length
+        density *= run.assembly.measures.half_length
         top = max(top, density[inner].max())
         ax.plot(
             x,
@@ -58,8 +65,9 @@ def draw_dissipation(ax: Axes, run: Run, drive: str) -> None:
     if top > 0:
         ax.set_ylim(0, 1.1 * top)
         note_cut_tips(ax, x, tips)
-    ax.set_xlabel("position $x/L_p$")
-    ax.set_ylabel(r"dissipation density $L_p\,\mathrm{d}E/\mathrm{d}x\,/\,E$")
+    ax.set_xlabel(position_label(run))
+    length = run.assembly.measures.symbol
+    ax.set_ylabel(rf"dissipation density ${length}\,\mathrm{{d}}E/\mathrm{{d}}x\,/\,E$")
 
 
 def note_cut_tips(ax: Axes, x: np.ndarray, curves: Sequence[np.ndarray]) -> None:

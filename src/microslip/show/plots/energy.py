@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from microslip.describe.outputs import Output
+from microslip.describe.outputs import NamedOutput
 from microslip.pipeline.outputs import static_by_name
 from microslip.pipeline.run import Run
 from microslip.results.outputs import displacement
@@ -45,7 +45,7 @@ def draw_energy(ax: Axes, run: Run, drive: str, over: np.ndarray) -> None:
     ax.loglog(over[shown], work[shown], **DRIVES[drive])
 
 
-def _sizes(run: Run, drive: str, output: Output) -> np.ndarray:
+def _sizes(run: Run, drive: str, output: NamedOutput) -> np.ndarray:
     """Half the way of an output over each cycle."""
     moved = [static_by_name(run.assembly, c.output) for c in run.cycles[drive]]
     return np.array([0.5 * np.ptp(in_units(run, y, output)) for y in moved])

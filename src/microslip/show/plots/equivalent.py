@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from microslip.analyses.time.readings import equivalent
-from microslip.describe.outputs import Output
+from microslip.describe.outputs import NamedOutput
 from microslip.pipeline.run import Run
 from microslip.results.cycle import table_of
 from microslip.results.outputs import displacement, modal_factor
@@ -78,14 +78,14 @@ def draw_equivalent(ax: Axes, run: Run, name: str) -> None:
     ax.set_ylabel(LABELS[name])
 
 
-def per_modal(run: Run, output: Output | None = None) -> float:
+def per_modal(run: Run, output: NamedOutput | None = None) -> float:
     """A displacement, the first where none is named, per unit of the modal amplitude in the sliding
     mode; 1 where that has none."""
     size: float = modal_factor(run, output).get("per_unit", 0.0)
     return size or 1.0
 
 
-def amplitude_label(run: Run, output: Output | None = None) -> str:
+def amplitude_label(run: Run, output: NamedOutput | None = None) -> str:
     """What the axis of `per_modal` is called."""
     output = output or displacement(run)
     if output is None or per_modal(run, output) == 1.0:
@@ -106,5 +106,5 @@ def modal_axis(ax: Axes, run: Run) -> None:
         return q * factor
 
     second = ax.secondary_xaxis("top", functions=(amplitude, output))
-    force = run.joint.clamp.force / 1e6
+    force = run.assembly.measures.force / 1e6
     second.set_xlabel(rf"{AMPLITUDE}, $P$ = {force:g} MN/m")

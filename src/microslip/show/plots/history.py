@@ -47,7 +47,7 @@ def history_figure(run: Run, history: History) -> Figure:
     x = unit_position(run)[history.watched[0]]
     _draw_trace(axes[1], history, 1e6 * history.slip[:, 0], GREEN)
     axes[1].set_ylabel("slip (µm)")
-    axes[1].set_title(rf"slip at $x$ = {x:.3g} $L_p$", loc="left")
+    axes[1].set_title(rf"slip at $x$ = {x:.3g} ${run.assembly.measures.symbol}$", loc="left")
     _draw_energies(axes[2], history)
     axes[2].set_xlabel("time (s)")
     axes[2].set_xlim(0, max(history.time[-1], history.dt))

@@ -8,6 +8,8 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch
 
+from microslip.describe.lap import LapJoint
+from microslip.describe.ports import END_MOMENTS, Port
 from microslip.model.lap import SIDES, pressing
 from microslip.pipeline.run import Run
 from microslip.show.plots.style import (
@@ -48,9 +50,15 @@ def model_figure(run: Run) -> Figure | None:
     return figure
 
 
+def _lap(run: Run) -> LapJoint:
+    """The description, whose dimensions are drawn: a joint with meshes is a lap joint."""
+    assert isinstance(run.joint, LapJoint)
+    return run.joint
+
+
 def draw_model(ax: Axes, run: Run) -> None:
     """The whole joint to scale: mesh, end moments, supports, clamp, lengths in mm."""
-    beams, support = run.joint.beams, run.joint.support
+    beams, support = _lap(run).beams, _lap(run).support
     half = 1e3 * beams.overlap_half_length
     far = [1e3 * length - half for length in beams.lengths]
     thick = [1e3 * t for t in beams.thicknesses]
@@ -79,7 +87,7 @@ def draw_model(ax: Axes, run: Run) -> None:
 
 def draw_overlap(ax: Axes, run: Run) -> None:
     """The overlap to scale: mesh, clamp traction, contact pairs."""
-    joint = run.joint
+    joint = _lap(run)
     half = 1e3 * joint.beams.overlap_half_length
     lower, upper = (1e3 * t for t in joint.beams.thicknesses)
     t = max(lower, upper)
@@ -127,8 +135,8 @@ def _mesh(ax: Axes, run: Run, width: float) -> None:
 
 def _clamp(ax: Axes, run: Run, count: int) -> None:
     """Arrows of the clamp traction on both outer faces, as long as it is large."""
-    thick = [1e3 * t for t in run.joint.beams.thicknesses]
-    pressed = pressing(run.joint)
+    thick = [1e3 * t for t in _lap(run).beams.thicknesses]
+    pressed = pressing(_lap(run))
     x = np.linspace(pressed.knots[0], pressed.knots[-1], 61)
     size = pressed.density(x) / pressed.density(x).max()
     arrows = np.linspace(0, len(x) - 1, count).astype(int)
@@ -149,8 +157,14 @@ def _wall(ax: Axes, x: float, y: float, side: float, size: float) -> None:
 
 def _bent(run: Run, side: float) -> bool:
     """Whether a moment acts at an end."""
-    port = run.joint.driven
-    return port.kind == "moment" and ("left" if side < 0 else "right") in port.ends
+    port = _lap(run).driven
+    if port is END_MOMENTS:
+        return True
+    return (
+        isinstance(port, Port)
+        and port.kind == "moment"
+        and ("left" if side < 0 else "right") in port.ends
+    )
 
 
 def _moment(ax: Axes, x: float, y: float, side: float, size: float) -> None:

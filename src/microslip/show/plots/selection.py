@@ -6,6 +6,7 @@ import numpy as np
 
 from microslip.pipeline.run import Run
 from microslip.results.cycle import table_of
+from microslip.results.labels import over_clamp
 
 
 def main_drive(run: Run) -> str:
@@ -43,7 +44,7 @@ def name_of(run: Run, drive: str, index: int) -> str:
     """
     said = run.joint.driven.load
     symbol = f"{said.symbol}_{{eq}}" if drive == "mode" else said.symbol
-    if said.key != "moment":
+    if not over_clamp(run):
         return rf"${symbol}={scientific(run.moments[drive][index], 3)}$ {said.unit}"
     moment = run.moments[drive][index] / run.assembly.moment_unit
     return rf"${symbol}/(PL)={scientific(moment)}$"
@@ -77,15 +78,26 @@ def scientific(value: float, digits: int = 2) -> str:
 
 
 def unit_position(run: Run) -> np.ndarray:
-    """Position of the contact pairs over the clamp's half length."""
-    return run.model.position / run.joint.clamp.half_length
+    """Position of the contact pairs over the half length of the clamp, or of the interface."""
+    return run.model.position / run.assembly.measures.half_length
 
 
-def unit_centre(run: Run) -> float:
-    """Middle of the clamp over its half length."""
-    return run.joint.clamp.centre / run.joint.clamp.half_length
+def unit_centre(run: Run) -> float | None:
+    """Middle of the clamp over its half length; None where there is no clamp."""
+    measures = run.assembly.measures
+    return measures.centre / measures.half_length if measures.clamp else None
+
+
+def position_label(run: Run) -> str:
+    """What `unit_position` is called on axes."""
+    return f"position $x/{run.assembly.measures.symbol}$"
+
+
+def pressure_unit(run: Run) -> str:
+    """What `mean_pressure` is called on axes."""
+    return f"(P/2{run.assembly.measures.symbol})"
 
 
 def mean_pressure(run: Run) -> float:
     """P / (2 L_p), the mean pressure of the clamp: what pressures and tractions are divided by."""
-    return run.joint.clamp.force / (2 * run.joint.clamp.half_length)
+    return run.assembly.measures.mean_pressure

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from microslip.describe.outputs import Output
+from microslip.describe.outputs import NamedOutput
 from microslip.describe.ports import LoadKind
 from microslip.pipeline.run import Run
 from microslip.results.outputs import primary
@@ -18,28 +18,28 @@ MANY = 300.0
 """Ratio of the ends of a logarithmic axis beyond which only powers of ten have numbers."""
 
 
-def label(output: Output, per: LoadKind | None = None) -> str:
+def label(output: NamedOutput, per: LoadKind | None = None) -> str:
     """What an axis says of an output, or of it per load of a kind.
 
     Examples
     --------
-    >>> label(Output(name="tip", quantity="rotation"))
+    >>> label(NamedOutput(name="tip", quantity="rotation"))
     'tip (mrad)'
     >>> from microslip.describe.ports import KINDS
-    >>> label(Output(name="tip"), KINDS["moment"])
+    >>> label(NamedOutput(name="tip"), KINDS["moment"])
     'tip per end moment\\n(mm per N m/m)'
     """
     name, unit = output.name.replace("_", " "), output.measured.shown
     return f"{name} per {per.noun}\n({unit} per {per.unit})" if per else f"{name} ({unit})"
 
 
-def in_units(run: Run, values: Mapping[str, Any], output: Output | None = None) -> Any:
+def in_units(run: Run, values: Mapping[str, Any], output: NamedOutput | None = None) -> Any:
     """Values of an output, of the first where none is named, in the unit that figures have for it."""
     wanted = output or primary(run)
     return np.asarray(values[wanted.name]) * wanted.measured.factor
 
 
-def below_resonance(run: Run, output: Output | None = None) -> float:
+def below_resonance(run: Run, output: NamedOutput | None = None) -> float:
     """Phase of an output, of the first where none is named, to the load far below the resonance.
 
     Degrees: 0 or 180 and, of a rate, 90 more for each derivative; from -90 to 180.
@@ -73,7 +73,7 @@ def amplitude_axis(ax: Axes) -> None:
     ax.yaxis.set_minor_formatter(NullFormatter())
 
 
-def phase_axis(ax: Axes, run: Run, output: Output | None = None) -> None:
+def phase_axis(ax: Axes, run: Run, output: NamedOutput | None = None) -> None:
     """Ticks and label of the phase of an output, of the first where none is named."""
     start = below_resonance(run, output)
     ax.set_yticks(start - np.array([0, 45, 90, 135, 180]))

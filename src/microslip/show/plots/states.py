@@ -13,6 +13,7 @@ from microslip.show.plots.selection import (
     greatest_damping,
     main_drive,
     name_of,
+    position_label,
     unit_centre,
     unit_position,
 )
@@ -84,14 +85,15 @@ def draw_states(ax: Axes, run: Run, drive: str, index: int) -> None:
     """State map of one cycle: position across, phase of the load upward."""
     cycle = run.cycles[drive][index]
     draw_state_map(ax, unit_position(run), cycle.theta, cycle.status, unit_centre(run))
+    ax.set_xlabel(position_label(run))
 
 
 def draw_state_map(
-    ax: Axes, x: np.ndarray, theta: np.ndarray, status: np.ndarray, centre: float = 0.0
+    ax: Axes, x: np.ndarray, theta: np.ndarray, status: np.ndarray, centre: float | None = 0.0
 ) -> None:
     """States at every phase `theta` of one cycle, the first of which repeats the last.
 
-    `x` is over the half length of the clamp, whose middle is at `centre`.
+    `x` is over the half length of the clamp, whose middle is at `centre`, None where there is no clamp.
     """
     edges = np.concatenate([[x[0]], 0.5 * (x[1:] + x[:-1]), [x[-1]]])
     ax.pcolormesh(

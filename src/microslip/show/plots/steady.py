@@ -13,7 +13,7 @@ from microslip.analyses.time.readings import modal_force, phases
 from microslip.pipeline.run import Run
 from microslip.results.outputs import primary
 from microslip.results.time import HARMONICS, local_motion, waveforms
-from microslip.show.plots.selection import unit_centre, unit_position
+from microslip.show.plots.selection import position_label, unit_centre, unit_position
 from microslip.show.plots.shown import in_units
 from microslip.show.plots.states import LOAD_WIDTH, draw_load, draw_state_map, handles
 from microslip.show.plots.style import (
@@ -50,6 +50,7 @@ def steady_figure(run: Run) -> Figure | None:
     draw_state_map(
         states, unit_position(run), theta, point.steady.cycle.status[order], unit_centre(run)
     )
+    states.set_xlabel(position_label(run))
     states.set_yticks(np.interp(TURN * np.pi, theta, theta / np.pi), NAMES)
     states.set_title("contact states", loc="left")
     states.tick_params(labelleft=False)
@@ -98,7 +99,7 @@ def _draw_waves(ax: Axes, run: Run, point: TimePoint, theta: np.ndarray, order: 
         (y, f"{primary(run).name}, at most {largest:.3g} {unit}", {"color": BLUE, "ls": "-"}),
         (
             slip[order, 0] - slip[order[:-1], 0].mean(),
-            rf"slip at $x$ = {x:.3g} $L_p$ less its mean",
+            rf"slip at $x$ = {x:.3g} ${run.assembly.measures.symbol}$ less its mean",
             {"color": VERMILLION, "ls": "--"},
         ),
     )

@@ -115,8 +115,11 @@ def new_figure(width: float, height: float) -> Figure:
     return figure
 
 
-def clamp_edges(ax: Axes, centre: float = 0.0) -> None:
-    """Dashed lines where the clamp ends, on axes over ``x / L_p``; `centre` is its middle there."""
+def clamp_edges(ax: Axes, centre: float | None = 0.0) -> None:
+    """Dashed lines where the clamp ends, on axes over ``x / L_p``; `centre` is its middle there, None
+    where there is no clamp."""
+    if centre is None:
+        return
     for i, edge in enumerate((-1, 1)):
         label = None if i else "edge of the clamp"
         ax.axvline(centre + edge, color=BLACK, lw=0.6, ls=(0, (4, 3)), label=label)

@@ -17,6 +17,8 @@ from microslip.show.plots.selection import (
     main_drive,
     mean_pressure,
     name_of,
+    position_label,
+    pressure_unit,
     unit_position,
 )
 from microslip.show.plots.style import (
@@ -43,9 +45,9 @@ def tractions_figure(run: Run) -> Figure | None:
     axes = figure.subplots(2, 2, sharex=True, sharey=True)
     limit = _draw(axes.ravel(), run, drive, index)
     for ax in axes[1]:
-        ax.set_xlabel("position $x/L_p$")
+        ax.set_xlabel(position_label(run))
     for ax in axes[:, 0]:
-        ax.set_ylabel("traction $f\\,/\\,(P/2L_p)$")
+        ax.set_ylabel(f"traction $f\\,/\\,{pressure_unit(run)}$")
     axes[0, 0].set_ylim(-limit, limit)
     letters(axes.ravel())
     handles, labels = axes[0, 0].get_legend_handles_labels()

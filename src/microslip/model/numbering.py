@@ -1,0 +1,149 @@
+"""Degrees of freedom by node and direction: what a row of a foreign matrix is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from microslip.brief import Brief
+from microslip.errors import InputError
+from microslip.model.readers.files import Table
+from microslip.model.readers.found import DIRECTIONS, NAMES, Label
+from microslip.typing import Array, Indices
+
+OUT_OF_PLANE = (DIRECTIONS["z"], DIRECTIONS["rx"], DIRECTIONS["ry"])
+
+
+@dataclass(frozen=True, repr=False)
+class Numbering(Brief):
+    """Node and direction of every degree of freedom.
+
+    Attributes
+    ----------
+    labels : tuple of (int, int)
+        Node, and the number of the direction: 1 to 3 along x, y, z, 4 to 6 about them.
+    x, y : (n,) arrays, optional
+        Coordinates of the node of each, in the unit of the matrices.
+    """
+
+    labels: tuple[Label, ...]
+    x: Array | None = None
+    y: Array | None = None
+    places: dict[Label, int] = field(init=False, compare=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "places", {label: k for k, label in enumerate(self.labels)})
+
+    @property
+    def located(self) -> bool:
+        """Whether coordinates are known."""
+        return self.x is not None and self.y is not None
+
+    @property
+    def direction(self) -> Indices:
+        """(n,) numbers of the directions."""
+        return np.array([direction for _, direction in self.labels])
+
+    def row(self, node: int, direction: str, where: str) -> int:
+        """Degree of freedom of a node.
+
+        Raises
+        ------
+        InputError
+            Where the node or its direction is not among them: says what may be the reason.
+        """
+        found = self.places.get((node, DIRECTIONS[direction]))
+        if found is not None:
+            return found
+        nodes = sorted({n for n, _ in self.labels})
+        there = [NAMES.get(d, str(d)) for n, d in self.labels if n == node]
+        if there:
+            raise InputError(
+                f"{where}: node {node} has no degree of freedom {direction}, only "
+                f"{', '.join(there)}: is it held by a support? What is held is not in the matrices, "
+                "and nothing can act or be measured there"
+            )
+        shifted = node + 1 if node + 1 == nodes[0] else node - 1 if node - 1 == nodes[-1] else None
+        hint = (
+            ": is it held by supports in all directions, or is one numbering from 0 and the other from 1?"
+            if shifted is not None
+            else ": is it held by supports in all directions, or of another numbering?"
+        )
+        raise InputError(
+            f"{where}: there is no node {node} among the degrees of freedom, whose nodes are "
+            f"{nodes[0]} to {nodes[-1]}{hint}"
+        )
+
+    def translation(self, direction: str) -> Array:
+        """Displacement of every degree of freedom under a unit translation."""
+        return (self.direction == DIRECTIONS[direction]).astype(float)
+
+    def rotation(self) -> Array | None:
+        """Displacement under a unit turn about the origin; None where coordinates are not known."""
+        if self.x is None or self.y is None:
+            return None
+        d = self.direction
+        along, across, about = (DIRECTIONS[name] for name in ("x", "y", "rz"))
+        return np.select([d == along, d == across, d == about], [-self.y, self.x, 1.0], 0.0)
+
+
+def numbering_of_table(table: Table, source: str, dofs: int) -> Numbering:
+    """Degrees of freedom from a table with columns node and direction, and x and y where known.
+
+    Raises
+    ------
+    InputError
+        Where a column is missing, a row is there twice, or there are not as many as in the matrices.
+    """
+    for column in ("node", "direction"):
+        if column not in table:
+            there = ", ".join(table)
+            raise InputError(f"{source}: the column {column} is missing; there is {there}")
+    nodes, directions = table["node"], table["direction"]
+    if (nodes != nodes.round()).any() or not np.isin(directions, (0, *NAMES)).all():
+        raise InputError(
+            f"{source}: nodes are whole numbers, and directions x, y, z, rx, ry, rz or 1 to 6"
+        )
+    labels = tuple(zip(nodes.astype(int).tolist(), directions.astype(int).tolist(), strict=True))
+    check_count(len(labels), source, dofs)
+    if len(set(labels)) < len(labels):
+        raise InputError(f"{source}: a node and direction is there twice")
+    return Numbering(labels, table.get("x"), table.get("y"))
+
+
+def with_coordinates(numbering: Numbering, table: Table, source: str) -> Numbering:
+    """The numbering with coordinates from a table of nodes, with columns node, x and y.
+
+    Raises
+    ------
+    InputError
+        Where a column or a node is missing.
+    """
+    for column in ("node", "x", "y"):
+        if column not in table:
+            there = ", ".join(table)
+            raise InputError(f"{source}: the column {column} is missing; there is {there}")
+    place = {int(node): k for k, node in enumerate(table["node"])}
+    missing = [node for node, _ in numbering.labels if node not in place]
+    if missing:
+        raise InputError(
+            f"{source}: node {missing[0]} has degrees of freedom and is not among the "
+            f"{len(place)} nodes of the table"
+        )
+    rows = [place[node] for node, _ in numbering.labels]
+    return Numbering(numbering.labels, table["x"][rows], table["y"][rows])
+
+
+def check_count(rows: int, source: str, dofs: int) -> None:
+    """Raise `InputError` where a list of degrees of freedom is not as long as the matrices are large."""
+    if rows == dofs:
+        return
+    why = (
+        "degrees of freedom that supports hold are not in the matrices and must not be in the list"
+        if rows > dofs
+        else "the list must name every row of the matrices, in their order"
+    )
+    raise InputError(
+        f"{source}: {rows} degrees of freedom, and the stiffness is {dofs} by {dofs}: {why}"
+    )

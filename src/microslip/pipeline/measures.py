@@ -1,0 +1,71 @@
+"""What positions, pressures and amplitudes of a joint are measured by in summaries and figures."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from microslip.analyses.prepared.prestress import Prestress
+from microslip.contact.fields import contact_extent
+from microslip.contact.law import ContactLaw
+from microslip.contact.pairs import normal
+from microslip.describe.joint import Joint
+from microslip.describe.lap import LapJoint
+from microslip.model.joint import JointModel
+
+
+@dataclass(frozen=True)
+class Measures:
+    """Measures of a joint: of a lap joint those of its clamp, of another those of its interface.
+
+    Attributes
+    ----------
+    half_length : float
+        What positions are over, m.
+    centre : float
+        Where that has its middle, m.
+    force : float
+        What presses the sides together, N per metre of width.
+    edge : float
+        Where slip is kept at every step where the file names no position, m.
+    friction : float
+        Mean coefficient of friction.
+    clamp : bool
+        Whether there is a clamp of known dimensions.
+    """
+
+    half_length: float
+    centre: float
+    force: float
+    edge: float
+    friction: float
+    clamp: bool
+
+    @property
+    def mean_pressure(self) -> float:
+        """Force over twice the half length, Pa: what pressures and tractions are over."""
+        return self.force / (2 * self.half_length)
+
+    @property
+    def symbol(self) -> str:
+        """Of the half length, in figures."""
+        return "L_p" if self.clamp else "L_c"
+
+
+def measures_of(joint: Joint, model: JointModel, start: Prestress, law: ContactLaw) -> Measures:
+    """The measures of a prepared joint."""
+    if isinstance(joint, LapJoint):
+        clamp = joint.clamp
+        return Measures(
+            clamp.half_length, clamp.centre, clamp.force, clamp.half_length, joint.friction, True
+        )
+    x = model.position
+    return Measures(
+        half_length=0.5 * float(model.area.sum()),
+        centre=0.5 * float(x[0] + x[-1]),
+        force=float(normal(start.solution.r).sum()),
+        edge=float(contact_extent(x, start.touching)[1]),
+        friction=float(np.average(law.friction, weights=model.area)),
+        clamp=False,
+    )

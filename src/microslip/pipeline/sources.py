@@ -1,0 +1,152 @@
+"""What a description is made of, whatever its kind: structure, loads that are held, contact law, measures.
+
+The one place that knows the kinds of joints; all above it takes a `Source`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import singledispatch
+
+import numpy as np
+
+from microslip.brief import Brief
+from microslip.contact.law import ContactLaw, contact_law
+from microslip.contact.pairs import normal_rows, tangential_rows
+from microslip.describe.joint import Joint
+from microslip.describe.lap import LapJoint
+from microslip.describe.matrices import MatricesJoint
+from microslip.errors import InputError
+from microslip.model.imported import GAP, Imported, read_imported
+from microslip.model.joint import JointModel
+from microslip.model.lap import structure_of
+from microslip.model.structure import Structure
+from microslip.typing import Array
+
+DRIVE, PRELOAD = "moment", "clamp"
+"""Ports of a lap joint that are driven where the file names no other, and held."""
+
+SMALL = 1e-9
+"""Amplitude of the port of the gaps over that of the preload: sums of amplitudes stay those of loads."""
+
+
+@dataclass(frozen=True, repr=False)
+class Source(Brief):
+    """What analyses are prepared from.
+
+    Attributes
+    ----------
+    structure : Structure
+    drive : str
+        Port of the excitation.
+    preload : mapping of str to float
+        Ports that are held, and their amplitudes.
+    imported : Imported or None
+        Where it came from files of matrices.
+    """
+
+    structure: Structure
+    drive: str
+    preload: Mapping[str, float]
+    imported: Imported | None = None
+
+    def with_gaps(self, model: JointModel) -> JointModel:
+        """The joint model with the initial gaps.
+
+        They are a port without work on anything: at the amplitude `SMALL` of the preload it moves the sides
+        of every pair apart by its gap, ``v_n = ... - g``.
+        """
+        if GAP not in self.held or self.imported is None:
+            return model
+        apart = np.zeros((2 * model.pairs, 1))
+        apart[normal_rows(), 0] = -self.imported.pairs.gap / self.held[GAP]
+        return replace(
+            model,
+            ports=(*model.ports, GAP),
+            port_modes=np.pad(model.port_modes, ((0, 0), (0, 1))),
+            port_v=np.hstack([model.port_v, apart]),
+            port_port=np.pad(model.port_port, ((0, 1), (0, 1))),
+            bodies=None
+            if model.bodies is None
+            else model.bodies.with_ports(np.zeros((1, model.bodies.v.shape[1]))),
+        )
+
+    @property
+    def held(self) -> Mapping[str, float]:
+        """The preload, and the port of the gaps where there are any."""
+        if self.imported is None or not self.imported.pairs.gap.any():
+            return self.preload
+        return {**self.preload, GAP: SMALL * sum(self.preload.values())}
+
+
+@singledispatch
+def source_of(joint: Joint) -> Source:
+    """What a description is made of.
+
+    Raises
+    ------
+    InputError
+        Where its files cannot be what they are meant to be.
+    """
+    raise NotImplementedError(f"nothing is made of {type(joint).__name__}")
+
+
+@source_of.register
+def _lap(joint: LapJoint) -> Source:
+    return Source(structure_of(joint), drive_of(joint), {PRELOAD: joint.clamp.force})
+
+
+@source_of.register
+def _matrices(joint: MatricesJoint) -> Source:
+    found = read_imported(joint)
+    return Source(found.structure, joint.driven.name, found.preload, found)
+
+
+def drive_of(joint: Joint) -> str:
+    """Port of the joint model that drives it."""
+    return DRIVE if joint.driven_by_end_moments else joint.driven.name
+
+
+def law_of(joint: Joint, source: Source, model: JointModel) -> ContactLaw:
+    """Friction, and the compliance ``1 / (k area)`` of an elastic contact, m/N.
+
+    Raises
+    ------
+    InputError
+        Where nothing gives the friction, or the stiffness of an elastic contact.
+    """
+    if isinstance(joint, MatricesJoint):
+        assert source.imported is not None
+        stiffness: tuple[float | Array | None, float | Array | None]
+        stiffness = _pair_stiffness(joint, source.imported)
+        friction: float | Array = source.imported.friction(joint.contact.friction)
+    else:
+        assert isinstance(joint, LapJoint)
+        contact = joint.contact
+        elastic = contact.law == "elastic"
+        given = contact.normal_stiffness, contact.tangential_stiffness
+        stiffness = (given[0], given[1]) if elastic else (None, None)
+        mu = contact.friction
+        friction = mu if isinstance(mu, float) else np.array([mu.at(x) for x in model.position])
+    compliance = np.zeros(2 * model.pairs)
+    for rows, k in zip((normal_rows(), tangential_rows()), stiffness, strict=True):
+        if k is not None:
+            compliance[rows] = 1 / (k * model.area)
+    return contact_law(model.pairs, friction, compliance)
+
+
+def _pair_stiffness(
+    joint: MatricesJoint, found: Imported
+) -> tuple[float | Array | None, float | Array | None]:
+    """Normal and tangential stiffness per area of every pair; None where it is rigid."""
+    contact, table = joint.contact, found.pairs.stiffness
+    if contact.law == "exact":
+        return None, None
+    tangential = contact.tangential_stiffness or table.get("tangential_stiffness")
+    if tangential is None:
+        raise InputError(
+            'contact.tangential_stiffness is missing: law = "elastic" needs it, here or as a column of the '
+            "pairs"
+        )
+    return contact.normal_stiffness or table.get("normal_stiffness"), tangential

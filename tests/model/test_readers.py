@@ -1,0 +1,246 @@
+"""Readers of foreign matrices: the same matrices in every format, and files that programs wrote."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+import scipy.io
+import scipy.sparse as sp
+from matrices_files import sparse_parts
+
+from microslip.errors import InputError
+from microslip.model.readers.files import read_matrix, read_table, read_vector
+from microslip.model.readers.found import Found, ordered
+
+HERE = Path(__file__).parent / "calculix"
+
+MATRIX = np.array([[4.0, -1.5, 0.0], [-1.5, 3.0, 0.25], [0.0, 0.25, 2.0]])
+HALF = [(1, 1, 4.0), (2, 1, -1.5), (2, 2, 3.0), (3, 2, 0.25), (3, 3, 2.0)]
+LABELS = {1: (7, 1), 2: (7, 2), 3: (9, 2)}
+
+
+def lines(entries, form):
+    return "".join(form(i, j, value) + "\n" for i, j, value in entries)
+
+
+def by_label(i, j, value):
+    (m, a), (n, b) = LABELS[i], LABELS[j]
+    return f"{m},{a}, {n},{b}, {value:.15e}"
+
+
+def mat73(path, name, matrix):
+    """As MATLAB stores it: dense arrays transposed, sparse ones as groups."""
+    with h5py.File(path, "w") as file:
+        file[name] = matrix.T
+        compressed = sp.csc_matrix(matrix)
+        group = file.create_group("sparse")
+        group.attrs["MATLAB_sparse"] = np.uint64(matrix.shape[0])
+        group["data"], group["ir"] = compressed.data, compressed.indices.astype(np.uint64)
+        group["jc"] = compressed.indptr.astype(np.uint64)
+
+
+def written(folder, kind):
+    """The matrix in a format: its source."""
+    path = folder / "file"
+    if kind == "npz":
+        np.savez(path.with_suffix(".npz"), **sparse_parts("K", MATRIX), other=np.ones(3))
+        return f"{path}.npz:K"
+    if kind == "save_npz":
+        sp.save_npz(path.with_suffix(".npz"), sp.csr_matrix(MATRIX))
+        return f"{path}.npz"
+    if kind == "npy":
+        np.save(path.with_suffix(".npy"), MATRIX)
+        return f"{path}.npy"
+    if kind == "mat5":
+        scipy.io.savemat(path.with_suffix(".mat"), {"K": sp.csc_matrix(MATRIX), "M": MATRIX})
+        return f"{path}.mat:K"
+    if kind.startswith("mat73"):
+        mat73(path.with_suffix(".mat"), "K", MATRIX)
+        return f"{path}.mat:{'K' if kind == 'mat73 dense' else 'sparse'}"
+    if kind.startswith("market"):
+        symmetry = kind.split()[1]
+        with open(f"{path}.mtx", "wb") as file:
+            scipy.io.mmwrite(file, sp.coo_matrix(MATRIX), symmetry=symmetry)
+        return f"{path}.mtx"
+    text = {
+        "lower": lines(HALF, by_label),
+        "upper": lines([(j, i, v) for i, j, v in HALF], by_label),
+        "whole": lines(
+            [(i, j, v) for i, j, v in HALF] + [(j, i, v) for i, j, v in HALF if i != j], by_label
+        ),
+        "coordinate": lines(HALF, lambda i, j, v: f"{i} {j} {v:.15e}"),
+    }[kind]
+    Path(f"{path}.mtx").write_text("** written by a program\n" + text)
+    return f"{path}.mtx"
+
+
+@pytest.mark.parametrize(
+    "kind",
+    [
+        *("npz", "save_npz", "npy", "mat5", "mat73 dense", "mat73 sparse"),
+        *("market symmetric", "market general", "lower", "upper", "whole", "coordinate"),
+    ],
+)
+def test_every_format_gives_the_same_matrix(tmp_path, kind):
+    found = read_matrix(written(tmp_path, kind))
+    np.testing.assert_allclose(found.whole("full").toarray(), MATRIX, rtol=1e-14)
+    if kind in ("lower", "upper", "whole"):
+        assert found.labels == tuple(LABELS.values())
+
+
+def calculix(name):
+    """A matrix of the plate, dense."""
+    return read_matrix(str(HERE / name)).whole("full").toarray()
+
+
+def test_calculix_stiffness_and_mass_have_its_own_frequency():
+    """``plate.dat`` is what CalculiX found of ``plate.inp`` with its own eigenvalue solver."""
+    K, M = calculix("plate.sti"), calculix("plate.mas")
+    found = np.sqrt(np.linalg.eigvals(np.linalg.solve(M, K)).real.min()) / (2 * np.pi)
+    row = next(
+        line.split()
+        for line in (HERE / "plate.dat").read_text().splitlines()
+        if line.split()[:1] == ["1"] and len(line.split()) == 5
+    )
+    assert found == pytest.approx(float(row[3]), rel=2e-7)  # seven digits are printed
+
+
+def test_calculix_says_which_degrees_of_freedom_there_are():
+    labels = read_matrix(str(HERE / "plate.sti")).labels
+    assert labels is not None
+    assert labels[:3] == ((2, 1), (2, 2), (3, 1))
+    assert read_table(str(HERE / "plate.dof"))["node"].tolist()[:3] == [2, 2, 3]
+
+
+def test_a_substructure_is_the_same_stiffness_in_another_layout():
+    """CalculiX wrote both: ``substructure.mtx`` as a linear user element, ``free.sti`` as triples."""
+    found = read_matrix(f"{HERE / 'substructure.mtx'}:STIFFNESS")
+    assert found.labels == ((1, 1), (1, 2), (3, 1), (3, 2), (4, 1), (4, 2), (6, 2))
+    whole = read_matrix(str(HERE / "free.sti"))
+    assert whole.labels is not None
+    rows = [whole.labels.index(label) for label in found.labels]
+    expected = whole.whole("full").toarray()[np.ix_(rows, rows)]
+    scale = np.abs(expected).max()
+    np.testing.assert_allclose(found.whole("full").toarray(), expected, atol=1e-12 * scale)
+
+
+def test_a_file_of_several_wants_a_name(tmp_path):
+    np.savez(tmp_path / "two.npz", K=MATRIX, M=MATRIX)
+    with pytest.raises(InputError, match=r"which one is meant\? It holds K, M"):
+        read_matrix(str(tmp_path / "two.npz"))
+    with pytest.raises(InputError, match="holds no 'C'; there is K, M"):
+        read_matrix(f"{tmp_path / 'two.npz'}:C")
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("1 1 2.0\n1 1 3.0\n", "an entry is there twice"),
+        ("0 0 2.0\n1 1 3.0\n", "rows and columns count from 1"),
+        ("1 1\n", "2 numbers a line"),
+        ("1.5 1 2.0\n", "whole numbers"),
+        ("7,9, 7,9, 1.0\n", "directions are 1 to 6"),
+        ("nothing\n", "no table of matrix entries"),
+        ("*USER ELEMENT, NODES=1, LINEAR\n*MATRIX,TYPE=STIFFNESS\n1.0\n", "the nodes"),
+    ],
+)
+def test_text_that_is_no_matrix(tmp_path, text, said):
+    path = tmp_path / "file.mtx"
+    path.write_text(text)
+    with pytest.raises(InputError, match=said) as caught:
+        read_matrix(str(path))
+    assert "file.mtx" in str(caught.value)
+
+
+def test_indices_that_count_from_one(tmp_path):
+    parts = sparse_parts("K", MATRIX)
+    parts["K.indices"] = parts["K.indices"] + 1
+    np.savez(tmp_path / "one.npz", **parts)
+    with pytest.raises(InputError, match="do its indices count from 1"):
+        read_matrix(f"{tmp_path / 'one.npz'}:K")
+
+
+def test_an_unknown_ending(tmp_path):
+    with pytest.raises(InputError, match=r"no matrix can be read .* \.npz"):
+        read_matrix(str(tmp_path / "file.xyz"))
+
+
+def test_a_table_with_a_line_too_short(tmp_path):
+    path = tmp_path / "pairs.csv"
+    path.write_text("# pairs\nposition,area\n0,1\n1\n")
+    with pytest.raises(InputError, match="line 4 has 1 values, the header 2"):
+        read_table(str(path))
+    path.write_text("position,area\n0,one\n")
+    with pytest.raises(InputError, match="line 2, area = 'one'"):
+        read_table(str(path))
+
+
+def test_columns_of_an_array_file(tmp_path):
+    np.savez(tmp_path / "a.npz", pairs_position=np.arange(3.0), pairs_area=np.ones(3), K=MATRIX)
+    found = read_table(f"{tmp_path / 'a.npz'}:pairs")
+    assert sorted(found) == ["area", "position"]
+
+
+def test_a_vector_of_another_length(tmp_path):
+    np.save(tmp_path / "v.npy", np.ones(4))
+    with pytest.raises(InputError, match="has 4 entries, and the stiffness has 3"):
+        read_vector(str(tmp_path / "v.npy"), 3)
+
+
+def test_another_order_of_the_degrees_of_freedom():
+    half = Found(sp.csc_matrix(np.triu(MATRIX)), "upper", tuple(LABELS.values()))
+    labels = ((9, 2), (7, 2), (8, 1), (7, 1))
+    found = ordered(half, labels).whole("full").toarray()
+    np.testing.assert_array_equal(found[np.ix_([3, 1, 0], [3, 1, 0])], MATRIX)
+    assert not found[2].any()
+
+
+# -- through packages that are installed when they are wanted --------------------------------------
+
+
+def test_a_reader_that_is_not_installed(tmp_path, monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "pyyeti.nastran", None)
+    monkeypatch.setitem(__import__("sys").modules, "pyyeti", None)
+    (tmp_path / "k.op4").write_text("")
+    with pytest.raises(InputError, match=r"pip install .microslip\[nastran\]"):
+        read_matrix(str(tmp_path / "k.op4"))
+
+
+@pytest.mark.skipif(importlib.util.find_spec("pyyeti") is None, reason="needs the extra nastran")
+@pytest.mark.parametrize("binary", [True, False])
+def test_nastran_op4_and_external_superelement(tmp_path, binary):
+    from pyyeti.nastran import op4
+
+    path = tmp_path / "kaa.op4"
+    op4.write(str(path), ["kaa", "maa"], [MATRIX, np.eye(3)], binary=binary)
+    np.testing.assert_allclose(read_matrix(f"{path}:KAA").matrix.toarray(), MATRIX, rtol=1e-12)
+    (tmp_path / "se.asm").write_text("EXTRN,7,12,9,2,2995001,0\n")
+    found = read_table(str(tmp_path / "se.asm"))
+    assert found["node"].tolist() == [7, 7, 9, 2995001]
+    assert found["direction"].tolist() == [1, 2, 2, 0]
+
+
+def ansys_example():
+    """The ``.full`` file that comes with the reader, of a rotor sector."""
+    spec = (
+        importlib.util.find_spec("ansys.mapdl.reader")
+        if importlib.util.find_spec("ansys")
+        else None
+    )
+    return None if spec is None else Path(str(spec.origin)).parent / "examples" / "file.full"
+
+
+@pytest.mark.skipif(ansys_example() is None, reason="needs the extra ansys")
+def test_ansys_full():
+    K, M = (read_matrix(f"{ansys_example()}:{name}") for name in "KM")
+    assert K.labels == M.labels
+    stiffness, mass = K.whole("full"), M.whole("full")
+    assert abs(stiffness - stiffness.T).max() == 0
+    # mass of a translation along x is that along y: rows that are held take from both alike
+    directions = np.array([direction for _, direction in K.labels])
+    totals = [(directions == d).astype(float) @ mass @ (directions == d) for d in (1, 2, 3)]
+    assert np.ptp(totals) < 1e-8 * max(totals)
