@@ -147,7 +147,7 @@ def held_dofs(
         Where a node set is missing or empty, or has no such component.
     """
     d = mesh.dimension
-    out = [np.zeros(0, dtype=np.int64)]
+    out = [_held_by_mesh(mesh, rotations)]
     for name, components in held.items():
         nodes = mesh.nodes_of_set(name)
         for component in components:
@@ -162,6 +162,18 @@ def held_dofs(
                 )
             out += [rotations.of(node)[[component - d]] for node in turning]
     return np.unique(np.concatenate(out))
+
+
+def _held_by_mesh(mesh: FiniteElementMesh, rotations: Rotations) -> Indices:
+    """Degrees of freedom that the mesh itself holds; rotations of nodes without any are held anyway."""
+    d = mesh.dimension
+    moving = mesh.held[mesh.held[:, 1] < d]
+    out = [d * moving[:, 0] + moving[:, 1]]
+    for node, component in mesh.held[mesh.held[:, 1] >= 3]:
+        turn = component - 3 if d == 3 else component - 5
+        if node in rotations.nodes and turn >= 0:
+            out.append(rotations.of(int(node))[[turn]])
+    return np.concatenate(out)
 
 
 def _idle(mesh: FiniteElementMesh, constraints: sp.csr_matrix, rotations: Rotations) -> Indices:

@@ -163,6 +163,9 @@ class FiniteElementMesh(Brief):
     ties, equations, couplings : tuples
     masses : mapping of int to float
         Point masses by row of the points, kg.
+    held : (h, 2) int array
+        Row of the points and component of what does not move; components from 3 are rotations of
+        reference nodes, also in the plane.
     cautions : tuple of Caution
         What should be known of what was read.
     """
@@ -179,6 +182,7 @@ class FiniteElementMesh(Brief):
     equations: tuple[Equation, ...] = ()
     couplings: tuple[Coupling, ...] = ()
     masses: Mapping[int, float] = field(default_factory=dict)
+    held: Indices = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
     cautions: tuple[Caution, ...] = ()
 
     @property
