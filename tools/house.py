@@ -22,7 +22,7 @@ LAZY = {
 }
 """Modules that may import while they run."""
 
-OPTIONAL = {"pint", "pyuff", "pyyeti", "ansys"}
+OPTIONAL = {"ansys", "meshio", "pint", "pyuff", "pyyeti"}
 """Packages that may be imported inside a function: slow to import, and rarely needed."""
 
 STRIDES = {

@@ -13,7 +13,13 @@ from typing import NamedTuple
 import numpy as np
 
 from microslip.analyses.statics.held import HeldMode
-from microslip.analyses.statics.prescribed import PrescribedCycle, prescribed_path, solver_at
+from microslip.analyses.statics.prescribed import (
+    ContactState,
+    PrescribedCycle,
+    prescribed_cycle,
+    prescribed_path,
+    solver_at,
+)
 from microslip.contact.path import follow_path
 from microslip.contact.path_tangent import path_tangent
 from microslip.numerics.fourier import harmonic

@@ -1,0 +1,135 @@
+"""Faces on the outside of bodies, and surfaces from nodes or from cells of a lower dimension."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from microslip.errors import ModelError
+from microslip.model.mesh.finite_elements import Block, FiniteElementMesh, Surface
+from microslip.typing import Indices
+
+
+def all_faces(blocks: Sequence[Block]) -> tuple[Surface, Indices]:
+    """Every face of every element, and its sorted corners (f, 4), -1 where it has fewer."""
+    elements, faces, corners = [], [], []
+    start = 0
+    for block in blocks:
+        for face, loop in enumerate(block.type.loops):
+            own = np.full((block.count, 4), -1)
+            own[:, : len(loop)] = block.nodes[:, list(loop)]
+            corners.append(np.sort(own, axis=1))
+            elements.append(start + np.arange(block.count))
+            faces.append(np.full(block.count, face))
+        start += block.count
+    return Surface(np.concatenate(elements), np.concatenate(faces)), np.concatenate(corners)
+
+
+def boundary(blocks: Sequence[Block]) -> tuple[Surface, Indices]:
+    """Faces that belong to one element alone, and their sorted corners.
+
+    Examples
+    --------
+    >>> block = Block("quad4", np.array([[0, 1, 4, 3], [1, 2, 5, 4]]), np.array([1, 2]))
+    >>> len(boundary([block])[0].elements)
+    6
+    """
+    surface, corners = all_faces(blocks)
+    _, inverse, counts = np.unique(corners, axis=0, return_inverse=True, return_counts=True)
+    free = counts[inverse.ravel()] == 1
+    return Surface(surface.elements[free], surface.faces[free]), corners[free]
+
+
+def surface_of_nodes(blocks: Sequence[Block], nodes: Indices) -> Surface:
+    """Outside faces all of whose corners are among nodes."""
+    surface, corners = boundary(blocks)
+    inside = (np.isin(corners, nodes) | (corners < 0)).all(axis=1)
+    return Surface(surface.elements[inside], surface.faces[inside])
+
+
+def surface_of_cells(blocks: Sequence[Block], cells: Indices, name: str) -> Surface:
+    """Faces that cells of a lower dimension lie on.
+
+    Parameters
+    ----------
+    blocks : sequence of Block
+    cells : (c, k) int array
+        Corners of each cell.
+    name : str
+        Of the surface, for messages.
+
+    Raises
+    ------
+    ModelError
+        Where a cell lies on no face, or inside a body.
+    """
+    wanted = np.full((len(cells), 4), -1)
+    wanted[:, : cells.shape[1]] = cells
+    wanted = np.sort(wanted, axis=1)
+    surface, corners = all_faces(blocks)
+    known: dict[bytes, list[int]] = {}
+    for k, key in enumerate(corners):
+        known.setdefault(key.tobytes(), []).append(k)
+    found = [known.get(key.tobytes(), []) for key in wanted.astype(corners.dtype)]
+    lost = sum(len(each) == 0 for each in found)
+    inside = sum(len(each) > 1 for each in found)
+    if lost or inside:
+        raise ModelError(
+            f"surface {name!r}: {lost} of its {len(cells)} cells lie on no element and {inside} between two; "
+            "a surface is made of outside faces"
+        )
+    at = np.array([each[0] for each in found])
+    return Surface(surface.elements[at], surface.faces[at])
+
+
+def with_surfaces(mesh: FiniteElementMesh, surfaces: Mapping[str, Surface]) -> FiniteElementMesh:
+    """The mesh with more surfaces."""
+    return replace(mesh, surfaces={**mesh.surfaces, **surfaces})
+
+
+def joined(first: FiniteElementMesh, second: FiniteElementMesh) -> FiniteElementMesh:
+    """Two meshes as one; sets and surfaces of the same name become one.
+
+    Labels are those of the parts. Sections and what ties nodes together are not joined.
+
+    Examples
+    --------
+    >>> block = Block("quad4", np.array([[0, 1, 2, 3]]), np.array([1]))
+    >>> square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    >>> mesh = FiniteElementMesh(square, np.arange(4), (block,), node_sets={"all": np.arange(4)})
+    >>> len(joined(mesh, mesh).node_sets["all"])
+    8
+    """
+    n, e = len(first.points), first.elements
+    blocks = tuple(replace(b, nodes=b.nodes + n) for b in second.blocks)
+    surfaces = {k: Surface(s.elements + e, s.faces) for k, s in second.surfaces.items()}
+    return replace(
+        first,
+        points=np.vstack([first.points, second.points]),
+        node_labels=np.concatenate([first.node_labels, second.node_labels]),
+        blocks=first.blocks + blocks,
+        node_sets=_merged(first.node_sets, {k: v + n for k, v in second.node_sets.items()}),
+        element_sets=_merged(
+            first.element_sets, {k: v + e for k, v in second.element_sets.items()}
+        ),
+        surfaces={
+            name: _both(first.surfaces.get(name), surfaces.get(name))
+            for name in (*first.surfaces, *surfaces)
+        },
+    )
+
+
+def _both(first: Surface | None, second: Surface | None) -> Surface:
+    parts = [part for part in (first, second) if part is not None]
+    return Surface(
+        np.concatenate([part.elements for part in parts]),
+        np.concatenate([part.faces for part in parts]),
+    )
+
+
+def _merged(first: Mapping[str, Indices], second: Mapping[str, Indices]) -> dict[str, Indices]:
+    empty = np.zeros(0, dtype=np.int64)
+    names = (*first, *second)
+    return {k: np.concatenate([first.get(k, empty), second.get(k, empty)]) for k in names}

@@ -1,0 +1,141 @@
+"""Load vectors of a mesh: tractions on surfaces, forces and moments on node sets, springs on surfaces.
+
+A load vector is an output as well: ``load @ x`` is the displacement that a unit of it does work on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import scipy.sparse as sp
+
+from microslip.errors import ModelError
+from microslip.model.mesh.facets import area_vectors, facets_of
+from microslip.model.mesh.finite_elements import FiniteElementMesh
+from microslip.typing import Array, Indices
+
+Traction = Callable[[Array, Array], Array]
+"""Traction (..., d) in Pa from positions (..., d) in m and outward unit normals (..., d)."""
+
+DEGREE = 8
+"""Of the quadrature of tractions."""
+
+
+def traction_load(mesh: FiniteElementMesh, surface: str, traction: Traction | Array) -> Array:
+    """Consistent nodal forces ``∫ N t dA`` of a traction on a surface.
+
+    Parameters
+    ----------
+    mesh : FiniteElementMesh
+    surface : str
+    traction : (d,) array or callable
+        Pa; ``traction(position, normal)`` where it is not the same everywhere.
+
+    Returns
+    -------
+    (d n,) array
+    """
+    facets = facets_of(mesh, surface)
+    load = np.zeros_like(mesh.points)
+    for group in facets.groups:
+        x, shape = mesh.points[group.nodes], group.type
+        xi, weights = shape.quadrature(DEGREE)
+        across = area_vectors(x, shape, xi)
+        size = np.linalg.norm(across, axis=2)
+        N = shape.shapes(xi)
+        if callable(traction):
+            at = np.einsum("qk,fkd->fqd", N, x)
+            t = np.broadcast_to(traction(at, across / size[:, :, None]), at.shape)
+        else:
+            t = np.broadcast_to(traction, across.shape)
+        forces = np.einsum("fqd,qk->fkd", t * (size * weights)[:, :, None], N)
+        np.add.at(load, group.nodes, forces)
+    return load.ravel()
+
+
+def pressure_load(mesh: FiniteElementMesh, surface: str) -> Array:
+    """Nodal forces of a unit pressure on a surface, against its outward normal."""
+    return traction_load(mesh, surface, lambda position, normal: -normal)
+
+
+def resultant_load(mesh: FiniteElementMesh, surface: str, direction: Array) -> Array:
+    """Nodal forces of a unit force spread evenly over a surface."""
+    d = np.asarray(direction, dtype=float)
+    load = traction_load(mesh, surface, d / np.linalg.norm(d))
+    return np.asarray(load / np.linalg.norm(load.reshape(-1, mesh.dimension).sum(axis=0)))
+
+
+def nodal_load(mesh: FiniteElementMesh, nodes: Indices, direction: Array) -> Array:
+    """A unit force shared evenly by nodes; the output is their mean displacement.
+
+    Examples
+    --------
+    >>> mesh = FiniteElementMesh(np.eye(3, 2), np.arange(3), ())
+    >>> nodal_load(mesh, np.array([0, 2]), np.array([0.0, 1.0]))
+    array([0. , 0.5, 0. , 0. , 0. , 0.5])
+    """
+    load = np.zeros_like(mesh.points)
+    load[nodes] = np.asarray(direction, dtype=float) / (np.linalg.norm(direction) * len(nodes))
+    return load.ravel()
+
+
+def moment_load(mesh: FiniteElementMesh, surface: str, axis: Array | None = None) -> Array:
+    """A unit moment as a traction that is linear over a surface and has no resultant force.
+
+    ``t = theta × (x - c)``, c the centroid; the component along the normal alone, as bending stresses
+    act on a section. In the plane the moment turns counter-clockwise.
+
+    Parameters
+    ----------
+    mesh : FiniteElementMesh
+    surface : str
+    axis : (3,) array, optional
+        Axis of the moment in space.
+
+    Raises
+    ------
+    ModelError
+        Where the surface takes no such moment.
+    """
+    d = mesh.dimension
+    turn = np.array([0.0, 0.0, 1.0]) if d == 2 else np.asarray(axis, dtype=float)
+    turn = turn / np.linalg.norm(turn)
+
+    def moved(position: Array, about: Array) -> Array:
+        arm = np.zeros((*position.shape[:-1], 3))
+        arm[..., :d] = position - about
+        return np.asarray(np.cross(turn, arm)[..., :d])
+
+    shares = traction_load(mesh, surface, np.eye(d)[0]).reshape(-1, d)[:, 0]
+    centre = shares @ mesh.points / shares.sum()
+
+    def bending(position: Array, normal: Array) -> Array:
+        along = np.sum(moved(position, centre) * normal, axis=-1, keepdims=True)
+        return np.asarray(along * normal)
+
+    load = traction_load(mesh, surface, bending)
+    work = load @ moved(mesh.points, centre).ravel()
+    if not work > 1e-12 * np.abs(load).max():
+        raise ModelError(f"surface {surface!r} takes no moment about this axis by normal tractions")
+    return np.asarray(load / work)
+
+
+def spring_stiffness(
+    mesh: FiniteElementMesh, surface: str, per_area: float, axis: int
+) -> sp.csc_matrix:
+    """Stiffness of springs to the ground spread over a surface, `per_area` in N/m³ along `axis`."""
+    n, d = mesh.points.shape
+    rows, columns, values = [], [], []
+    for group in facets_of(mesh, surface).groups:
+        x, shape = mesh.points[group.nodes], group.type
+        xi, weights = shape.quadrature(DEGREE)
+        size = np.linalg.norm(area_vectors(x, shape, xi), axis=2) * weights
+        N = shape.shapes(xi)
+        part = per_area * np.einsum("fq,qa,qb->fab", size, N, N, optimize=True)
+        dofs = d * group.nodes + axis
+        rows.append(np.broadcast_to(dofs[:, :, None], part.shape).ravel())
+        columns.append(np.broadcast_to(dofs[:, None], part.shape).ravel())
+        values.append(part.ravel())
+    place = np.concatenate(rows), np.concatenate(columns)
+    return sp.coo_matrix((np.concatenate(values), place), shape=(d * n, d * n)).tocsc()

@@ -1,0 +1,253 @@
+"""The structure of a joint from a mesh: matrices, interfaces, loads, supports and ties.
+
+A description of a mesh needs to call `structure_from_mesh` alone; what goes into it comes from
+`microslip.model.mesh` (materials, loads) and `microslip.model.mortar.coupling` (interfaces).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from microslip.brief import Brief
+from microslip.errors import Caution, ModelError
+from microslip.model.elasticity import Material
+from microslip.model.interface import Interface
+from microslip.model.mesh.assembly import assemble
+from microslip.model.mesh.constraints import (
+    Rotations,
+    constraints_of,
+    free_displacements,
+    rotations_of,
+    spins,
+    stacked,
+)
+from microslip.model.mesh.finite_elements import FiniteElementMesh, bending_cautions
+from microslip.model.mortar.coupling import MortarCoupling
+from microslip.model.mortar.ties import tied
+from microslip.model.structure import Structure
+from microslip.typing import Array, Indices
+
+STOPPED = 1e-9
+"""Of the largest: a rigid motion that constraints move less is free."""
+
+PARTLY = 0.98
+"""A caution says how much of a surface meets the other where it is less."""
+
+
+@dataclass(frozen=True, repr=False)
+class MeshedStructure(Brief):
+    """A structure and where it came from.
+
+    Attributes
+    ----------
+    structure : Structure
+    mesh : FiniteElementMesh
+    couplings : tuple of MortarCoupling
+        In the order of the pairs.
+    basis : (N, n) sparse
+        Displacements of all points, and rotations of reference nodes, from those of the structure.
+    rotations : Rotations
+    cautions : tuple of Caution
+    """
+
+    structure: Structure
+    mesh: FiniteElementMesh
+    couplings: tuple[MortarCoupling, ...]
+    basis: sp.csc_matrix
+    rotations: Rotations
+    cautions: tuple[Caution, ...] = ()
+
+    @property
+    def gap(self) -> Array:
+        """(m,) initial gaps of all pairs, m."""
+        return np.concatenate([coupling.gap for coupling in self.couplings])
+
+    def displacement(self, x: Array) -> Array:
+        """(points, d) displacements of the points of the mesh."""
+        return np.asarray((self.basis @ x)[: self.mesh.points.size].reshape(self.mesh.points.shape))
+
+
+def structure_from_mesh(
+    mesh: FiniteElementMesh,
+    couplings: Sequence[MortarCoupling],
+    *,
+    held: Mapping[str, Sequence[int]],
+    loads: Mapping[str, Array],
+    materials: Mapping[str, Material] | Material | None = None,
+    springs: sp.csc_matrix | None = None,
+) -> MeshedStructure:
+    """Matrices, interface and loads of a mesh, with its ties, equations and couplings condensed.
+
+    Parameters
+    ----------
+    mesh : FiniteElementMesh
+    couplings : sequence of MortarCoupling
+        Contact interfaces.
+    held : mapping of str to sequence of int
+        Node sets and their components that do not move; components of rotations, from the dimension on, are
+        those of reference nodes.
+    loads : mapping of str to (d n,) array
+        Of `microslip.model.mesh.loads`.
+    materials : optional
+        See `microslip.model.mesh.assembly.assemble`.
+    springs : (d n, d n) sparse, optional
+        To the ground.
+
+    Returns
+    -------
+    MeshedStructure
+        Its ``structure.free`` are the degrees of freedom ``d k + i`` of component i at point k.
+
+    Raises
+    ------
+    ModelError
+        Where matrices cannot be assembled or constraints contradict each other.
+    """
+    rotations = rotations_of(mesh)
+    parts = []
+    for tie in mesh.ties:
+        mesh, tying = tied(mesh, tie)
+        parts.append(tying)
+    constraints = stacked([*parts, constraints_of(mesh, rotations)], rotations.dofs)
+    stiffness, mass = assemble(mesh, materials)
+    extra = rotations.dofs - stiffness.shape[0]
+    supports = sp.csc_matrix(stiffness.shape) if springs is None else springs
+    K, M, S = (_padded(matrix, extra) for matrix in (stiffness + supports, mass, supports))
+    idle = _idle(mesh, constraints.rows, rotations)
+    fixed = np.union1d(held_dofs(mesh, held, rotations), idle)
+    basis, kept = free_displacements(constraints, fixed)
+    relative = sp.vstack([coupling.relative() for coupling in couplings]).tocsr()
+    motions = _left_free(_motions(mesh, rotations), fixed, constraints.rows)
+    vectors = {name: basis.T @ np.pad(load, (0, extra)) for name, load in loads.items()}
+    structure = Structure(
+        stiffness=_symmetric(basis.T @ K @ basis),
+        mass=_symmetric(basis.T @ M @ basis),
+        interface=_interface(couplings, (_wide(relative, extra) @ basis).tocsr()),
+        loads=vectors,
+        free=kept,
+        motions=motions[kept],
+        supports=None if springs is None else _symmetric(basis.T @ S @ basis),
+    )
+    cautions = (*mesh.cautions, *bending_cautions(mesh), *_coverage(couplings))
+    return MeshedStructure(structure, mesh, tuple(couplings), basis, rotations, cautions)
+
+
+def held_dofs(
+    mesh: FiniteElementMesh, held: Mapping[str, Sequence[int]], rotations: Rotations
+) -> Indices:
+    """Degrees of freedom that supports hold.
+
+    Raises
+    ------
+    ModelError
+        Where a node set is missing or empty, or has no such component.
+    """
+    d = mesh.dimension
+    out = [_held_by_mesh(mesh, rotations)]
+    for name, components in held.items():
+        nodes = mesh.nodes_of_set(name)
+        for component in components:
+            if component < d:
+                out.append(d * nodes + component)
+                continue
+            turning = [node for node in nodes if node in rotations.nodes]
+            if not turning or component >= d + rotations.each:
+                raise ModelError(
+                    f"support of node set {name!r}: its nodes have no component {component + 1}; solid "
+                    "elements have displacements alone, and rotations belong to reference nodes of couplings"
+                )
+            out += [rotations.of(node)[[component - d]] for node in turning]
+    return np.unique(np.concatenate(out))
+
+
+def _held_by_mesh(mesh: FiniteElementMesh, rotations: Rotations) -> Indices:
+    """Degrees of freedom that the mesh itself holds; rotations of nodes without any are held anyway."""
+    d = mesh.dimension
+    moving = mesh.held[mesh.held[:, 1] < d]
+    out = [d * moving[:, 0] + moving[:, 1]]
+    for node, component in mesh.held[mesh.held[:, 1] >= 3]:
+        turn = component - 3 if d == 3 else component - 5
+        if node in rotations.nodes and turn >= 0:
+            out.append(rotations.of(int(node))[[turn]])
+    return np.concatenate(out)
+
+
+def _idle(mesh: FiniteElementMesh, constraints: sp.csr_matrix, rotations: Rotations) -> Indices:
+    """Degrees of freedom of points that belong to no element and no constraint."""
+    used = np.zeros(len(mesh.points), dtype=bool)
+    for block in mesh.blocks:
+        used[block.nodes] = True
+    active = np.zeros(rotations.dofs, dtype=bool)
+    active[: mesh.points.size] = np.repeat(used, mesh.dimension)
+    active[np.unique(constraints.indices)] = True
+    return np.flatnonzero(~active)
+
+
+def _padded(matrix: sp.csc_matrix, extra: int) -> sp.csc_matrix:
+    return sp.block_diag([matrix, sp.csc_matrix((extra, extra))], format="csc") if extra else matrix
+
+
+def _wide(matrix: sp.csr_matrix, extra: int) -> sp.csr_matrix:
+    return sp.hstack([matrix, sp.csr_matrix((matrix.shape[0], extra))]).tocsr() if extra else matrix
+
+
+def _symmetric(matrix: sp.spmatrix) -> sp.csc_matrix:
+    return (0.5 * (matrix + matrix.T)).tocsc()
+
+
+def _interface(couplings: Sequence[MortarCoupling], relative: sp.csr_matrix) -> Interface:
+    if not couplings:
+        raise ModelError("a joint needs an interface: name two surfaces that touch")
+    parts = [coupling.interface() for coupling in couplings]
+    return Interface(
+        np.concatenate([part.position for part in parts]),
+        np.concatenate([part.area for part in parts]),
+        relative,
+        parts[0].dimension,
+    )
+
+
+def _motions(mesh: FiniteElementMesh, rotations: Rotations) -> Array:
+    """(N, e) rigid motions of all bodies and reference nodes; turns are about their mean, of unit size."""
+    d = mesh.dimension
+    groups = [*mesh.bodies, *(np.array([node]) for node in rotations.nodes)]
+    each = d + (1 if d == 2 else 3)
+    out = np.zeros((rotations.dofs, each * len(groups)))
+    for k, nodes in enumerate(groups):
+        arms = mesh.points[nodes] - mesh.points[nodes].mean(axis=0)
+        size = np.linalg.norm(arms, axis=1).max() or 1.0
+        rigid = np.concatenate([np.tile(np.eye(d), (len(nodes), 1, 1)), spins(arms / size)], axis=2)
+        rows = (d * nodes[:, None] + np.arange(d)).ravel()
+        out[rows, each * k : each * (k + 1)] = rigid.reshape(-1, each)
+        for node in nodes[np.isin(nodes, rotations.nodes)]:
+            turns = each * k + d + np.arange(rotations.each)
+            out[rotations.of(int(node)), turns] = 1.0 / size
+    return out
+
+
+def _left_free(motions: Array, fixed: Indices, constraints: sp.csr_matrix) -> Array:
+    """Combinations of rigid motions that supports and constraints do not stop."""
+    stopped = np.vstack([motions[fixed], constraints @ motions])
+    if not len(stopped):
+        return motions
+    few = max(0, motions.shape[1] - len(stopped))
+    _, size, directions = np.linalg.svd(np.pad(stopped, ((0, few), (0, 0))), full_matrices=False)
+    rank = int(np.sum(size > STOPPED * size.max(initial=1e-300)))
+    return np.asarray(motions @ directions[rank:].T)
+
+
+def _coverage(couplings: Sequence[MortarCoupling]) -> tuple[Caution, ...]:
+    return tuple(
+        Caution(
+            "mesh",
+            f"surfaces {c.slave!r} and {c.master!r}",
+            f"only {c.covered:.0%} of {c.slave!r} face the other side",
+            "is that meant? reach couples surfaces that are farther apart",
+        )
+        for c in couplings
+        if c.covered < PARTLY
+    )

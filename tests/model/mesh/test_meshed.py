@@ -1,0 +1,96 @@
+"""Structures from meshes: supports, reduction, cautions; plane and in space."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import scipy.sparse.linalg as spla
+from blocks import two_blocks
+
+from microslip.errors import InputError, ModelError
+from microslip.model.elasticity import Material
+from microslip.model.flexibility import static_flexibility
+from microslip.model.joint import Reducer
+from microslip.model.mesh.boundary import joined
+from microslip.model.mesh.loads import pressure_load, resultant_load
+from microslip.model.mesh.read import read_mesh
+from microslip.model.meshed import structure_from_mesh
+from microslip.model.mortar.coupling import couple
+
+STEEL = Material(210e9, 0.3, 7800.0)
+
+
+def supported(lower, upper, held=((0, 1, 2), (0, 1, 2)), **options):
+    mesh = two_blocks(lower, upper, **options)
+    ends = {
+        "bottom": np.flatnonzero(mesh.points[:, -1] < -1 + 1e-9),
+        "top": np.flatnonzero(mesh.points[:, -1] > 1 - 1e-9),
+    }
+    mesh = replace(mesh, node_sets=ends)
+    pairs = couple(mesh, "touch0", "touch1")
+    loads = {"press": pressure_load(mesh, "rest1")}
+    keep = {name: c[: mesh.dimension] for name, c in zip(("bottom", "top"), held, strict=True) if c}
+    return structure_from_mesh(mesh, [pairs], held=keep, loads=loads, materials=STEEL)
+
+
+@pytest.mark.parametrize(
+    ("lower", "upper"), [("quad8", "tri6"), ("tet10", "hex20"), ("hex8", "wedge6")]
+)
+def test_flexibility_of_the_pairs_is_that_of_the_whole_structure(lower, upper):
+    """``W = B K^-1 B^T`` and ``B K^-1 f`` of the reduced model, by solving with all degrees of freedom."""
+    structure = supported(lower, upper).structure
+    B = structure.interface.relative
+    solved = spla.splu(structure.stiffness.tocsc()).solve(B.T.toarray())
+    model = Reducer(structure, 8, (0.0, 0.0)).model(structure.loads)
+    flexibility = static_flexibility(model)
+    W = B @ solved
+    assert np.abs(flexibility.W - W).max() < 1e-7 * np.abs(W).max()
+    v = solved.T @ structure.loads["press"]
+    assert np.abs(flexibility.loads_v[:, 0] - v).max() < 1e-7 * np.abs(v).max()
+    assert model.dimension == structure.interface.dimension
+
+
+@pytest.mark.parametrize(("lower", "upper", "d"), [("quad8", "tri6", 2), ("tet10", "hex20", 3)])
+def test_motions_that_supports_leave_free_have_no_stiffness(lower, upper, d):
+    each = 3 if d == 2 else 6
+    for held, free in (
+        ((None, None), 2 * each),
+        (((0, 1, 2), None), each),
+        (((0, 1, 2), (0, 1, 2)), 0),
+    ):
+        structure = supported(lower, upper, held).structure
+        assert structure.motions.shape[1] == free
+        force = structure.stiffness @ structure.motions
+        assert np.abs(force).max(initial=0.0) < 1e-9 * np.abs(structure.stiffness.data).max()
+    # u_x held on a plane z = constant: it moves along z, y and turns about an axis along y in it
+    one_direction = supported(lower, upper, (None, (0,))).structure
+    assert one_direction.motions.shape[1] == 2 * each - (1 if d == 2 else 2)
+
+
+def test_supports_that_no_node_has_are_named():
+    mesh = replace(two_blocks("tet4", "tet4"), node_sets={"top": np.array([0])})
+    pairs = couple(mesh, "touch0", "touch1")
+    with pytest.raises(ModelError, match="node set 'top': its nodes have no component 4"):
+        structure_from_mesh(mesh, [pairs], held={"top": (3,)}, loads={}, materials=STEEL)
+
+
+def test_cautions_name_bad_elements_and_surfaces_that_meet_in_part():
+    said = [str(c) for c in supported("tri3", "quad8", counts=(12, 3), sizes=(1.0, 0.5)).cautions]
+    assert any("linear triangles bend too stiffly" in text for text in said)
+    assert any("face the other side" in text for text in said)
+
+
+def test_loads_have_the_resultants_that_they_say():
+    mesh = two_blocks("tet10", "hex20", tilt=0.3)
+    direction = np.array([1.0, 2.0, -2.0]) / 3
+    load = resultant_load(mesh, "touch0", direction).reshape(-1, 3)
+    assert np.allclose(load.sum(axis=0), direction)
+    closed = joined(mesh, mesh)
+    pressure = sum(pressure_load(closed, name) for name in ("touch0", "rest0")).reshape(-1, 3)
+    assert np.abs(pressure.sum(axis=0)).max() < 1e-12
+
+
+def test_a_file_of_another_kind_is_refused():
+    with pytest.raises(InputError, match=r"body\.stl: a mesh is a file \.inp, \.msh"):
+        read_mesh(Path("body.stl"))
