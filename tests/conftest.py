@@ -27,6 +27,8 @@ from microslip.pipeline.run import Run
 
 pytest_plugins = ["findings"]
 
+collect_ignore = ["contact/siconos_reactions.py"]  # run by another Python, which has Siconos
+
 ROOT = Path(__file__).parents[1]
 """Of the repository."""
 
