@@ -26,7 +26,7 @@ from microslip.model.flexibility import Flexibility
 
 ASKED = 1e-9
 
-BOUNDS = (0.03, 0.1, 0.3, 0.6, 1.0)
+BOUNDS = (0.03, 0.1, 0.3, 0.6, 1.0, 3.0)
 
 WAYS = (
     "Newton",

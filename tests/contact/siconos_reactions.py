@@ -6,11 +6,12 @@ Run by the interpreter that has Debian's ``python3-siconos``; needs nothing of t
 import sys
 
 import numpy as np
-import siconos.numerics as sn
 
 
 def reactions(W, v_free, vt_old, mu):
     """r of ``u = W r - v_free + v_old``, ``u + mu |u_t| n`` in the dual cone, from r = 0."""
+    import siconos.numerics as sn
+
     m = len(v_free) // 3
     q = -v_free.copy()
     q.reshape(-1, 3)[:, 1:] += vt_old

@@ -132,3 +132,15 @@ def test_a_drift_pushes_a_pair_that_would_stick_to_its_limit():
             2 * step
         )
         assert cycle.td[0, :, a] == pytest.approx(slope[0, 1:], abs=1e-4)
+
+
+@pytest.mark.parametrize("mean", [1.0, 6.0, 20.0])
+def test_every_pair_comes_to_a_periodic_traction(mean):
+    """Also those that come to rest by and by: an error would name them; going round once more stays."""
+    for seed in range(3000, 3010):
+        table, x, friction, held = random_cycle(seed, pairs=60, mean=mean)
+        cycle = spatial_cycle(table, x, friction, held)
+        traction = np.einsum("mac,cn->man", cycle.r[:, 1:], table.basis)
+        bound = friction[:, None] * np.maximum(0.0, x[:, 0] @ table.basis)
+        assert np.isfinite(cycle.tt).all()
+        assert np.abs(traction).max() <= 2 * bound.max()

@@ -48,13 +48,13 @@ from microslip.typing import Array, Status
 SETTLED = 1e-13
 """Change of a traction over a cycle, relative to the largest limit of friction, that is none."""
 
-MOST_CYCLES = 400
+MOST_CYCLES = 2000
 
-PATIENCE = 20
-"""Cycles that are gone round before Newton's method is tried."""
+PATIENCE, MOST_PATIENCE = 20, 400
+"""Cycles that are gone round before Newton's method is tried, at first and again."""
 
-FORGETS = 1e-4
-"""Determinant of ``I - Phi'`` from which on a pair forgets its traction."""
+FORGETS, HARDLY_FORGETS = 1e-4, 1e-12
+"""Determinant of ``I - Phi'`` from which on it is."""
 
 AT_LIMIT = 1.0 - 1e-13
 """Share of a traction within its limit up to which it slips; beyond, it is at the limit and sticks."""
@@ -204,7 +204,7 @@ def all_spatial_pairs(table, x, mu, held, drift, cycle):
                 bound,
                 held[i],
                 drift[i],
-                cycles,
+                min(cycles, MOST_PATIENCE),
                 traction,
                 state,
                 factor,
@@ -286,22 +286,24 @@ def periodic(xt, bound, held, drift, traction, state, factor, way):
 
     `cycles` is how many came before the one that repeats; 0 with `RESTS` for a pair that never slips.
     """
-    cycles, end = _repeat(xt, bound, held, drift, traction, state, factor, way, True)
+    cycles, end = _repeat(xt, bound, held, drift, traction, state, factor, way, PATIENCE, FORGETS)
     if end == ROUND:
         return cycles, end
     # where it ends by coming to rest, its whole way there counts
-    return _repeat(xt, bound, held, drift, traction, state, factor, way, False)
+    return _repeat(
+        xt, bound, held, drift, traction, state, factor, way, MOST_PATIENCE, HARDLY_FORGETS
+    )
 
 
 @jit
-def _repeat(xt, bound, held, drift, traction, state, factor, way, newton):
-    """As `periodic`, with Newton's method or without; with it, `ROUND` only of a slip that forgets."""
+def _repeat(xt, bound, held, drift, traction, state, factor, way, patience, forgets):
+    """As `periodic`, with Newton's method after so many cycles, of a slip that forgets so much."""
     close = SETTLED * np.max(bound)
     z1, z2 = first_traction(xt, bound, held, drift)
     w1, w2 = z1, z2
     best = np.inf
     jumped = False
-    for cycle in range(MOST_CYCLES if newton else 10 * MOST_CYCLES):
+    for cycle in range(MOST_CYCLES):
         s1, s2 = z1, z2
         z1, z2, moved = go_round(xt, bound, drift, s1, s2, traction, state, factor, way)
         if moved == 0:
@@ -309,8 +311,8 @@ def _repeat(xt, bound, held, drift, traction, state, factor, way, newton):
         error = np.sqrt((z1 - s1) ** 2 + (z2 - s2) ** 2)
         if error <= close:
             a, b, c, d = _slope(state, factor, way)
-            forgets = (1.0 - a) * (1.0 - d) - b * c > FORGETS
-            return cycle, ROUND if forgets else RESTS
+            goes_on = (1.0 - a) * (1.0 - d) - b * c > forgets
+            return cycle, ROUND if goes_on else RESTS
         if jumped and error >= best:
             # Newton's step did not help: go on from where going round had led
             z1, z2 = w1, w2
@@ -319,11 +321,11 @@ def _repeat(xt, bound, held, drift, traction, state, factor, way, newton):
         best = error
         w1, w2 = z1, z2
         jumped = False
-        if newton and cycle >= PATIENCE:
+        if cycle >= patience:
             a, b, c, d = _slope(state, factor, way)
             m11, m12, m21, m22 = 1.0 - a, -b, -c, 1.0 - d
             det = m11 * m22 - m12 * m21
-            if det > FORGETS:
+            if det > forgets:
                 f1, f2 = z1 - s1, z2 - s2
                 z1 = s1 + (m22 * f1 - m12 * f2) / det
                 z2 = s2 + (m11 * f2 - m21 * f1) / det
