@@ -108,6 +108,50 @@ def test_reference_joint_as_matrices_answers_the_same(both):
             assert differ(one.damping_ratio, other.damping_ratio) < SAME
 
 
+OTHERS = {
+    "cantilever": {
+        "support": {"left": "clamped", "right": "free"},
+        "port": [{"name": "tip", "kind": "force", "at": "right"}],
+        "load": {"port": "tip", "force": [10.0]},
+    },
+    "shaken": {
+        "support": {"left": "clamped", "right": "free"},
+        "port": [{"name": "wall", "kind": "base"}],
+        "load": {"port": "wall", "acceleration": [10.0]},
+    },
+    "different beams": {"beams": {"upper": {"thickness": "10 mm", "length": "0.3 m"}}},
+    "elastic": {
+        "contact": {"law": "elastic", "tangential_stiffness": 1e13, "normal_stiffness": 3e13}
+    },
+    "clamp aside": {"clamp": {"centre": "8 mm", "half_length": "20 mm"}},
+}
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_other_lap_joints_as_matrices(lap_file, folder, name):
+    document = {key: value for key, value in lap_file.items() if key != "load"}
+    for key, value in OTHERS[name].items():
+        document[key] = document.get(key, {}) | value if isinstance(value, dict) else value
+    probe = assemble(parse_joint(document | {"analysis": {"cycle": {}}}))
+    key = probe.joint.driven.load.key
+    share = 0.3 * (probe.opening_moment if np.isfinite(probe.opening_moment) else 1e5)
+    document["analysis"] = {"cycle": {key: [share], "steps": 100}}
+    joint = parse_joint(document)
+    written = as_matrices(joint, folder, "other.npz") | {"analysis": document["analysis"]}
+    if "load" in document:
+        written["load"] = document["load"]
+    lap, matrices = run(joint), run(parse_joint(written, "matrices", folder))
+    assert not matrices.failures
+    assert differ(lap.mode.sliding_omega, matrices.mode.sliding_omega) < SAME
+    assert differ(lap.prestress.pressure, matrices.prestress.pressure) < SAME
+    assert differ(lap.assembly.opening_moment, matrices.assembly.opening_moment) < SAME
+    drive = joint.drive_named("load")
+    one, other = lap.cycles[drive][0], matrices.cycles[drive][0]
+    assert differ(one.r, other.r) < SAME
+    assert one.dissipated > 0
+    assert differ(one.dissipated, other.dissipated) < SAME
+
+
 def found(document, folder):
     return assemble(parse_joint(document, "matrices", folder))
 
