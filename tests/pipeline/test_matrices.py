@@ -385,7 +385,7 @@ def test_a_run_is_written_and_read_again(tmp_path):
     )
     assert done.exit_code == 0, done.output
     again = load_run(tmp_path / "out")
-    assert again.responses[0].peak_frequency > 0
+    assert len(again.harmonic) == 3
     assert (tmp_path / "out" / "figures" / "overview.png").is_file()
 
 
