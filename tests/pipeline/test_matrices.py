@@ -377,11 +377,15 @@ def test_a_run_is_written_and_read_again(tmp_path):
     from microslip.cli.run import app as command
     from microslip.results.store import load_run
 
-    shown = CliRunner().invoke(check, [str(EXAMPLE)])
+    shutil.copytree(EXAMPLE.parent / "matrices_beam", tmp_path / "matrices_beam")
+    file = tmp_path / "joint.toml"
+    text = EXAMPLE.read_text().replace("count = 26", "count = 2\nharmonics = 2\nstability = false")
+    file.write_text(text.replace("[analysis.cycle]", "[analysis.cycle]\ncount = 4"))
+    shown = CliRunner().invoke(check, [str(file)])
     assert shown.exit_code == 0
     assert "translation along x of part 2" in " ".join(shown.output.split())
     done = CliRunner().invoke(
-        command, [str(EXAMPLE), "--out", str(tmp_path / "out"), "--format", "png"]
+        command, [str(file), "--out", str(tmp_path / "out"), "--format", "png"]
     )
     assert done.exit_code == 0, done.output
     again = load_run(tmp_path / "out")
