@@ -13,7 +13,7 @@ from microslip.model.elasticity import Material
 from microslip.model.flexibility import static_flexibility
 from microslip.model.joint import Reducer
 from microslip.model.mesh.boundary import joined
-from microslip.model.mesh.loads import pressure_load, resultant_load
+from microslip.model.mesh.loads import pressure_load, resultant_load, spring_stiffness
 from microslip.model.mesh.read import read_mesh
 from microslip.model.meshed import structure_from_mesh
 from microslip.model.mortar.coupling import couple
@@ -54,18 +54,35 @@ def test_flexibility_of_the_pairs_is_that_of_the_whole_structure(lower, upper):
 @pytest.mark.parametrize(("lower", "upper", "d"), [("quad8", "tri6", 2), ("tet10", "hex20", 3)])
 def test_motions_that_supports_leave_free_have_no_stiffness(lower, upper, d):
     each = 3 if d == 2 else 6
-    for held, free in (
-        ((None, None), 2 * each),
-        (((0, 1, 2), None), each),
-        (((0, 1, 2), (0, 1, 2)), 0),
-    ):
+    for held, free in ((((0, 1, 2), None), each), (((0, 1, 2), (0, 1, 2)), 0)):
         structure = supported(lower, upper, held).structure
         assert structure.motions.shape[1] == free
         force = structure.stiffness @ structure.motions
         assert np.abs(force).max(initial=0.0) < 1e-9 * np.abs(structure.stiffness.data).max()
     # u_x held on a plane z = constant: it moves along z, y and turns about an axis along y in it
-    one_direction = supported(lower, upper, (None, (0,))).structure
-    assert one_direction.motions.shape[1] == 2 * each - (1 if d == 2 else 2)
+    one_direction = supported(lower, upper, ((0, 1, 2), (0,))).structure
+    assert one_direction.motions.shape[1] == each - (1 if d == 2 else 2)
+
+
+def test_springs_hold_bodies():
+    """The same two bodies, free but for springs under one of them."""
+    mesh = two_blocks("quad8", "tri6")
+    pairs = couple(mesh, "touch0", "touch1")
+    springs = sum(spring_stiffness(mesh, "rest0", 1e3, axis) for axis in range(2))
+    meshed = structure_from_mesh(mesh, [pairs], held={}, loads={}, materials=STEEL, springs=springs)
+    assert meshed.structure.motions.shape[1] == 6
+
+
+@pytest.mark.parametrize(("lower", "upper", "d"), [("quad8", "tri6", 2), ("tet10", "hex20", 3)])
+def test_bodies_that_nothing_holds_are_named(lower, upper, d):
+    each = 3 if d == 2 else 6
+    with pytest.raises(ModelError, match=f"{each} rigid motions meet no support") as error:
+        supported(lower, upper, (None, None))
+    assert str(error.value).count("the one with node") == 2
+    with pytest.raises(
+        ModelError, match=r"rigid motions? .* the one with node 1, the one with node"
+    ):
+        supported(lower, upper, (None, (0,)))
 
 
 def test_supports_that_no_node_has_are_named():
