@@ -7,12 +7,15 @@ import numpy as np
 import pytest
 import scipy.sparse.linalg as spla
 from blocks import two_blocks
+from conftest import ROOT
+from write_inp import write_inp
 
 from microslip.errors import InputError, ModelError
 from microslip.model.elasticity import Material
 from microslip.model.flexibility import static_flexibility
 from microslip.model.joint import Reducer
-from microslip.model.mesh.boundary import joined
+from microslip.model.mesh.boundary import joined, surface_of_nodes
+from microslip.model.mesh.finite_elements import Section
 from microslip.model.mesh.loads import pressure_load, resultant_load, spring_stiffness
 from microslip.model.mesh.read import read_mesh
 from microslip.model.meshed import structure_from_mesh
@@ -111,3 +114,34 @@ def test_loads_have_the_resultants_that_they_say():
 def test_a_file_of_another_kind_is_refused():
     with pytest.raises(InputError, match=r"body\.stl: a mesh is a file \.inp, \.msh"):
         read_mesh(Path("body.stl"))
+
+
+def test_the_code_of_the_page_runs(tmp_path, monkeypatch):
+    mesh = two_blocks("hex20", "tet10")
+    surfaces = {
+        "plate_top": mesh.surfaces["touch0"],
+        "lug_bottom": mesh.surfaces["touch1"],
+        "washer": surface_of_nodes(mesh.blocks, np.flatnonzero(mesh.points[:, 2] > 1 - 1e-9)),
+    }
+    mesh = replace(
+        mesh,
+        node_labels=1 + np.arange(len(mesh.points)),
+        blocks=tuple(
+            replace(block, labels=1 + start + np.arange(block.count))
+            for block, start in zip(mesh.blocks, mesh.starts[:-1], strict=True)
+        ),
+        surfaces=surfaces,
+        node_sets={"root": np.flatnonzero(mesh.points[:, 2] < -1 + 1e-9)},
+        element_sets={"BODY": np.arange(mesh.elements)},
+        materials={"steel": Material(210e3, 0.3, 7.8e-9)},
+        sections=(Section("BODY", "steel"),),
+    )
+    write_inp(mesh, tmp_path / "joint.inp")
+    monkeypatch.chdir(tmp_path)
+    code = (ROOT / "docs" / "meshes.md").read_text("utf-8").split("```python")[1].split("```")[0]
+    names = {}
+    exec(code, names)
+    structure = names["meshed"].structure
+    assert structure.mass.sum() / 3 < 7800 * 2e-9  # what is held is left out
+    assert structure.loads["bolt"].sum() == pytest.approx(-1.0)
+    assert structure.interface.area.sum() == pytest.approx(1e-6)
