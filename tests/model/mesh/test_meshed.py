@@ -15,10 +15,12 @@ from microslip.model.elasticity import Material
 from microslip.model.flexibility import static_flexibility
 from microslip.model.joint import Reducer
 from microslip.model.mesh.boundary import joined, surface_of_nodes
-from microslip.model.mesh.finite_elements import Section
+from microslip.model.mesh.facets import facets_of
+from microslip.model.mesh.finite_elements import Section, Tie
 from microslip.model.mesh.loads import pressure_load, resultant_load, spring_stiffness
 from microslip.model.mesh.read import read_mesh
 from microslip.model.meshed import structure_from_mesh
+from microslip.model.modes import linear_modes
 from microslip.model.mortar.coupling import couple
 
 STEEL = Material(210e9, 0.3, 7800.0)
@@ -145,3 +147,30 @@ def test_the_code_of_the_page_runs(tmp_path, monkeypatch):
     assert structure.mass.sum() / 3 < 7800 * 2e-9  # what is held is left out
     assert structure.loads["bolt"].sum() == pytest.approx(-1.0)
     assert structure.interface.area.sum() == pytest.approx(1e-6)
+
+
+@pytest.mark.parametrize(("lower", "upper"), [("quad8", "tri6"), ("hex20", "tet10")])
+def test_bonded_pairs_are_a_tie(lower, upper):
+    """Frequencies with all components of all pairs bonded are those of the tied mesh, inclined too."""
+    mesh = two_blocks(lower, upper, tilt=0.3, turn=0.4)
+    mesh = replace(mesh, node_sets={"root": far_nodes(mesh)})
+    held = {"root": tuple(range(mesh.dimension))}
+    pairs = couple(mesh, "touch0", "touch1")
+    loads = {"press": pressure_load(mesh, "rest1")}
+    open_ = structure_from_mesh(mesh, [pairs], held=held, loads=loads, materials=STEEL).structure
+    bonded = np.arange(open_.interface.relative.shape[0])
+    tie = Tie("weld", pairs.slave, pairs.master)
+    tied = structure_from_mesh(
+        replace(mesh, ties=(tie,)), [pairs], held=held, loads=loads, materials=STEEL
+    ).structure
+    stuck = linear_modes(open_, bonded, 5).omega
+    assert stuck == pytest.approx(linear_modes(tied, np.array([], dtype=int), 5).omega, rel=1e-8)
+    assert stuck[0] > linear_modes(open_, bonded[:: mesh.dimension], 5).omega[0] * (1 - 1e-9)
+
+
+def far_nodes(mesh):
+    """Nodes on the outside of the lower body, away from the interface."""
+    facets = facets_of(mesh, "rest0").nodes
+    near = facets_of(mesh, "touch0").nodes
+    apart = np.linalg.norm(mesh.points[facets][:, None] - mesh.points[near], axis=2).min(axis=1)
+    return facets[apart > 0.6]
