@@ -155,7 +155,7 @@ def _cautions(
             f"the error is not below {settings.error:g} at {len(doubtful)} of "
             f"{len(curve.frequency)} frequencies, {doubtful.min():.6g} to {doubtful.max():.6g} Hz"
         )
-        advice = "raise analysis.response.points; beside the jump of a fold it stays large"
+        advice = "raise analysis.response.points, unless the motion there wanders by as much"
         found.append(Caution("response", place, reason, advice))
     return found
 

@@ -1,0 +1,271 @@
+"""Steady states along a response, each started from those that are known beside it.
+
+The state of the joint changes little from one frequency to the next. Between two known states, or from
+one, the search has ten cycles to go where it takes fifty from rest; and it stays on their branch of a
+fold. Where that fails it starts from rest with the guess of the reduced model.
+
+What the search ends with is worth what is left of its transients: the last change times the cycles
+that they last. A motion that still changes is looked at over `WATCHED` cycles more; if its amplitude stays
+the same to `DOUBTFUL`, it counts, with that as its doubt.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from microslip.analyses.prepared.joint import PreparedJoint
+from microslip.analyses.time.classify import motion_of
+from microslip.analyses.time.readings import opening_of
+from microslip.analyses.time.scheme import (
+    LINEAR_FIELDS,
+    State,
+    TimeScheme,
+    contact_memory,
+    march,
+    prestressed_state,
+    time_scheme,
+)
+from microslip.analyses.time.steady import SteadyState, steady_state
+from microslip.errors import MicroslipError
+from microslip.numerics.execute import each, threads
+from microslip.numerics.fourier import harmonic
+from microslip.typing import Complex
+
+STEPS = 150
+"""Time steps per cycle."""
+
+WARM, COLD = 50, 200
+"""Cycles at most, from states beside and from rest."""
+
+TOLERANCE, FINE = 1e-5, 1e-6
+"""Relative change over a cycle at which a state is steady, and where transients last long."""
+
+LASTS, LONGEST = 100.0, 1000.0
+"""Cycles that transients are taken to last at least and at most; in between the search's estimate of the
+slowest multiplier tells."""
+
+SURE = 2e-3
+"""Doubt above which a steady state is sought to `FINE`."""
+
+WATCHED = 40
+"""Cycles over which a motion that still changes is looked at."""
+
+DOUBTFUL = 0.05
+"""Doubt of the amplitude beyond which a motion is no steady state."""
+
+
+@dataclass(frozen=True)
+class Target:
+    """A steady state to seek.
+
+    Attributes
+    ----------
+    point : int
+        Index of its frequency.
+    frequency, load : float
+    guess : complex
+        First harmonic of the modal coordinate to start from rest with.
+    starts : tuple of ((State, float), ...)
+        States at phase 0 of the load and their shares, one mixture after another.
+    origin : int
+        Index of the frequency that the first start is of; -1 where it is none.
+    cold : bool
+        Start from rest where the others fail.
+    """
+
+    point: int
+    frequency: float
+    load: float
+    guess: complex
+    starts: tuple[tuple[tuple[State, float], ...], ...] = ()
+    origin: int = -1
+    cold: bool = True
+
+
+@dataclass(frozen=True)
+class Found:
+    """A steady state.
+
+    Attributes
+    ----------
+    amplitude : complex
+    change, doubt : float
+        See `microslip.analyses.reduced.anchors.Anchor`.
+    state : State
+        At phase 0 of the load.
+    cycles : int
+        Spent.
+    fell : bool
+        A larger motion was sought first, and is not steady.
+    """
+
+    amplitude: complex
+    change: float
+    doubt: float
+    state: State
+    cycles: int
+    fell: bool = False
+
+
+@dataclass(frozen=True)
+class Lost:
+    """No steady state.
+
+    Attributes
+    ----------
+    reason : str
+    cycles : int
+        Spent.
+    steady : SteadyState or None
+        The motion that the search ended in.
+    """
+
+    reason: str
+    cycles: int
+    steady: SteadyState | None = None
+
+
+def sought(joint: PreparedJoint, targets: Sequence[Target]) -> Iterator[Found | Lost]:
+    """Steady states in the order of the targets."""
+    return each(lambda target: seek(joint, target), targets, threads())
+
+
+def seek(joint: PreparedJoint, target: Target) -> Found | Lost:
+    """One steady state: from the starts in turn, then from rest."""
+    f = target.frequency
+    scheme = time_scheme(joint, 1 / (f * STEPS), frequency=f)
+    spent, reason, ended, larger = 0, "", None, 0.0
+    for mixture in (*target.starts, *([()] if target.cold else [])):
+        start = mixed(scheme, mixture) if mixture else None
+        try:
+            steady = _searched(scheme, target, start, TOLERANCE, WARM if mixture else COLD)
+        except MicroslipError as error:
+            reason = reason or str(error)
+            continue
+        spent += steady.cycles
+        opens = opening_of(steady.cycle, joint.model.position)
+        if opens:
+            reason, ended, larger = reason or opens, steady, np.inf
+            continue
+        found = _weighed(scheme, target, steady)
+        spent += found.cycles
+        if found.doubt <= DOUBTFUL:
+            fell = larger > 1.1 * abs(found.amplitude)
+            return replace(found, cycles=spent, fell=fell)
+        ended, larger = steady, max(larger, abs(found.amplitude))
+        reason = (
+            f"not steady after {steady.cycles} cycles, last change {found.change:.1e}, the "
+            f"amplitude known to {found.doubt:.0%}"
+        )
+    return Lost(reason or "nothing to start from", spent, ended)
+
+
+def what_it_is(joint: PreparedJoint, frequency: float, steady: SteadyState) -> str:
+    """The kind of a motion that is not steady, and its evidence."""
+    try:
+        return motion_of(
+            time_scheme(joint, 1 / (frequency * STEPS), frequency=frequency), steady
+        ).said
+    except MicroslipError as error:
+        return str(error)
+
+
+def mixed(scheme: TimeScheme, mixture: Sequence[tuple[State, float]]) -> State:
+    """Mixture of states, in the modes of a scheme; contact is that of the largest share."""
+    states = [(fitted(scheme, state), share) for state, share in mixture]
+    main = max(states, key=lambda one: one[1])[0]
+    parts = {
+        name: sum(share * getattr(state, name) for state, share in states)
+        for name in LINEAR_FIELDS
+        if name != "taken"
+    }
+    return replace(main, **parts)
+
+
+def fitted(scheme: TimeScheme, state: State) -> State:
+    """A state in the modes that a scheme follows: others move with the residual, new ones as if static."""
+    model, have = scheme.joint.model, len(state.eta)
+    count = len(model.omega)
+    if have == count:
+        return state
+    rest = prestressed_state(scheme)
+    eta, rate, acceleration = rest.eta.copy(), np.zeros(count), np.zeros(count)
+    some = min(have, count)
+    eta[:some], rate[:some] = state.eta[:some], state.rate[:some]
+    acceleration[:some] = state.acceleration[:some]
+    if count > have:
+        force = model.port_modes @ scheme.joint.held - model.mode_v.T @ state.r
+        eta[have:] = force[have:] / model.omega[have:] ** 2
+    return replace(
+        state,
+        eta=eta,
+        rate=rate,
+        acceleration=acceleration,
+        residual_v=state.v - model.mode_v @ eta,
+    )
+
+
+def _searched(
+    scheme: TimeScheme, target: Target, start: State | None, tolerance: float, cycles: int
+) -> SteadyState:
+    return steady_state(
+        scheme,
+        target.frequency,
+        target.load,
+        guess=0.0 if start is not None else target.guess,
+        tolerance=tolerance,
+        max_cycles=cycles,
+        start=start,
+    )
+
+
+def _weighed(scheme: TimeScheme, target: Target, steady: SteadyState) -> Found:
+    """What a search ended with and how well it is known; `cycles` are those spent here."""
+    state, spent = _at_phase_0(scheme, steady), 0
+    if steady.converged and steady.change * _lasts(steady) > SURE:
+        finer = _searched(scheme, target, state, FINE, WARM)
+        state, spent = finer.cycle.state, finer.cycles
+        if finer.converged or finer.change < steady.change:
+            steady = finer
+    if steady.converged:
+        doubt = steady.change * _lasts(steady)
+        return Found(steady.amplitude, steady.change, doubt, state, spent)
+    Q, state = _watched(scheme, target, state)
+    half = len(Q) // 2
+    size, mean = np.abs(Q), complex(Q.mean())
+    spread = float(np.abs(size / abs(mean) - 1).max())
+    drift = float(abs(size[half:].mean() - size[:half].mean()) / abs(mean))
+    doubt = spread + drift * _lasts(steady) / half
+    return Found(mean, steady.change, doubt, state, spent + len(Q))
+
+
+def _lasts(steady: SteadyState) -> float:
+    """Cycles in which the slowest transient falls to a third, as far as the search has met it."""
+    slowest = float(np.abs(steady.multipliers).max(initial=0.0))
+    return float(np.clip(1 / max(1 - slowest, 1e-9), LASTS, LONGEST))
+
+
+def _watched(scheme: TimeScheme, target: Target, state: State) -> tuple[Complex, State]:
+    """First harmonic of every cycle of a motion, and its last state."""
+    theta = 2 * np.pi * np.arange(STEPS + 1) / STEPS
+    wave, memory = target.load * np.sin(theta), contact_memory(scheme)
+    port = scheme.joint.model.port(scheme.joint.coordinate)
+    Q = []
+    for _ in range(WATCHED):
+        cycle = march(scheme, state, wave, memory=memory)
+        Q.append(harmonic(cycle.output[:, port], theta))
+        state = cycle.state
+    return np.array(Q), state
+
+
+def _at_phase_0(scheme: TimeScheme, steady: SteadyState) -> State:
+    """The end of the last cycle, marched on to where the load passes through zero."""
+    left = -steady.phase % (2 * np.pi)
+    steps = round(left / (2 * np.pi) * STEPS)
+    if steps == 0:
+        return steady.cycle.state
+    theta = steady.phase + left * np.arange(steps + 1) / steps
+    return march(scheme, steady.cycle.state, steady.load * np.sin(theta)).state
