@@ -64,6 +64,7 @@ class _Search:
     fell: set[int] = field(default_factory=set)
     count: int = 0
     spent: int = 0
+    opens: bool = False
 
     @property
     def over(self) -> bool:
@@ -84,6 +85,7 @@ class _Search:
         k = target.point
         self.count += 1
         self.spent += answer.cycles
+        self.opens = self.opens or answer.opens
         self.origin[k] = target.origin
         if isinstance(answer, Lost):
             if k in self.anchors:
@@ -108,8 +110,9 @@ def anchored_response(
     base: Response,
     stop: threading.Event,
     advance: Callable[[int], None],
-) -> tuple[Response, tuple[str, ...]]:
-    """A response of the refined model held to steady states, and where none was found.
+) -> tuple[Response, tuple[str, ...], bool]:
+    """A response of the refined model held to steady states, where none was found, and whether that opens
+    the joint.
 
     Parameters
     ----------
@@ -137,7 +140,7 @@ def anchored_response(
             advance(_learn(assembly, search, picks))
     except KeyboardInterrupt:
         stop.set()
-    return _response(search), _said(assembly, search, stop)
+    return _response(search), _said(assembly, search, stop), search.opens
 
 
 def _learn(assembly: Assembly, search: _Search, targets: list[Target]) -> int:

@@ -29,7 +29,7 @@ from microslip.analyses.time.scheme import (
     time_scheme,
 )
 from microslip.analyses.time.steady import SteadyState, steady_state
-from microslip.errors import MicroslipError
+from microslip.errors import JointOpensError, MicroslipError
 from microslip.numerics.execute import each, threads
 from microslip.numerics.fourier import harmonic
 from microslip.typing import Complex
@@ -100,6 +100,8 @@ class Found:
         Spent.
     fell : bool
         A larger motion was sought first, and is not steady.
+    opens : bool
+        At some instant of that no pair touches.
     """
 
     amplitude: complex
@@ -108,6 +110,7 @@ class Found:
     state: State
     cycles: int
     fell: bool = False
+    opens: bool = False
 
 
 @dataclass(frozen=True)
@@ -121,11 +124,14 @@ class Lost:
         Spent.
     steady : SteadyState or None
         The motion that the search ended in.
+    opens : bool
+        At some instant of it no pair touches.
     """
 
     reason: str
     cycles: int
     steady: SteadyState | None = None
+    opens: bool = False
 
 
 def sought(joint: PreparedJoint, targets: Sequence[Target]) -> Iterator[Found | Lost]:
@@ -137,30 +143,30 @@ def seek(joint: PreparedJoint, target: Target) -> Found | Lost:
     """One steady state: from the starts in turn, then from rest."""
     f = target.frequency
     scheme = time_scheme(joint, 1 / (f * STEPS), frequency=f)
-    spent, reason, ended, larger = 0, "", None, 0.0
+    spent, reason, ended, larger, opened = 0, "", None, 0.0, False
     for mixture in (*target.starts, *([()] if target.cold else [])):
         start = mixed(scheme, mixture) if mixture else None
         try:
             steady = _searched(scheme, target, start, TOLERANCE, WARM if mixture else COLD)
         except MicroslipError as error:
-            reason = reason or str(error)
+            reason, opened = reason or str(error), opened or isinstance(error, JointOpensError)
             continue
         spent += steady.cycles
         opens = opening_of(steady.cycle, joint.model.position)
         if opens:
-            reason, ended, larger = reason or opens, steady, np.inf
+            reason, ended, larger, opened = reason or opens, steady, np.inf, True
             continue
         found = _weighed(scheme, target, steady)
         spent += found.cycles
         if found.doubt <= DOUBTFUL:
             fell = larger > 1.1 * abs(found.amplitude)
-            return replace(found, cycles=spent, fell=fell)
+            return replace(found, cycles=spent, fell=fell, opens=opened)
         ended, larger = steady, max(larger, abs(found.amplitude))
         reason = (
             f"not steady after {steady.cycles} cycles, last change {found.change:.1e}, the "
             f"amplitude known to {found.doubt:.0%}"
         )
-    return Lost(reason or "nothing to start from", spent, ended)
+    return Lost(reason, spent, ended, opened)
 
 
 def what_it_is(joint: PreparedJoint, frequency: float, steady: SteadyState) -> str:
