@@ -53,6 +53,9 @@ def _harmonics(value: Any) -> Any:
 LISTS = ("moment_over_clamp_force_length", "moment", "force", "acceleration")
 """Keys that can list the amplitudes of cycles."""
 
+CYCLES_EACH = 40
+"""Cycles that a steady state of method "auto" may take on average."""
+
 Variant = Literal["printed", "consistent", "refined"]
 Drives = Annotated[tuple[Drive, ...], OneOrMore]
 Variants = Annotated[tuple[Variant, ...], OneOrMore]

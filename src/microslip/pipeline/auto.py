@@ -22,7 +22,7 @@ from microslip.analyses.reduced.response import Response
 from microslip.analyses.reduced.surface import Contours, LoadSurface, contours, load_surface
 from microslip.analyses.reduced.sweep import CONVERGED, OUTSIDE
 from microslip.analyses.time.scheme import State
-from microslip.describe.requests import ResponseAnalysis
+from microslip.describe.requests import CYCLES_EACH, ResponseAnalysis
 from microslip.pipeline.band import Curve
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.walk import Found, Lost, Target, sought, what_it_is
@@ -33,9 +33,6 @@ FIRST = (0.0, -1.2, 1.2)
 
 ACCURACY = 1e-3
 """Relative error of a time point with so many steps, at worst."""
-
-CYCLES = 40
-"""Cycles that a steady state may take on average; so many times the points is all that is spent."""
 
 AT_A_TIME = 4
 """Steady states sought at a time."""
@@ -69,7 +66,7 @@ class _Search:
     @property
     def over(self) -> bool:
         """Whether all that may be spent is."""
-        return self.count >= self.points or self.spent >= CYCLES * self.points
+        return self.count >= self.points or self.spent >= CYCLES_EACH * self.points
 
     @property
     def marks(self) -> list[int]:

@@ -12,6 +12,7 @@ import os
 
 from microslip.describe.beam import first_frequency
 from microslip.describe.lap import LapJoint
+from microslip.describe.requests import CYCLES_EACH
 from microslip.errors import InputError
 from microslip.model.lap import geometry, mesh_control
 from microslip.model.lap_mesh import lap_joint_meshes
@@ -87,13 +88,15 @@ def cycle_seconds(joint: LapJoint) -> float:
 
 
 def response_seconds(joint: LapJoint) -> float:
-    """Responses of the reduced models, per frequency; steady states of method "auto", 40 cycles each."""
+    """Responses of the reduced models, per frequency; all the cycles that method "auto" may take."""
     asked = joint.analysis.response
     if asked is None or joint.load is None:
         return 0.0
     loads = len(joint.load.values)
     states = loads * asked.points if asked.method == "auto" and joint.friction > 0 else 0
-    return 5e-5 * loads * len(joint.variants) * asked.count + _cycle(joint, states * 150 * 40)
+    return 5e-5 * loads * len(joint.variants) * asked.count + _cycle(
+        joint, states * 150 * CYCLES_EACH
+    )
 
 
 def refined_seconds(joint: LapJoint) -> float:
