@@ -3,10 +3,10 @@
 python benchmarks/population/auto.py [--seeds 21 22 23] [--count 20] [--pairs 101]
     [--loads 1 0.3] [--out FILE] [--page FILE]
 
-Every joint under its own load, or shares of it: the response by method "auto" with its defaults, then steady states at
-the peak, at the flanks where it is half as large, and at five frequencies at random, each from rest with
-a finer tolerance. Where that lands on another branch of a fold, the one shown is followed from the side,
-in small steps. The plain refined model is measured at the same points. Lines in FILE (JSON, one a
+Every joint under its own load, or shares of it: the response by method "auto" with its defaults, then
+steady states at the peak, at the flanks where it is half as large, and at five frequencies at random, each
+from rest with a finer tolerance. Where that lands on another branch of a fold, the one shown is followed from
+the side, in small steps. The plain refined model is measured at the same points. Lines in FILE (JSON, one a
 joint) are not computed again: stop it at any time, and go on with the same command.
 """
 
