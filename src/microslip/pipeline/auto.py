@@ -93,6 +93,8 @@ class _Search:
         before = self.anchors.get(k)
         if before is not None and abs(answer.amplitude) < abs(before.amplitude) * (1 + JUMP / 2):
             return
+        # what was started from the smaller motion here may be started anew
+        self.origin = {j: at for j, at in self.origin.items() if at != k}
         Q, load = answer.amplitude, self.base.load
         self.found[k] = answer
         self.anchors[k] = anchor_at(

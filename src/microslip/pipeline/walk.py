@@ -6,7 +6,7 @@ fold. Where that fails it starts from rest with the guess of the reduced model.
 
 What the search ends with is worth what is left of its transients: the last change times the cycles
 that they last. A motion that still changes is looked at over `WATCHED` cycles more; if its amplitude stays
-the same to `DOUBTFUL`, it counts, with that as its doubt.
+the same to `DOUBTFUL`, its mean counts, with how far it strays and drifts as its doubt.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from microslip.analyses.time.steady import SteadyState, steady_state
 from microslip.errors import JointOpensError, MicroslipError
 from microslip.numerics.execute import each, threads
 from microslip.numerics.fourier import harmonic
-from microslip.typing import Complex
+from microslip.typing import Array, Complex
 
 STEPS = 150
 """Time steps per cycle."""
@@ -52,6 +52,12 @@ SURE = 2e-3
 
 WATCHED = 40
 """Cycles over which a motion that still changes is looked at."""
+
+SLOWEST = 0.95
+"""Factor by which a drift is taken to fall from a third of them to the next, at most."""
+
+AGAIN = 5e-3
+"""Doubt above which the search goes on, from where the motion then is."""
 
 DOUBTFUL = 0.05
 """Doubt of the amplitude beyond which a motion is no steady state."""
@@ -158,12 +164,15 @@ def seek(joint: PreparedJoint, target: Target) -> Found | Lost:
             continue
         found = _weighed(scheme, target, steady)
         spent += found.cycles
+        if found.doubt > AGAIN:
+            found, more = _again(scheme, target, found)
+            spent += more
         if found.doubt <= DOUBTFUL:
             fell = larger > 1.1 * abs(found.amplitude)
             return replace(found, cycles=spent, fell=fell, opens=opened)
         ended, larger = steady, max(larger, abs(found.amplitude))
         reason = (
-            f"not steady after {steady.cycles} cycles, last change {found.change:.1e}, the "
+            f"not steady after {spent} cycles, last change {found.change:.1e}, the "
             f"amplitude known to {found.doubt:.0%}"
         )
     return Lost(reason, spent, ended, opened)
@@ -240,12 +249,34 @@ def _weighed(scheme: TimeScheme, target: Target, steady: SteadyState) -> Found:
         doubt = steady.change * _lasts(steady)
         return Found(steady.amplitude, steady.change, doubt, state, spent)
     Q, state = _watched(scheme, target, state)
-    half = len(Q) // 2
     size, mean = np.abs(Q), complex(Q.mean())
     spread = float(np.abs(size / abs(mean) - 1).max())
-    drift = float(abs(size[half:].mean() - size[:half].mean()) / abs(mean))
-    doubt = spread + drift * _lasts(steady) / half
+    doubt = spread + _to_come(size) / abs(mean)
     return Found(mean, steady.change, doubt, state, spent + len(Q))
+
+
+def _again(scheme: TimeScheme, target: Target, found: Found) -> tuple[Found, int]:
+    """The search taken up where a motion was left, if that is better, and the cycles that it took."""
+    try:
+        steady = _searched(scheme, target, found.state, TOLERANCE, WARM)
+    except MicroslipError:
+        return found, 0
+    if opening_of(steady.cycle, scheme.joint.model.position):
+        return found, steady.cycles
+    other = _weighed(scheme, target, steady)
+    better = other if other.doubt < found.doubt else found
+    return better, steady.cycles + other.cycles
+
+
+def _to_come(size: Array) -> float:
+    """By how much a size will still change: a geometric progression of what it did from third to third.
+
+    Of a size that does not change ever less, as much as `SLOWEST` makes of it.
+    """
+    first, second, third = (float(part.mean()) for part in np.array_split(size, 3))
+    before, last = abs(second - first), abs(third - second)
+    factor = np.clip(last / max(before, 1e-300), 0.0, SLOWEST)
+    return float(last * factor / (1 - factor))
 
 
 def _lasts(steady: SteadyState) -> float:

@@ -17,8 +17,8 @@ missed anywhere on the branch, as resonances of upper modes may lie between two 
 that are locked in make steady states scatter: they depend on what was before. So an anchor is not known
 better than that median nor, where its neighbours are close, than they miss it.
 
-An error ``dk`` of kappa moves the amplitude by ``|omega_sl² dk/Z|`` over the slope ``d log M/d log a`` of the
-surface; near a fold that vanishes and the bound says so.
+An error ``dk`` of kappa moves the size by ``Re(omega_sl² dk/Z)`` over the slope ``d log M/d log a`` of the
+surface, and the rest of it the phase; near a fold the slope vanishes and the bound says so.
 
 Far above the table, and close to a fold, the table is no help. There kappa itself is interpolated, and
 bounded in the same way; at every frequency that of the two whose bound is smaller is the answer.
@@ -33,6 +33,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from microslip.analyses.reduced.surface import LoadSurface, contours, stiffness
+from microslip.analyses.reduced.two_mode import TwoModeModel
 from microslip.brief import Brief
 from microslip.errors import MicroslipError
 from microslip.typing import Array, Complex, Indices
@@ -168,10 +169,10 @@ def correction(x: Array, y: Complex, at: Array) -> Complex:
     return PchipInterpolator(x, y.real)(inside) + 1j * PchipInterpolator(x, y.imag)(inside)
 
 
-def missed_by_others(x: Array, y: Complex) -> Array:
-    """By how much the others miss the correction at each of ascending frequencies."""
+def missed_by_others(x: Array, y: Complex) -> Complex:
+    """What the others make of the correction at each of ascending frequencies, less what it is."""
     n = len(x)
-    missed = np.full(n, np.inf)
+    missed = np.full(n, np.inf, complex)
     for i in range(n if n > 2 else 0):
         if i in (0, n - 1):
             a, b = (1, 2) if i == 0 else (n - 2, n - 3)
@@ -180,7 +181,7 @@ def missed_by_others(x: Array, y: Complex) -> Array:
             near = np.arange(max(i - AROUND, 0), min(i + AROUND + 1, n))
             near = near[near != i]
             guess = complex(correction(x[near], y[near], x[i]))
-        missed[i] = abs(guess - y[i])
+        missed[i] = guess - y[i]
     return missed
 
 
@@ -229,8 +230,8 @@ def _over_table(surface: LoadSurface, load: float, x: Array, known: Sequence[Anc
     """A branch as the table has it, with what that misses interpolated."""
     f = surface.frequency
     y = np.array([one.correction for one in known])
-    A = np.array([abs(one.amplitude + surface.model.offset[0] * load) for one in known])
-    size = np.interp(f, x, np.log(np.maximum(A, 1e-300)))
+    A, Z = _motion(surface.model, load, x, known)
+    size = np.interp(f, x, np.log(np.maximum(np.abs(A), 1e-300)))
     found = contours(surface, load, correction(x, y, f))
     apart = np.abs(np.log(found.size) - size[found.point])
     order = np.lexsort((-apart, found.point))
@@ -239,23 +240,33 @@ def _over_table(surface: LoadSurface, load: float, x: Array, known: Sequence[Anc
     amplitude, error = np.full(len(f), np.nan, complex), np.full(len(f), np.inf)
     at, slope = found.point[closest], found.slope[closest]
     amplitude[at] = found.amplitude[closest]
+    there = np.full(len(f), np.nan, complex)
+    there[at] = found.stiffness[closest] / surface.model.omega**2
+    bound = _bound(x, y, Z / surface.model.omega**2, f, there)[at]
     with np.errstate(divide="ignore"):
-        grown = found.sensitivity[closest] / np.minimum(np.abs(slope), 1.0)
-    error[at] = np.where(slope > 0, _bound(x, y, f)[at] * grown, np.inf)
+        grown = found.size[closest] / np.abs(amplitude[at]) / np.minimum(np.abs(slope), 1.0)
+    error[at] = np.where(slope > 0, bound * grown, np.inf)
     return Held(amplitude, error)
 
 
 def _alone(surface: LoadSurface, load: float, x: Array, known: Sequence[Anchor]) -> Held:
     """A branch without the table: kappa itself interpolated, as above the table and beside folds."""
     f, model = surface.frequency, surface.model
-    offset = model.offset[0] * load
-    A = np.array([one.amplitude for one in known]) + offset
-    D = model.linear_stiffness(2 * np.pi * x)
-    kappa = ((model.force[0] + D * model.offset[0]) * load / A - D) / model.omega**2
-    Z = model.linear_stiffness(2 * np.pi * f) + model.omega**2 * correction(x, kappa, f)
-    A = surface.push * load / Z
-    Q = A - offset
-    return Held(Q, _bound(x, kappa, f) * np.abs(model.omega**2 / Z) * np.abs(A / Q))
+    _, Z = _motion(model, load, x, known)
+    kappa = (Z - model.linear_stiffness(2 * np.pi * x)) / model.omega**2
+    there = model.linear_stiffness(2 * np.pi * f) / model.omega**2 + correction(x, kappa, f)
+    A = surface.push * load / (model.omega**2 * there)
+    Q = A - model.offset[0] * load
+    return Held(Q, _bound(x, kappa, Z / model.omega**2, f, there) * np.abs(A / Q))
+
+
+def _motion(
+    model: TwoModeModel, load: float, x: Array, known: Sequence[Anchor]
+) -> tuple[Complex, Complex]:
+    """A and Z of anchors."""
+    A = np.array([one.amplitude for one in known]) + model.offset[0] * load
+    push = model.force[0] + model.linear_stiffness(2 * np.pi * x) * model.offset[0]
+    return A, push * load / A
 
 
 def _around(run: Indices, inside: Indices) -> tuple[Indices, Indices]:
@@ -264,16 +275,33 @@ def _around(run: Indices, inside: Indices) -> tuple[Indices, Indices]:
     return np.maximum(right - 1, 0), right
 
 
-def _bound(x: Array, y: Complex, at: Array) -> Array:
-    """Error of the correction at frequencies from the first to the last of an ascending branch."""
+def _bound(x: Array, y: Complex, z: Complex, at: Array, there: Complex) -> Array:
+    """Relative error of the size, for a slope of one, at frequencies from an anchor to another.
+
+    Parameters
+    ----------
+    x, y, z : arrays
+        Frequency, correction and ``Z/omega_sl²`` of the anchors, ascending.
+    at, there : arrays
+        Frequency and ``Z/omega_sl²`` of the answers.
+    """
     if len(x) < FEWEST:
         return np.full(np.shape(at), np.inf)
     missed = missed_by_others(x, y)
     right = np.clip(np.searchsorted(x, at), 1, len(x) - 1)
     left = right - 1
     t = (at - x[left]) / (x[right] - x[left])
-    between = np.maximum(missed[left], missed[right]) * 4 * t * (1 - t)
     own = np.searchsorted(at, x)
     close = np.diff(own) <= CLOSE
-    between[own[1:-1]] = np.where(close[1:] & close[:-1], missed[1:-1], 0.0)
-    return between + float(np.median(missed))
+    with np.errstate(invalid="ignore"):  # nan where there is no answer
+        most = np.maximum(_grown(missed[left] / there), _grown(missed[right] / there))
+        scatter = _grown(missed / there[own])[1:-1]
+    between = most * 4 * t * (1 - t)
+    between[own[1:-1]] = np.where(close[1:] & close[:-1], scatter, 0.0)
+    floor = np.median(np.abs((missed / z).real) * np.abs(z))
+    return np.asarray(between + floor / np.abs(there))
+
+
+def _grown(step: Complex) -> Array:
+    """Relative change of ``1/|Z|`` where Z changes by a share, to second order."""
+    return np.asarray(np.abs(step.real) + 0.5 * np.abs(step) ** 2)

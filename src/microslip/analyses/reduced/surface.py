@@ -101,8 +101,8 @@ class Contours(Brief):
         Of the model without the shift.
     slope : (k,) array
         ``d log M/d log a``; negative between two folds.
-    sensitivity : (k,) array
-        Relative error of ``|Q|`` per error of kappa, to be divided by the slope: ``omega_sl² |A|/(|Z| |Q|)``.
+    stiffness : (k,) complex array
+        Z there.
     """
 
     point: Indices
@@ -110,7 +110,7 @@ class Contours(Brief):
     amplitude: Complex
     detuning: Array
     slope: Array
-    sensitivity: Array
+    stiffness: Complex
 
 
 def load_surface(
@@ -172,8 +172,7 @@ def contours(surface: LoadSurface, load: float, shift: Complex | None = None) ->
     A *= size / np.abs(A)
     Q = A - model.offset[0] * load
     u = (1 - t) * surface.detuning[i, point] + t * surface.detuning[i + 1, point]
-    sensitivity = np.abs(model.omega**2 / z) * size / np.abs(Q)
-    return Contours(point, size, Q, u, rise / step, sensitivity)
+    return Contours(point, size, Q, u, rise / step, z)
 
 
 def stiffness(
