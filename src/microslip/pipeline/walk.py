@@ -53,6 +53,9 @@ SURE = 2e-3
 WATCHED = 40
 """Cycles over which a motion that still changes is looked at."""
 
+FALLING = 0.5
+"""A motion whose amplitude is doubted by more is on its way to another."""
+
 SLOWEST = 0.95
 """Factor by which a drift is taken to fall from a third of them to the next, at most."""
 
@@ -170,7 +173,9 @@ def seek(joint: PreparedJoint, target: Target) -> Found | Lost:
         if found.doubt <= DOUBTFUL:
             fell = larger > 1.1 * abs(found.amplitude)
             return replace(found, cycles=spent, fell=fell, opens=opened)
-        ended, larger = steady, max(larger, abs(found.amplitude))
+        ended = steady
+        if found.doubt < FALLING:
+            larger = max(larger, abs(found.amplitude))
         reason = (
             f"not steady after {spent} cycles, last change {found.change:.1e}, the "
             f"amplitude known to {found.doubt:.0%}"
