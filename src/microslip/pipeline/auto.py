@@ -21,7 +21,7 @@ from microslip.analyses.reduced.anchors import JUMP, Anchor, Held, anchor_at, he
 from microslip.analyses.reduced.response import Response
 from microslip.analyses.reduced.surface import Contours, LoadSurface, contours, load_surface
 from microslip.analyses.reduced.sweep import CONVERGED, OUTSIDE
-from microslip.analyses.time.scheme import State
+from microslip.analyses.time.starts import Start
 from microslip.describe.requests import CYCLES_EACH, ResponseAnalysis
 from microslip.pipeline.band import Curve
 from microslip.pipeline.prepare import Assembly
@@ -204,7 +204,7 @@ def _target(search: _Search, k: int, guess: Contours, beside: tuple[int, ...] = 
     known = [j for j in beside if j in search.found]
     known.sort(key=lambda j: -abs(search.found[j].amplitude))
     states = [search.found[j].state for j in known]
-    starts: tuple[tuple[tuple[State, float], ...], ...] = tuple(((one, 1.0),) for one in states[:1])
+    starts: tuple[tuple[tuple[Start, float], ...], ...] = tuple(((one, 1.0),) for one in states[:1])
     if len(known) == 2 and step_of(search.anchors[known[0]], search.anchors[known[1]]) < ALIKE:
         share = abs(k - known[1]) / abs(known[0] - known[1])
         starts = (((states[0], share), (states[1], 1 - share)),)

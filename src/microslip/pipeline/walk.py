@@ -20,14 +20,13 @@ from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.time.classify import motion_of
 from microslip.analyses.time.readings import opening_of
 from microslip.analyses.time.scheme import (
-    LINEAR_FIELDS,
     State,
     TimeScheme,
     contact_memory,
     march,
-    prestressed_state,
     time_scheme,
 )
+from microslip.analyses.time.starts import Start, end_of
 from microslip.analyses.time.steady import SteadyState, steady_state
 from microslip.errors import JointOpensError, MicroslipError
 from microslip.numerics.execute import each, threads
@@ -53,6 +52,9 @@ SURE = 2e-3
 WATCHED = 40
 """Cycles over which a motion that still changes is looked at."""
 
+UNSTABLE = 1.02
+"""A multiplier beyond which a steady state is watched, whether the motion leaves it."""
+
 FALLING = 0.5
 """A motion whose amplitude is doubted by more is on its way to another."""
 
@@ -77,8 +79,8 @@ class Target:
     frequency, load : float
     guess : complex
         First harmonic of the modal coordinate to start from rest with.
-    starts : tuple of ((State, float), ...)
-        States at phase 0 of the load and their shares, one mixture after another.
+    starts : tuple of ((Start, float), ...)
+        Ends of others at phase 0 of the load and their shares, one mixture after another.
     origin : int
         Index of the frequency that the first start is of; -1 where it is none.
     cold : bool
@@ -89,7 +91,7 @@ class Target:
     frequency: float
     load: float
     guess: complex
-    starts: tuple[tuple[tuple[State, float], ...], ...] = ()
+    starts: tuple[tuple[tuple[Start, float], ...], ...] = ()
     origin: int = -1
     cold: bool = True
 
@@ -103,7 +105,7 @@ class Found:
     amplitude : complex
     change, doubt : float
         See `microslip.analyses.reduced.anchors.Anchor`.
-    state : State
+    state : Start
         At phase 0 of the load.
     cycles : int
         Spent.
@@ -116,7 +118,7 @@ class Found:
     amplitude: complex
     change: float
     doubt: float
-    state: State
+    state: Start
     cycles: int
     fell: bool = False
     opens: bool = False
@@ -154,7 +156,7 @@ def seek(joint: PreparedJoint, target: Target) -> Found | Lost:
     scheme = time_scheme(joint, 1 / (f * STEPS), frequency=f)
     spent, reason, ended, larger, opened = 0, "", None, 0.0, False
     for mixture in (*target.starts, *([()] if target.cold else [])):
-        start = mixed(scheme, mixture) if mixture else None
+        start = mixed(mixture) if mixture else None
         try:
             steady = _searched(scheme, target, start, TOLERANCE, WARM if mixture else COLD)
         except MicroslipError as error:
@@ -193,43 +195,25 @@ def what_it_is(joint: PreparedJoint, frequency: float, steady: SteadyState) -> s
         return str(error)
 
 
-def mixed(scheme: TimeScheme, mixture: Sequence[tuple[State, float]]) -> State:
-    """Mixture of states, in the modes of a scheme; contact is that of the largest share."""
-    states = [(fitted(scheme, state), share) for state, share in mixture]
-    main = max(states, key=lambda one: one[1])[0]
-    parts = {
-        name: sum(share * getattr(state, name) for state, share in states)
-        for name in LINEAR_FIELDS
-        if name != "taken"
-    }
-    return replace(main, **parts)
+def mixed(mixture: Sequence[tuple[Start, float]]) -> Start:
+    """Mixture of starts of one phase, in the modes that all follow; contact is that of the largest share."""
+    main = max(mixture, key=lambda one: one[1])[0]
+    count = min(len(start.eta) for start, _ in mixture)
 
+    def sum_of(name: str, length: int | None = None) -> Array:
+        return np.asarray(sum(share * getattr(start, name)[:length] for start, share in mixture))
 
-def fitted(scheme: TimeScheme, state: State) -> State:
-    """A state in the modes that a scheme follows: others move with the residual, new ones as if static."""
-    model, have = scheme.joint.model, len(state.eta)
-    count = len(model.omega)
-    if have == count:
-        return state
-    rest = prestressed_state(scheme)
-    eta, rate, acceleration = rest.eta.copy(), np.zeros(count), np.zeros(count)
-    some = min(have, count)
-    eta[:some], rate[:some] = state.eta[:some], state.rate[:some]
-    acceleration[:some] = state.acceleration[:some]
-    if count > have:
-        force = model.port_modes @ scheme.joint.held - model.mode_v.T @ state.r
-        eta[have:] = force[have:] / model.omega[have:] ** 2
     return replace(
-        state,
-        eta=eta,
-        rate=rate,
-        acceleration=acceleration,
-        residual_v=state.v - model.mode_v @ eta,
+        main,
+        eta=sum_of("eta", count),
+        rate=sum_of("rate", count),
+        r=sum_of("r"),
+        v=sum_of("v"),
     )
 
 
 def _searched(
-    scheme: TimeScheme, target: Target, start: State | None, tolerance: float, cycles: int
+    scheme: TimeScheme, target: Target, start: Start | None, tolerance: float, cycles: int
 ) -> SteadyState:
     return steady_state(
         scheme,
@@ -246,18 +230,24 @@ def _weighed(scheme: TimeScheme, target: Target, steady: SteadyState) -> Found:
     """What a search ended with and how well it is known; `cycles` are those spent here."""
     state, spent = _at_phase_0(scheme, steady), 0
     if steady.converged and steady.change * _lasts(steady) > SURE:
-        finer = _searched(scheme, target, state, FINE, WARM)
-        state, spent = finer.cycle.state, finer.cycles
+        start = end_of(state, 0.0, scheme, target.frequency)
+        finer = _searched(scheme, target, start, FINE, WARM)
+        spent += finer.cycles
         if finer.converged or finer.change < steady.change:
-            steady = finer
-    if steady.converged:
-        doubt = steady.change * _lasts(steady)
-        return Found(steady.amplitude, steady.change, doubt, state, spent)
-    Q, state = _watched(scheme, target, state)
+            steady, state = finer, finer.cycle.state
+    slowest = float(np.abs(steady.multipliers).max(initial=0.0))
+    if steady.converged and slowest <= UNSTABLE:
+        end = end_of(state, 0.0, scheme, target.frequency)
+        return Found(steady.amplitude, steady.change, steady.change * _lasts(steady), end, spent)
+    Q, last = _watched(scheme, target, state)
+    spent += len(Q)
     size, mean = np.abs(Q), complex(Q.mean())
     spread = float(np.abs(size / abs(mean) - 1).max())
+    if steady.converged and spread <= SURE:
+        end, doubt = end_of(state, 0.0, scheme, target.frequency), steady.change * _lasts(steady)
+        return Found(steady.amplitude, steady.change, max(doubt, spread), end, spent)
     doubt = spread + _to_come(size) / abs(mean)
-    return Found(mean, steady.change, doubt, state, spent + len(Q))
+    return Found(mean, steady.change, doubt, end_of(last, 0.0, scheme, target.frequency), spent)
 
 
 def _again(scheme: TimeScheme, target: Target, found: Found) -> tuple[Found, int]:
