@@ -40,6 +40,9 @@ AT_A_TIME = 4
 BESIDE_LOST, BETWEEN_LOST = 0.5, 0.1
 """What frequencies count for beside one whose motion is not steady enough, and between two such."""
 
+NO_DIGIT = 1.0
+"""An answer that may be off by as much as this share of itself is none."""
+
 ALIKE = 0.25
 """Between two states whose sizes differ by less, in logarithm, the search starts from a mixture."""
 
@@ -228,7 +231,7 @@ def _largest(answers: Contours) -> Contours:
 def _response(search: _Search) -> Response:
     base, now = search.base, search.held()
     n = len(base.frequency)
-    known = np.isfinite(now.amplitude)
+    known = now.error <= NO_DIGIT
     fell = np.zeros(n, dtype=bool)
     marks = np.array(sorted(search.anchors), dtype=int)
     if len(marks):
@@ -242,7 +245,7 @@ def _response(search: _Search) -> Response:
         iterations=np.zeros(n, np.int64),
         contraction=np.zeros(n),
         flag=np.where(known, CONVERGED, OUTSIDE),
-        error_indicator=now.error,
+        error_indicator=np.where(known, now.error, np.inf),
         outgrown=fell if fell.any() else None,
         anchors=tuple(search.anchors[k] for k in marks),
     )
