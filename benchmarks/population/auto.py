@@ -46,6 +46,9 @@ ELSEWHERE = 0.05
 ASIDE, CLOSER = 24, 3
 """A branch is followed from so many frequencies to the side, in steps of so many."""
 
+ON_THE_WAY = 60
+"""Cycles at most at each of them."""
+
 CAUSES = (
     "no periodic motion",
     "amplitude wanders or depends on the past",
@@ -92,7 +95,7 @@ def followed(joint: PreparedJoint, curve: Response, k: int, side: int) -> Steady
             guess=complex(curve.amplitude[j]),
             start=None if steady is None else steady.end,
             tolerance=TOLERANCE,
-            max_cycles=CYCLES,
+            max_cycles=CYCLES if j == k else ON_THE_WAY,
         )
     return steady
 

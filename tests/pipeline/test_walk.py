@@ -8,6 +8,8 @@ import pytest
 import microslip
 from microslip.analyses.time.scheme import march, time_scheme
 from microslip.analyses.time.starts import placed
+from microslip.errors import ContactError
+from microslip.pipeline import walk
 from microslip.pipeline.walk import DOUBTFUL, STEPS, Found, Lost, Target, mixed, seek
 
 LOAD = 40.0
@@ -73,3 +75,13 @@ def test_what_is_kept_is_known_to_its_doubt(joint, beside):
     for one in beside:
         assert 0 <= one.doubt <= DOUBTFUL
         assert one.change < 1e-4
+
+
+def test_a_step_that_does_not_solve_is_no_steady_state_and_ends_nothing_else(joint, monkeypatch):
+    def unsolved(*arguments, **settings):
+        raise ContactError("contact not solved at t = 1 s")
+
+    monkeypatch.setattr(walk, "steady_state", unsolved)
+    (found,) = walk.sought(joint, [Target(0, 182.0, LOAD, 0.0)])
+    assert isinstance(found, Lost)
+    assert "not solved" in found.reason

@@ -96,6 +96,7 @@ class _Search:
         before = self.anchors.get(k)
         if before is not None and abs(answer.amplitude) < abs(before.amplitude) * (1 + JUMP / 2):
             return
+        self.lost.pop(k, None)
         # what was started from the smaller motion here may be started anew
         self.origin = {j: at for j, at in self.origin.items() if at != k}
         Q, load = answer.amplitude, self.base.load

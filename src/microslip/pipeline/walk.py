@@ -147,7 +147,14 @@ class Lost:
 
 def sought(joint: PreparedJoint, targets: Sequence[Target]) -> Iterator[Found | Lost]:
     """Steady states in the order of the targets."""
-    return each(lambda target: seek(joint, target), targets, threads())
+
+    def work(target: Target) -> Found | Lost:
+        try:
+            return seek(joint, target)
+        except MicroslipError as error:
+            return Lost(str(error), 0)
+
+    return each(work, targets, threads())
 
 
 def seek(joint: PreparedJoint, target: Target) -> Found | Lost:
@@ -159,16 +166,16 @@ def seek(joint: PreparedJoint, target: Target) -> Found | Lost:
         start = mixed(mixture) if mixture else None
         try:
             steady = _searched(scheme, target, start, TOLERANCE, WARM if mixture else COLD)
+            spent += steady.cycles
+            opens = opening_of(steady.cycle, joint.model.position)
+            if opens:
+                reason, ended, larger, opened = reason or opens, steady, np.inf, True
+                continue
+            found = _weighed(scheme, target, steady)
+            spent += found.cycles
         except MicroslipError as error:
             reason, opened = reason or str(error), opened or isinstance(error, JointOpensError)
             continue
-        spent += steady.cycles
-        opens = opening_of(steady.cycle, joint.model.position)
-        if opens:
-            reason, ended, larger, opened = reason or opens, steady, np.inf, True
-            continue
-        found = _weighed(scheme, target, steady)
-        spent += found.cycles
         if found.doubt > AGAIN:
             found, more = _again(scheme, target, found)
             spent += more
@@ -254,11 +261,11 @@ def _again(scheme: TimeScheme, target: Target, found: Found) -> tuple[Found, int
     """The search taken up where a motion was left, if that is better, and the cycles that it took."""
     try:
         steady = _searched(scheme, target, found.state, TOLERANCE, WARM)
+        if opening_of(steady.cycle, scheme.joint.model.position):
+            return found, steady.cycles
+        other = _weighed(scheme, target, steady)
     except MicroslipError:
         return found, 0
-    if opening_of(steady.cycle, scheme.joint.model.position):
-        return found, steady.cycles
-    other = _weighed(scheme, target, steady)
     better = other if other.doubt < found.doubt else found
     return better, steady.cycles + other.cycles
 
