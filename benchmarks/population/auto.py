@@ -38,6 +38,9 @@ AT_RANDOM = 5
 
 STEPS, CYCLES, TOLERANCE = 150, 400, 3e-6
 
+SETTLED = 3e-5
+"""Change over the last cycle at which a steady state is a truth: what the time domain's default accepts."""
+
 ASKED = 0.01
 
 ELSEWHERE = 0.05
@@ -134,7 +137,7 @@ def measured(done: Run, seconds: float, rng: np.random.Generator) -> dict:
         own, truths = abs(curve.amplitude[k]), [found.steady]
         if abs(own / abs(found.steady.amplitude) - 1) > ELSEWHERE:
             truths += [followed(done.prepared, curve, k, side) for side in (1, -1)]
-        truths = [one for one in truths if one is not None and one.converged]
+        truths = [one for one in truths if one is not None and one.change <= SETTLED]
         point["settled"] = bool(truths)
         if not truths:
             continue
