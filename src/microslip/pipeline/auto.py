@@ -233,6 +233,7 @@ def _response(search: _Search) -> Response:
     base, now = search.base, search.held()
     n = len(base.frequency)
     known = now.error <= NO_DIGIT
+    known[list(search.anchors)] = True
     fell = np.zeros(n, dtype=bool)
     marks = np.array(sorted(search.anchors), dtype=int)
     if len(marks):
