@@ -1,13 +1,21 @@
 """Method "auto" of the forced response: what it states against time integration elsewhere."""
 
+import threading
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 import microslip
+from microslip.analyses.reduced.refined import load_offset, refined_table
+from microslip.analyses.reduced.response import forced_response
 from microslip.analyses.reduced.sweep import CONVERGED
+from microslip.analyses.reduced.two_mode import two_mode_model
+from microslip.analyses.statics.prescribed import hold_mode
 from microslip.analyses.time.points import Request, steady_states
 from microslip.errors import InputError
 from microslip.pipeline import auto as method
+from microslip.pipeline.walk import Found, sought
 
 FILE = {
     "beams": {"length": "0.5 m", "thickness": "15 mm", "overlap_half_length": "60 mm"},
@@ -30,14 +38,14 @@ def described(**response):
 
 @pytest.fixture(scope="module")
 def auto():
-    return microslip.run(described(method="auto", points=24))
+    return microslip.run(described(method="auto", points=60))
 
 
 def test_one_curve_that_passes_through_its_steady_states(auto):
     (curve,) = auto.responses
     assert curve.variant == "auto"
-    assert 5 <= len(curve.anchors) <= 24
-    assert not auto.failures
+    assert 5 <= len(curve.anchors) <= 60
+    assert (curve.flag == CONVERGED).mean() > 0.98
     # a curve is read at its frequencies, an anchor is one of them
     near = [int(np.argmin(np.abs(curve.frequency - one.frequency))) for one in curve.anchors]
     size, found = np.abs(curve.amplitude[near]), np.abs([one.amplitude for one in curve.anchors])
@@ -107,26 +115,93 @@ def test_under_a_small_load_the_joint_sticks_and_is_linear(moment):
 
 
 def test_no_answer_lies_between_two_folds():
-    """Where the larger branch is not claimed, the smaller one is shown, which rises with the load."""
-    (low,) = small(255.0, **{"from": 42.8, "to": 43.1, "count": 40}).responses
-    (high,) = small(260.0, **{"from": 42.8, "to": 43.1, "count": 40}).responses
-    both = (low.flag == CONVERGED) & (high.flag == CONVERGED)
-    sure = both & np.isfinite(low.error_indicator) & np.isfinite(high.error_indicator)
+    """Every answer shown rises with the load, as far as both are known: those between folds would fall."""
+    band = {"from": 42.8, "to": 43.1, "count": 40, "points": 60}
+    (low,) = small(255.0, **band).responses
+    (high,) = small(260.0, **band).responses
+    sure = np.isfinite(low.error_indicator) & np.isfinite(high.error_indicator)
+    assert sure.sum() >= 5
     grown = np.abs(high.amplitude[sure]) / np.abs(low.amplitude[sure])
-    assert (grown > 1).mean() > 0.9
+    unknown = (low.error_indicator + high.error_indicator)[sure]
+    assert (grown > 1 - unknown).mean() > 0.9
 
 
 def test_what_is_known_at_ctrl_c_is_kept(monkeypatch):
     begun = []
 
-    def interrupted(joint, requests):
-        begun.append(len(requests))
-        if len(begun) > 2:
+    def interrupted(joint, targets):
+        begun.append(len(targets))
+        if len(begun) > 1:
             raise KeyboardInterrupt
-        return steady_states(joint, requests)
+        return sought(joint, targets)
 
-    monkeypatch.setattr(method, "steady_states", interrupted)
+    monkeypatch.setattr(method, "sought", interrupted)
     done = small([10.0, 20.0])
     (curve,) = done.responses
     assert done.interrupted
-    assert 1 <= len(curve.anchors) <= sum(begun[:2])
+    assert 1 <= len(curve.anchors) <= begun[0]
+
+
+FOLD = np.linspace(160.0, 195.0, 141)
+ENDS, BEGINS = 40, 90
+"""The larger branch ends at one frequency, by index, and the smaller begins at another."""
+
+
+@pytest.fixture(scope="module")
+def refined():
+    """Refined model of the reference joint, its table, and its response."""
+    joint = microslip.prepare(microslip.reference_joint(pairs=21))
+    held = hold_mode(joint, 2 * np.pi * 179.0, upper=2)
+    largest = 0.9 * microslip.opening_load(joint, joint.principal().port)
+    largest /= joint.principal().sliding_omega ** 2
+    table, _ = refined_table(held, 1e-4 * largest, largest, 24, steps=80)
+    model = two_mode_model(joint, "refined", load_offset(held, 1e-4 * largest))
+    return model, table, forced_response(model, table, FOLD, 40.0)
+
+
+def branch(name):
+    """Two smooth branches, of which the smaller is a fifth as large."""
+    k = np.arange(len(FOLD))
+    size = {"larger": 1.0, "smaller": 0.2}[name] * 2e-3 * np.exp(-((k - 60) ** 2) / 4000)
+    return size * np.exp(-0.02j * k)
+
+
+def joint_with_a_fold(asked):
+    """What steady states such a joint would have: the branch that a start lies on, while it lasts."""
+
+    def sought(joint, targets):
+        for target in targets:
+            asked.append(target.point)
+            k = target.point
+            begun = [max(m, key=lambda one: one[1])[0] for m in target.starts] or ["smaller"]
+            name = "larger" if (begun[0] == "larger" and k >= ENDS) or k > BEGINS else "smaller"
+            fell = begun[0] == "larger" and name == "smaller"
+            yield Found(complex(branch(name)[k]), 1e-6, 1e-5, name, 10, fell)
+
+    return sought
+
+
+def test_a_branch_is_followed_to_its_end_whatever_the_search_from_rest_finds(refined, monkeypatch):
+    model, table, base = refined
+    asked = []
+    monkeypatch.setattr(method, "sought", joint_with_a_fold(asked))
+    found, lost, opens = method.anchored_response(
+        SimpleNamespace(prepared=None),
+        SimpleNamespace(points=141, error=0.01),
+        SimpleNamespace(model=model, table=table),
+        base,
+        threading.Event(),
+        lambda count: None,
+    )
+    k = np.arange(len(FOLD))
+    true = np.where(k >= ENDS, branch("larger"), branch("smaller"))
+    assert not lost
+    assert not opens
+    assert {ENDS - 1, ENDS} <= set(asked)  # the jump lies between two steady states
+    known = found.flag == CONVERGED
+    assert known.mean() > 0.98
+    off = np.abs(np.abs(found.amplitude) / np.abs(true) - 1)[known]
+    assert (off <= found.error_indicator[known]).mean() > 0.97
+    assert np.median(off) < 1e-3
+    assert len(found.anchors) < len(FOLD)
+    assert found.outgrown is None or not found.outgrown[ENDS:].any()

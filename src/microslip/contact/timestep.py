@@ -47,9 +47,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip.contact.compiled import jit
+from microslip.contact.pairs import SEPARATED
 from microslip.contact.planar import NOT_SOLVED, solve
 from microslip.contact.problem import Contact, Given
 from microslip.contact.tableau import add_rows, follow
+from microslip.contact.tangent import carry, ease, take_back_all, workspace
 from microslip.typing import Array, Mask, Status
 
 SLIGHT = 1e-12
@@ -169,13 +171,16 @@ open, with the reactions of the end all through."""
 
 
 @jit
-def opened(problem, r_old, r, v, reduced):
-    """Whether pairs open in a step; what they would push after they have, into `reduced`."""
+def opened(problem, status, r_old, v, reduced):
+    """Whether pairs open in a step; what they would push after they have, into `reduced`.
+
+    By their states: the gap of one that touches is zero to rounding only.
+    """
     any_opened = False
     for i in range(v.shape[0] // 2):
         n, t = 2 * i, 2 * i + 1
         reduced[n], reduced[t] = 0.0, 0.0
-        if r_old[n] > 0.0 and v[n] < 0.0:
+        if status[i] == SEPARATED and r_old[n] > 0.0 and v[n] < 0.0:
             any_opened = True
             pull = -v[n] / problem.W[n, n]
             after = pull / (r_old[n] + pull)
@@ -213,10 +218,11 @@ def work_on_residual(constants, predicted, denominator, r, v, s, reduced):
 
 
 @jit
-def step_through(problems, memories, constants, load, motion, records):
+def step_through(problems, memories, constants, load, motion, records, tangents):
     """March over the steps of `load` (row 0 is the state at entry); `motion` is updated in place.
 
-    `problems` are those of a step and of a dissipative step, each with its memory.
+    `problems` are those of a step and of a dissipative step, each with its memory. `tangents` are
+    small deviations of the motion, carried along with it.
     Returns the failed step, or -1.
     """
     problem, dissipative_problem = problems
@@ -238,6 +244,8 @@ def step_through(problems, memories, constants, load, motion, records):
     m = vt_old.shape[0]
     decay = tau / dt
     keep = r_out.shape[0] == load.shape[0]
+    linearised = tangents.eta.shape[0] > 0
+    space = workspace(tangents)
     nothing = np.empty(0)
     v_free = np.empty(N)
     given = Given(v_free, nothing, vt_old)
@@ -259,6 +267,7 @@ def step_through(problems, memories, constants, load, motion, records):
         stage = WHOLE
         iterations[step] = 0
         carried[:] = r_old
+        space.carried[:] = tangents.r
         while True:
             for j in range(k):
                 pe = eta[j] + h[j] * eta1[j] + 0.25 * h[j] ** 2 * eta2[j]
@@ -276,8 +285,10 @@ def step_through(problems, memories, constants, load, motion, records):
             iterations[step] += its
             if rule == NOT_SOLVED or stage == DISSIPATIVE:
                 break
-            if stage == WHOLE and opened(problem, r_old, r, v, reduced):
+            if stage == WHOLE and opened(problem, status, r_old, v, reduced):
                 stage = EASED
+                if linearised:
+                    ease(problem, memory, status, constants, r_old, v, tangents, space)
             else:
                 normal_work, slip_work = contact_work(r, carried, v, v_old)
                 left = taken[0] + normal_work + slip_work
@@ -290,6 +301,8 @@ def step_through(problems, memories, constants, load, motion, records):
                 again[step] = True
                 reduced[:] = carried
                 follow(dissipative_problem, dissipative_memory, status)
+                if linearised:
+                    take_back_all(constants, tangents, space)
             for j in range(k):
                 x = 0.0
                 p = psi_t[j]
@@ -306,6 +319,10 @@ def step_through(problems, memories, constants, load, motion, records):
             carried[:] = r
             r_old[:] = r
             follow(problem, memory, status)
+        if linearised and stage == DISSIPATIVE:
+            carry(dissipative_problem, dissipative_memory, status, constants, full, tangents, space)
+        elif linearised:
+            carry(problem, memory, status, constants, full, tangents, space)
         raised = load[step] - load[step - 1]
         for i in range(N):
             works[RESIDUAL] += 0.5 * (r[i] + r_old[i]) * (s[i] + drive_v[i] * raised)

@@ -53,6 +53,9 @@ def _harmonics(value: Any) -> Any:
 LISTS = ("moment_over_clamp_force_length", "moment", "force", "acceleration")
 """Keys that can list the amplitudes of cycles."""
 
+CYCLES_EACH = 40
+"""Cycles that a steady state of method "auto" may take on average."""
+
 Variant = Literal["printed", "consistent", "refined"]
 Drives = Annotated[tuple[Drive, ...], OneOrMore]
 Variants = Annotated[tuple[Variant, ...], OneOrMore]
@@ -159,8 +162,9 @@ class ResponseAnalysis(Section):
     Where the answer must be right: seconds instead of milliseconds."""
     error: Number = Field(default=0.01, ge=5e-3, lt=1)
     """Of method "auto": the relative error of the amplitude to get below. More time points."""
-    points: Count = Field(default=40, ge=8, le=1000)
-    """Of method "auto": steady states at most, per load. Some tenths of a second each."""
+    points: Count = Field(default=200, ge=8, le=10_000)
+    """Of method "auto": steady states at most, per load, and forty cycles each on average. Some hundredths of
+    a second each where the motion settles."""
     variants: Variants = ("refined",)
     """Reduced models: the accurate one, "refined"; as the paper prints it, "printed"; put right,
     "consistent". Each gives a curve per load."""

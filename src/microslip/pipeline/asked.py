@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from microslip.describe.joint import Joint
+from microslip.describe.requests import CYCLES_EACH
 from microslip.describe.units import readable
 from microslip.pipeline.cost import rough_frequency
 from microslip.pipeline.excitation import prepare_histories
@@ -43,6 +44,9 @@ def response_request(joint: Joint) -> Iterator[Line]:
         band = f"{asked.count} frequencies, {ends[0]} to {ends[1]}"
     yield "response", band
     yield "reduced models", ", ".join(joint.variants)
+    if asked.method == "auto":
+        most = f"at most {asked.points} steady states in time per load, {CYCLES_EACH} cycles each on average"
+        yield "put right", f"{most}, to an error of {asked.error:g}"
 
 
 def backbone_request(joint: Joint) -> Iterator[Line]:

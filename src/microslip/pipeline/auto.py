@@ -1,64 +1,53 @@
 """The refined model put right by time integration where it is not sure of itself.
 
 Steady states of the full joint are found where the response under a load is least known: first at its
-resonance, half-power points and ends, then wherever the bound of `analyses.reduced.anchors` is largest,
-two at a time and first far from all others, until it is below what the file asks for or the points are
-used up. Where the search finds no steady state, the error up to the next one that it does find is not
-bounded. Amplitudes above the table, where contact is lost for part of the cycle, are claimed as far as
-steady states go.
+resonance, half-power points and ends, from the answers of the refined model, then in the middle of the
+stretches of frequencies whose bound (`analyses.reduced.anchors`) is above what the file asks for, each
+started from the states to either side. At the finest every frequency is one. Where the size jumps between two
+frequencies, the smaller is sought again from the larger: a branch is followed to its end, and the jump lies
+where that is. The search ends when the bound holds everywhere, or with what it may cost.
 """
 
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
 import numpy as np
 
-from microslip.analyses.reduced.anchors import Anchor, Answers, anchor_at, corrected_answers
+from microslip.analyses.reduced.anchors import JUMP, Anchor, Held, anchor_at, held, step_of
 from microslip.analyses.reduced.response import Response
-from microslip.analyses.reduced.surface import LoadSurface, load_surface
+from microslip.analyses.reduced.surface import Contours, LoadSurface, contours, load_surface
 from microslip.analyses.reduced.sweep import CONVERGED, OUTSIDE
-from microslip.analyses.time.points import Request, steady_states
-from microslip.describe.requests import ResponseAnalysis
-from microslip.errors import Failure
+from microslip.analyses.time.starts import Start
+from microslip.describe.requests import CYCLES_EACH, ResponseAnalysis
 from microslip.pipeline.band import Curve
 from microslip.pipeline.prepare import Assembly
-from microslip.typing import Array, Indices, Mask
+from microslip.pipeline.walk import Found, Lost, Target, sought, what_it_is
+from microslip.typing import Array
 
-FIRST = ((0.0, -1.2), (1.2, -np.inf), (np.inf,))
-"""Detunings of the first anchors, round by round: the resonance, below and above half power, the ends."""
-
-UNKNOWN = 1e3
-"""What counts as the error where there is no bound, more the farther from all anchors."""
-
-STEPS = 150
-"""Time steps per cycle."""
+FIRST = (0.0, -1.2, 1.2)
+"""Detunings of the first anchors: the resonance, below and above half power. Then come the ends."""
 
 ACCURACY = 1e-3
 """Relative error of a time point with so many steps, at worst."""
 
-CYCLES = 200
-"""Cycles at most."""
+AT_A_TIME = 4
+"""Steady states sought at a time."""
 
-SETTLED = 1e-4
-"""Relative change over a cycle from which on a state is steady enough to learn from."""
+BESIDE_LOST, BETWEEN_LOST = 0.5, 0.1
+"""What frequencies count for beside one whose motion is not steady enough, and between two such."""
 
-MOST_LOST = 6
-"""A search ends where as many steady states as this were not found, and no more were."""
+NO_DIGIT = 1.0
+"""An answer that may be off by as much as this share of itself is none."""
 
-SPREAD = 0.4
-"""Least distance, in place, of two points that are sought at a time."""
+ALIKE = 0.25
+"""Between two states whose sizes differ by less, in logarithm, the search starts from a mixture."""
 
-NEAR = 0.03
-"""No second anchor is sought so close to one, in place."""
-
-CLAIMED = 1.05
-"""Amplitudes above the table are claimed up to so many times that of the largest anchor."""
-
-BELOW_LOST = 0.97
-"""Amplitude, over one above the table at which no steady state was found, that is not exceeded."""
+SAID = 2
+"""Of so many motions that are not steady it is said what they are."""
 
 
 @dataclass
@@ -66,48 +55,55 @@ class _Search:
     """What is known while anchors are sought."""
 
     surface: LoadSurface
-    load: float
+    base: Response
     points: int
-    anchors: list[Anchor] = field(default_factory=list)
-    tried: list[int] = field(default_factory=list)
-    lost: list[str] = field(default_factory=list)
-    lost_at: list[float] = field(default_factory=list)
-    ceiling: float = np.inf
+    anchors: dict[int, Anchor] = field(default_factory=dict)
+    found: dict[int, Found] = field(default_factory=dict)
+    origin: dict[int, int] = field(default_factory=dict)
+    lost: dict[int, Lost] = field(default_factory=dict)
+    fell: set[int] = field(default_factory=set)
+    count: int = 0
+    spent: int = 0
+    opens: bool = False
 
     @property
-    def hopeless(self) -> bool:
-        """Whether hardly any of the motions sought is steady."""
-        return len(self.lost) >= max(MOST_LOST, len(self.anchors))
+    def over(self) -> bool:
+        """Whether all that may be spent is."""
+        return self.count >= self.points or self.spent >= CYCLES_EACH * self.points
 
-    def answers(self) -> Answers:
-        """All answers below the ceiling but those between two folds, which are unstable.
+    @property
+    def marks(self) -> list[int]:
+        """Frequencies that were sought, by index."""
+        return sorted({*self.anchors, *self.lost})
 
-        Without a bound where the nearest point sought was lost.
-        """
-        found = corrected_answers(self.surface, self.load, self.anchors, ACCURACY)
-        found = _those(found, (found.size < self.ceiling) & (found.slope > 0))
-        if not self.lost_at:
-            return found
-        known = np.array([one.place for one in self.anchors] + [np.inf])
-        s = found.place[:, None]
-        nearer = np.abs(s - self.lost_at).min(axis=1) < np.abs(s - known).min(axis=1)
-        return replace(found, error=np.where(nearer, np.inf, found.error))
+    def held(self) -> Held:
+        """The response through the anchors so far."""
+        return held(self.surface, self.base.load, self.anchors, self.lost, ACCURACY)
 
-    def claimed(self) -> Answers:
-        """Answers within the table, and above it as far as there are steady states."""
-        offset = self.surface.model.offset[0] * self.load
-        sizes = [abs(one.amplitude + offset) for one in self.anchors]
-        top = self.surface.preload * np.exp(self.surface.curve.knots[-1])
-        found = self.answers()
-        return _those(found, found.size <= max(top, CLAIMED * max(sizes, default=0.0)))
-
-    def lose(self, place: float, size: float, reason: str) -> None:
-        """No steady state was found at a place and amplitude."""
-        self.lost.append(reason)
-        self.lost_at.append(place)
-        top = self.surface.preload * np.exp(self.surface.curve.knots[-1])
-        if size > BELOW_LOST * top:
-            self.ceiling = min(self.ceiling, max(top, BELOW_LOST * size) * (1 + 1e-9))
+    def keep(self, target: Target, answer: Found | Lost) -> None:
+        """Learn from an answer."""
+        k = target.point
+        self.count += 1
+        self.spent += answer.cycles
+        self.opens = self.opens or answer.opens
+        self.origin[k] = target.origin
+        if isinstance(answer, Lost):
+            if k in self.anchors:
+                self.fell.add(k)
+            else:
+                self.lost[k] = answer
+            return
+        before = self.anchors.get(k)
+        if before is not None and abs(answer.amplitude) < abs(before.amplitude) * (1 + JUMP / 2):
+            return
+        self.lost.pop(k, None)
+        # what was started from the smaller motion here may be started anew
+        self.origin = {j: at for j, at in self.origin.items() if at != k}
+        Q, load = answer.amplitude, self.base.load
+        self.found[k] = answer
+        self.anchors[k] = anchor_at(
+            self.surface, target.frequency, load, Q, answer.change, answer.doubt
+        )
 
 
 def anchored_response(
@@ -117,8 +113,9 @@ def anchored_response(
     base: Response,
     stop: threading.Event,
     advance: Callable[[int], None],
-) -> tuple[Response, tuple[str, ...]]:
-    """A response of the refined model held to steady states, and where none was found.
+) -> tuple[Response, tuple[str, ...], bool]:
+    """A response of the refined model held to steady states, where none was found, and whether that opens
+    the joint.
 
     Parameters
     ----------
@@ -135,126 +132,137 @@ def anchored_response(
     """
     assert case.table is not None
     surface = load_surface(case.model, case.table, base.frequency, base.load)
-    search = _Search(surface, base.load, settings.points)
+    search = _Search(surface, base, settings.points)
+    guess = _largest(contours(surface, base.load))
     try:
-        for targets in FIRST:
-            shown = _largest(search.answers())
-            advance(_learn(assembly, search, base, shown, _nearest(search, shown, targets)))
-        while not search.hopeless:
-            shown = _largest(search.answers())
-            picks = _least_known(search, shown, settings.error)
+        advance(_learn(assembly, search, _first(search, guess)))
+        while not search.over:
+            picks = _least_known(search, guess, settings.error)
             if not picks:
                 break
-            advance(_learn(assembly, search, base, shown, picks))
+            advance(_learn(assembly, search, picks))
     except KeyboardInterrupt:
         stop.set()
-    return _response(base, search), tuple(search.lost)
+    return _response(search), _said(assembly, search, stop), search.opens
 
 
-def _learn(
-    assembly: Assembly, search: _Search, base: Response, shown: Answers, picks: Iterable[int]
-) -> int:
-    """Steady states at answers by index; how many were sought."""
-    picks = list(dict.fromkeys(picks))
-    requests = [
-        Request(
-            rho=base.rho,
-            frequency=float(base.frequency[shown.point[k]]),
-            load=base.load,
-            friction=None,
-            guess=complex(shown.amplitude[k]),
-            steps=STEPS,
-            max_cycles=CYCLES,
-            classify=False,
-        )
-        for k in picks
+def _learn(assembly: Assembly, search: _Search, targets: list[Target]) -> int:
+    """Steady states at targets; how many were sought."""
+    for target, answer in zip(targets, sought(assembly.prepared, targets), strict=True):
+        search.keep(target, answer)
+    return len(targets)
+
+
+def _first(search: _Search, guess: Contours) -> list[Target]:
+    """Where the refined model has its resonance and half power, and the ends of the band."""
+    u, chosen = guess.detuning, [0, len(search.base.frequency) - 1]
+    if len(u):
+        near = [int(np.argmin(np.abs(np.clip(t, u.min(), u.max()) - u))) for t in FIRST]
+        chosen = [int(guess.point[j]) for j in near] + chosen
+    return [_target(search, k, guess) for k in dict.fromkeys(chosen)]
+
+
+def _least_known(search: _Search, guess: Contours, wanted: float) -> list[Target]:
+    """Jumps to be followed, then the middles of the stretches where most is not known."""
+    targets = [
+        replace(_target(search, k, guess, (beside,)), cold=False)
+        for k, beside in _jumps(search)
+        if search.origin.get(k) != beside
     ]
-    for k, request, found in zip(
-        picks, requests, steady_states(assembly.prepared, requests), strict=True
-    ):
-        search.tried.append(int(shown.point[k]))
-        at = float(shown.place[k]), float(shown.size[k])
-        if isinstance(found, Failure):
-            search.lose(*at, f"{request.frequency:.6g} Hz: {found.reason}")
-            continue
-        steady = found.steady
-        if not (steady.converged or steady.change < SETTLED):
-            reason = f"not steady after {steady.cycles} cycles, last change {steady.change:.1e}"
-            search.lose(*at, f"{request.frequency:.6g} Hz: {reason}")
-            continue
-        search.anchors.append(
-            anchor_at(
-                search.surface,
-                request.frequency,
-                base.load,
-                steady.amplitude,
-                steady.change,
+    marks, doubtful = search.marks, search.held().error > wanted
+    doubtful[marks] = False
+    blurred = {k for k, one in search.anchors.items() if one.doubt + ACCURACY > wanted}
+    weighed = []
+    for left, right in pairwise(marks):
+        unknown = int(doubtful[left + 1 : right].sum())
+        gone = sum(k in search.lost or k in blurred for k in (left, right))
+        weight = (1.0, BESIDE_LOST, BETWEEN_LOST)[gone]
+        if unknown:
+            weighed.append((weight * unknown, (left + right) // 2, left, right))
+    weighed.sort(reverse=True)
+    targets += [_target(search, k, guess, (left, right)) for _, k, left, right in weighed]
+    return targets[: min(AT_A_TIME, search.points - search.count)]
+
+
+def _jumps(search: _Search) -> list[tuple[int, int]]:
+    """Pairs of neighbouring frequencies whose sizes jump: the smaller and the larger, by index."""
+    pairs = []
+    for k in search.anchors:
+        if k + 1 in search.anchors and step_of(search.anchors[k], search.anchors[k + 1]) > JUMP:
+            pair = k, k + 1
+            pairs.append(
+                pair
+                if abs(search.anchors[k].amplitude) < abs(search.anchors[k + 1].amplitude)
+                else pair[::-1]
             )
-        )
-    return len(picks)
+    return pairs
 
 
-def _nearest(search: _Search, shown: Answers, targets: Iterable[float]) -> list[int]:
-    """Answers, by index, whose detunings are closest to some."""
-    u = shown.detuning
-    if not len(u):
-        return []
-    chosen = (int(np.argmin(np.abs(np.clip(t, u.min(), u.max()) - u))) for t in targets)
-    return [k for k in chosen if shown.point[k] not in search.tried]
+def _target(search: _Search, k: int, guess: Contours, beside: tuple[int, ...] = ()) -> Target:
+    """A steady state to seek at a frequency, from what is known beside it.
+
+    From both sides where they are alike, else from the larger: that follows a branch to its end.
+    """
+    base = search.base
+    own = guess.amplitude[guess.point == k]
+    known = [j for j in beside if j in search.found]
+    known.sort(key=lambda j: -abs(search.found[j].amplitude))
+    states = [search.found[j].state for j in known]
+    starts: tuple[tuple[tuple[Start, float], ...], ...] = tuple(((one, 1.0),) for one in states[:1])
+    if len(known) == 2 and step_of(search.anchors[known[0]], search.anchors[known[1]]) < ALIKE:
+        share = abs(k - known[1]) / abs(known[0] - known[1])
+        starts = (((states[0], share), (states[1], 1 - share)),)
+    return Target(
+        k,
+        float(base.frequency[k]),
+        base.load,
+        complex(own[-1]) if len(own) else 0j,
+        starts,
+        known[0] if known else -1,
+    )
 
 
-def _least_known(search: _Search, shown: Answers, wanted: float) -> list[int]:
-    """One or two answers, by index, whose bound is largest and above what is wanted."""
-    error, place = shown.error.copy(), shown.place
-    for k in search.tried:
-        error[np.abs(shown.point - k) <= 1] = 0.0
-    for one in search.anchors:
-        error[np.abs(place - one.place) < NEAR] = 0.0
-    away = np.abs(place[:, None] - [one.place for one in search.anchors]).min(axis=1, initial=9.0)
-    error = np.where(np.isinf(error), UNKNOWN * (1 + away), error)
-    picks: list[int] = []
-    while (
-        len(picks) < min(2, search.points - len(search.tried)) and error.max(initial=0.0) > wanted
-    ):
-        picks.append(int(np.argmax(error)))
-        error[np.abs(place - place[picks[-1]]) < SPREAD] = 0.0
-    return picks
-
-
-def _largest(answers: Answers) -> Answers:
+def _largest(answers: Contours) -> Contours:
     """The largest at every frequency that has any, in the order of the frequencies."""
     order = np.lexsort((answers.size, answers.point))
-    last = np.diff(answers.point[order], append=-1) != 0
-    return _those(answers, order[last])
+    last = order[np.diff(answers.point[order], append=-1) != 0]
+    return replace(answers, **{name: getattr(answers, name)[last] for name in vars(answers)})
 
 
-def _those(answers: Answers, chosen: Mask | Indices) -> Answers:
-    return replace(answers, **{name: getattr(answers, name)[chosen] for name in vars(answers)})
-
-
-def _response(base: Response, search: _Search) -> Response:
+def _response(search: _Search) -> Response:
+    base, now = search.base, search.held()
     n = len(base.frequency)
-    highest = _largest(corrected_answers(search.surface, search.load, search.anchors, ACCURACY))
-    claimed = _largest(search.claimed())
-    amplitude, error, size = np.zeros(n, complex), np.full(n, np.inf), np.zeros(n)
-    amplitude[claimed.point], error[claimed.point] = claimed.amplitude, claimed.error
-    size[highest.point] = highest.size
-    known, larger = np.zeros(n, dtype=bool), np.zeros(n, dtype=bool)
-    known[claimed.point] = True
-    larger[claimed.point] = size[claimed.point] > claimed.size * (1 + 1e-9)
-    # what the surface has above the table may be no branch of this response
-    larger &= (base.flag == OUTSIDE) | (False if base.outgrown is None else base.outgrown)
+    known = now.error <= NO_DIGIT
+    known[list(search.anchors)] = True
+    fell = np.zeros(n, dtype=bool)
+    marks = np.array(sorted(search.anchors), dtype=int)
+    if len(marks):
+        below = np.array([search.found[k].fell or k in search.fell for k in marks])
+        middle = 0.5 * (marks[1:] + marks[:-1])
+        fell = known & below[np.searchsorted(middle, np.arange(n))]
     return replace(
         base,
         variant="auto",
-        amplitude=amplitude,
+        amplitude=np.where(known, now.amplitude, 0.0),
         iterations=np.zeros(n, np.int64),
         contraction=np.zeros(n),
         flag=np.where(known, CONVERGED, OUTSIDE),
-        error_indicator=error,
-        outgrown=larger if larger.any() else None,
-        anchors=tuple(sorted(search.anchors, key=lambda one: one.frequency)),
+        error_indicator=np.where(known, now.error, np.inf),
+        outgrown=fell if fell.any() else None,
+        anchors=tuple(search.anchors[k] for k in marks),
     )
+
+
+def _said(assembly: Assembly, search: _Search, stop: threading.Event) -> tuple[str, ...]:
+    """Where no steady state was found, and of the first what the motion is."""
+    said: list[str] = []
+    for k in sorted(search.lost):
+        answer, frequency = search.lost[k], float(search.base.frequency[k])
+        reason = answer.reason
+        if answer.steady is not None and len(said) < SAID and not stop.is_set():
+            reason += f": {what_it_is(assembly.prepared, frequency, answer.steady)}"
+        said.append(f"{frequency:.6g} Hz: {reason}")
+    return tuple(said)
 
 
 def unsure(response: Response, wanted: float) -> Array:

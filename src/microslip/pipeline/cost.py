@@ -15,6 +15,7 @@ from microslip.describe.beam import first_frequency
 from microslip.describe.joint import Joint
 from microslip.describe.lap import LapJoint
 from microslip.describe.matrices import MatricesJoint
+from microslip.describe.requests import CYCLES_EACH
 from microslip.errors import InputError
 from microslip.model.imported import read_imported
 from microslip.model.lap import geometry, mesh_control
@@ -136,13 +137,14 @@ def cycle_seconds(joint: Joint) -> float:
 
 
 def response_seconds(joint: Joint) -> float:
-    """Responses of the reduced models, per frequency; steady states of method "auto", 40 cycles each."""
+    """Responses of the reduced models, per frequency; all the cycles that method "auto" may take."""
     asked = joint.analysis.response
     if asked is None or joint.load is None:
         return 0.0
     loads = len(joint.load.values)
     states = loads * asked.points if asked.method == "auto" and not joint.frictionless else 0
-    return 5e-5 * loads * len(joint.variants) * asked.count + _cycle(joint, states * 150 * 40)
+    cycles = _cycle(joint, states * 150 * CYCLES_EACH)
+    return 5e-5 * loads * len(joint.variants) * asked.count + cycles
 
 
 def refined_seconds(joint: Joint) -> float:

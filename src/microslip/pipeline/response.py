@@ -86,16 +86,16 @@ def run_responses(
             progress.start("forced response", sum(steps))
             for case, chosen, share in zip(cases, auto, steps, strict=True):
                 base = case.respond(axis.frequency)
-                rest = share
+                rest, opens = share, True
                 if chosen:
-                    curve, lost, rest = _put_right(
+                    curve, lost, opens, rest = _put_right(
                         assembly, settings, case, base, stop, share, progress
                     )
                     cautions += _cautions(settings, case, curve, lost)
                 else:
                     curve = _judged(base, models)
                 curve = with_outputs(assembly, models, curve)
-                curve = with_opening(assembly, curve, case)
+                curve = with_opening(assembly, curve, case) if opens else curve
                 found = replace(found, curves=(*found.curves, curve))
                 failures += response_failures(curve, case, axis)
                 cautions += opening_of(assembly, curve, case)
@@ -121,8 +121,9 @@ def _put_right(
     stop: Event,
     points: int,
     progress: Progress,
-) -> tuple[Response, tuple[str, ...], int]:
-    """A response by method "auto", what it could not learn, and how many points it did without."""
+) -> tuple[Response, tuple[str, ...], bool, int]:
+    """A response by method "auto", what it could not learn, whether that opens the joint, and how many
+    points it did without."""
     sought = 0
 
     def advance(count: int) -> None:
@@ -130,8 +131,8 @@ def _put_right(
         sought += count
         progress.advance(count)
 
-    curve, lost = anchored_response(assembly, settings, case, base, stop, advance)
-    return curve, lost, max(points - sought, 0)
+    curve, lost, opens = anchored_response(assembly, settings, case, base, stop, advance)
+    return curve, lost, opens, max(points - sought, 0)
 
 
 def _cautions(
@@ -155,7 +156,7 @@ def _cautions(
             f"the error is not below {settings.error:g} at {len(doubtful)} of "
             f"{len(curve.frequency)} frequencies, {doubtful.min():.6g} to {doubtful.max():.6g} Hz"
         )
-        advice = "raise analysis.response.points; beside the jump of a fold it stays large"
+        advice = "raise analysis.response.points, unless the motion there wanders by as much"
         found.append(Caution("response", place, reason, advice))
     return found
 

@@ -48,7 +48,8 @@ def _unanswered(response: Response) -> tuple[str, str]:
         reason = f"{points} did not converge, {span}"
         return reason, "raise analysis.response.max_iterations"
     if response.variant == "auto":
-        return f"{points} have no answer, {span}", "lower the load; no steady state is known there"
+        reason = f"{points} have no answer, {span}: no steady state is known there"
+        return reason, "raise analysis.response.points, or lower the load"
     reason = f"{points} have no answer in the table, {span}"
     if response.variant == "refined":
         return reason, "lower the load, or see why the table's cycles above were not solved"

@@ -5,46 +5,54 @@ coordinate, tells what the contact coefficient there is, exactly:
 
     kappa = [(Phi^T p + D c) M/A - D]/omega_sl²,      A = Q + c M.
 
-What the table misses of it, ``correction = kappa - kappa_table(|A|, omega)``, is small and smooth
-along the response. Interpolated over the place of `surface.py` (monotone cubics; constant beyond
-the outermost anchors), it makes the model pass through every anchor and be right in between.
+What the table misses of it, ``correction = kappa - kappa_table(|A|, omega)``, is small along a branch of
+the response. On a branch, which has one answer at a frequency, it is interpolated over the frequency
+(monotone cubics), so that the model passes through every anchor and is right in between. A branch ends where
+the search found no steady state, and where the size jumps from one frequency of the response to the next.
 
-How right is measured by leaving anchors out: the correction of each is predicted from the others. That
-spans twice the distance. The most that it misses at the two anchors around bounds the error in between,
-in the shape ``4 t (1 - t)``; to it comes the median of what is missed anywhere, as resonances of upper
-modes may lie between two anchors that agree. Of what lies between two anchors far apart nothing is said.
-With the slope ``d log M/d log a`` of the surface an error ``dk`` of kappa moves the amplitude by
-``|omega_sl² dk/Z|`` over the slope; near a fold that vanishes and the bound says so.
+How right is measured by leaving anchors out: the correction of each is predicted from the others, at
+the ends of a branch by a straight line. That spans twice the distance. The most that it misses at the two
+anchors around bounds the error in between, in the shape ``4 t (1 - t)``; to it comes the median of what is
+missed anywhere on the branch, as resonances of upper modes may lie between two anchors that agree. Tractions
+that are locked in make steady states scatter: they depend on what was before. So an anchor is not known
+better than that median nor, where its neighbours are close, than they miss it.
+
+An error ``dk`` of kappa moves the size by ``Re(omega_sl² dk/Z)`` over the slope ``d log M/d log a`` of the
+surface, and the rest of it the phase; near a fold the slope vanishes and the bound says so.
+
+Far above the table, and close to a fold, the table is no help. There kappa itself is interpolated, and
+bounded in the same way; at every frequency that of the two whose bound is smaller is the answer.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from microslip.analyses.reduced.surface import LoadSurface, along, detuning, stiffness
+from microslip.analyses.reduced.surface import LoadSurface, contours, stiffness
+from microslip.analyses.reduced.two_mode import TwoModeModel
 from microslip.brief import Brief
 from microslip.errors import MicroslipError
 from microslip.typing import Array, Complex, Indices
 
-APART = 1e-3
-"""Anchors closer than this in place count as one, the later."""
-
 FEWEST = 4
-"""Anchors below which nothing is said of the error."""
+"""Anchors of a branch below which nothing is said of the error between them."""
 
-UNSETTLED = 100.0
-"""An anchor that still changed over its last cycle is as uncertain as so many of those changes: what is
-left where the slowest transient loses a hundredth per cycle."""
+JUMP = 0.1
+"""Neighbouring frequencies whose sizes differ by more, in logarithm, lie on different branches or so far
+apart that neither tells of the other."""
 
-WIDEST = 1.2
-"""Distance between two anchors beyond which nothing is said of what lies between them."""
+AROUND = 4
+"""Anchors to either side that the monotone cubics are laid through: more change nothing in between."""
 
-BESIDE = 0.3
-"""Beyond an outermost anchor by more than this its error counts in full."""
+CLOSE = 3
+"""What the others miss of an anchor whose neighbours are so many frequencies away, or fewer, is scatter."""
+
+STRAY = 0.25
+"""Answers of the surface farther, in logarithm, from the size between two anchors are others than theirs."""
 
 
 @dataclass(frozen=True)
@@ -57,51 +65,44 @@ class Anchor:
         Hz.
     amplitude : complex
         Q.
-    place : float
-        s.
     correction : complex
         What the table misses, over omega_sl².
     change : float
         Relative change of the state over its last cycle.
+    doubt : float
+        Relative error of the amplitude that is left: of transients not yet gone, of a motion that wanders.
     """
 
     frequency: float
     amplitude: complex
-    place: float
     correction: complex
     change: float
+    doubt: float = 0.0
 
 
 @dataclass(frozen=True, repr=False)
-class Answers(Brief):
-    """Answers of a corrected model under one load, by frequency and then by amplitude.
+class Held(Brief):
+    """A response held to anchors, at the frequencies of a surface.
 
     Attributes
     ----------
-    point : (k,) int array
-        Index of the frequency of each.
-    size : (k,) array
-        ``|A|``.
-    amplitude : (k,) complex array
-        Q.
-    detuning, place : (k,) arrays
-    slope : (k,) array
-        ``d log M/d log a``; negative between two folds.
-    error : (k,) array
-        Bound of the relative error of ``|Q|``; infinite with fewer than `FEWEST` anchors.
+    amplitude : (n,) complex array
+        Q; nan where the surface has no answer near those of the anchors.
+    error : (n,) array
+        Bound of the relative error of ``|Q|``; infinite where nothing bounds it.
     """
 
-    point: Indices
-    size: Array
     amplitude: Complex
-    detuning: Array
-    place: Array
-    slope: Array
     error: Array
 
 
 def anchor_at(
-    surface: LoadSurface, frequency: float, load: float, Q: complex, change: float = 0.0
+    surface: LoadSurface,
+    frequency: float,
+    load: float,
+    Q: complex,
+    change: float = 0.0,
+    doubt: float = 0.0,
 ) -> Anchor:
     """What a steady state says of the model.
 
@@ -113,7 +114,7 @@ def anchor_at(
         Hz, and amplitude of the driven port.
     Q : complex
         First harmonic of the sliding coordinate, phase against the load's sine.
-    change : float
+    change, doubt : float
         Kept.
 
     Raises
@@ -128,99 +129,179 @@ def anchor_at(
         raise MicroslipError(f"the steady state at {frequency:.6g} Hz does not move")
     true = (model.force[0] + D * model.offset[0]) * load / A
     table = stiffness(model, surface.curve, surface.preload, np.array(abs(A)), np.array(omega))
-    s = float(detuning(table, model) + along(surface.curve, model, frequency))
-    return Anchor(frequency, Q, s, complex(true - table) / model.omega**2, change)
+    return Anchor(frequency, Q, complex(true - table) / model.omega**2, change, doubt)
 
 
-def correction(anchors: Sequence[Anchor], place: Array) -> Complex:
-    """What the table misses at places, interpolated between anchors; zero without any."""
-    x, y = _knots(anchors)
+def branches(anchors: Mapping[int, Anchor], lost: Iterable[int]) -> Iterator[Indices]:
+    """Runs of anchors, by ascending index of frequency, that lie on one branch.
+
+    Parameters
+    ----------
+    anchors : mapping of int to Anchor
+        By index of the frequency.
+    lost : iterable of int
+        Indices at which no steady state was found.
+    """
+    gone = np.array(sorted(lost), dtype=int)
+    run: list[int] = []
+    for k in sorted(anchors):
+        if run:
+            last = run[-1]
+            apart = np.searchsorted(gone, last) != np.searchsorted(gone, k)
+            if apart or (k == last + 1 and step_of(anchors[last], anchors[k]) > JUMP):
+                yield np.array(run)
+                run = []
+        run.append(k)
+    if run:
+        yield np.array(run)
+
+
+def step_of(one: Anchor, other: Anchor) -> float:
+    """Difference of the logarithms of two sizes."""
+    return abs(float(np.log(abs(one.amplitude) / abs(other.amplitude))))
+
+
+def correction(x: Array, y: Complex, at: Array) -> Complex:
+    """What the table misses at frequencies, from that at ascending others; constant beyond them."""
     if len(x) < 2:
-        return np.full(np.shape(place), y[0] if len(x) else 0.0, complex)
-    inside = np.clip(place, x[0], x[-1])
+        return np.full(np.shape(at), y[0] if len(x) else 0.0, complex)
+    inside = np.clip(at, x[0], x[-1])
     return PchipInterpolator(x, y.real)(inside) + 1j * PchipInterpolator(x, y.imag)(inside)
 
 
-def missed_by_others(anchors: Sequence[Anchor]) -> tuple[Array, Array]:
-    """Places of the anchors, ascending, and by how much the others miss the correction of each."""
-    x, y = _knots(anchors)
-    kept = [Anchor(0.0, 0.0, a, b, 0.0) for a, b in zip(x, y, strict=True)]
-    missed = [
-        abs(complex(correction(kept[:i] + kept[i + 1 :], np.array(x[i]))) - y[i])
-        for i in range(len(x))
-    ]
-    return x, np.array(missed)
+def missed_by_others(x: Array, y: Complex) -> Complex:
+    """What the others make of the correction at each of ascending frequencies, less what it is."""
+    n = len(x)
+    missed = np.full(n, np.inf, complex)
+    for i in range(n if n > 2 else 0):
+        if i in (0, n - 1):
+            a, b = (1, 2) if i == 0 else (n - 2, n - 3)
+            guess = y[a] + (y[b] - y[a]) * (x[i] - x[a]) / (x[b] - x[a])
+        else:
+            near = np.arange(max(i - AROUND, 0), min(i + AROUND + 1, n))
+            near = near[near != i]
+            guess = complex(correction(x[near], y[near], x[i]))
+        missed[i] = guess - y[i]
+    return missed
 
 
-def corrected_answers(
-    surface: LoadSurface, load: float, anchors: Sequence[Anchor], accuracy: float = 0.0
-) -> Answers:
-    """Every answer under a load at the frequencies of a surface.
+def held(
+    surface: LoadSurface,
+    load: float,
+    anchors: Mapping[int, Anchor],
+    lost: Iterable[int] = (),
+    accuracy: float = 0.0,
+) -> Held:
+    """A response that passes through anchors.
 
     Parameters
     ----------
     surface : LoadSurface
     load : float
-    anchors : sequence of Anchor
-        Steady states under that load.
+    anchors : mapping of int to Anchor
+        Steady states under that load, by index of the frequency.
+    lost : iterable of int
+        Indices at which no steady state was found.
     accuracy : float
         Relative error of the anchors' own amplitudes, part of the bound.
     """
-    model = surface.model
-    Z = surface.stiffness + model.omega**2 * correction(anchors, surface.place)
-    x = np.log(surface.amplitude)
-    gap = np.log(np.abs(Z)) + x[:, None] - np.log(np.abs(surface.push) * abs(load))[None]
-    i, point = np.nonzero((gap[:-1] <= 0) != (gap[1:] <= 0))
-    order = np.lexsort((i, point))
-    i, point = i[order], point[order]
-    low, rise = gap[i, point], gap[i + 1, point] - gap[i, point]
-    t, step = -low / rise, x[i + 1] - x[i]
-    size = np.exp(x[i] + t * step)
-    z = (1 - t) * Z[i, point] + t * Z[i + 1, point]
-    A = surface.push[point] * load / z
-    A *= size / np.abs(A)
-    Q = A - model.offset[0] * load
-    u, s = ((1 - t) * y[i, point] + t * y[i + 1, point] for y in (surface.detuning, surface.place))
-    slope = rise / step
-    share = np.abs(model.omega**2 * _bound(anchors, s) / z) * size / np.abs(Q)
-    share += accuracy + UNSETTLED * _change_beside(anchors, s)
+    n, lost = len(surface.frequency), set(lost)
+    amplitude, error = np.full(n, np.nan, complex), np.full(n, np.inf)
+    for run in branches(anchors, lost):
+        inside = np.arange(run[0], run[-1] + 1)
+        known = [anchors[int(k)] for k in run]
+        part, x = surface.between(run[0], run[-1]), surface.frequency[run]
+        found = (_over_table(part, load, x, known), _alone(part, load, x, known))
+        share = np.array([one.error for one in found])
+        better = np.argmin(share, axis=0)
+        columns = np.arange(len(inside))
+        amplitude[inside] = np.array([one.amplitude for one in found])[better, columns]
+        doubt = np.array([one.doubt for one in known])
+        left, right = _around(run, inside)
+        error[inside] = share[better, columns] + np.maximum(doubt[left], doubt[right]) + accuracy
+    for k, one in anchors.items():
+        amplitude[k] = one.amplitude
+        if not np.isfinite(error[k]):
+            error[k] = accuracy + one.doubt
+    return Held(amplitude, np.where(np.isfinite(amplitude), error, np.inf))
+
+
+def _over_table(surface: LoadSurface, load: float, x: Array, known: Sequence[Anchor]) -> Held:
+    """A branch as the table has it, with what that misses interpolated."""
+    f = surface.frequency
+    y = np.array([one.correction for one in known])
+    A, Z = _motion(surface.model, load, x, known)
+    size = np.interp(f, x, np.log(np.maximum(np.abs(A), 1e-300)))
+    found = contours(surface, load, correction(x, y, f))
+    apart = np.abs(np.log(found.size) - size[found.point])
+    order = np.lexsort((-apart, found.point))
+    closest = order[np.diff(found.point[order], append=-1) != 0]
+    closest = closest[apart[closest] < STRAY]
+    amplitude, error = np.full(len(f), np.nan, complex), np.full(len(f), np.inf)
+    at, slope = found.point[closest], found.slope[closest]
+    amplitude[at] = found.amplitude[closest]
+    there = np.full(len(f), np.nan, complex)
+    there[at] = found.stiffness[closest] / surface.model.omega**2
+    bound = _bound(x, y, Z / surface.model.omega**2, f, there)[at]
     with np.errstate(divide="ignore"):
-        error = share / np.minimum(np.abs(slope), 1.0)
-    return Answers(point, size, Q, u, s, slope, error)
+        grown = found.size[closest] / np.abs(amplitude[at]) / np.minimum(np.abs(slope), 1.0)
+    error[at] = np.where(slope > 0, bound * grown, np.inf)
+    return Held(amplitude, error)
 
 
-def _bound(anchors: Sequence[Anchor], place: Array) -> Array:
-    """Error of the correction at places."""
-    if len(anchors) < FEWEST:
-        return np.full(np.shape(place), np.inf)
-    x, missed = missed_by_others(anchors)
-    unseen = float(np.median(missed))
-    i = np.searchsorted(x, place)
-    left, right = np.clip(i - 1, 0, len(x) - 1), np.clip(i, 0, len(x) - 1)
-    width = np.where(right > left, x[right] - x[left], 1.0)
-    t = np.where(right > left, (place - x[left]) / width, 0.0)
-    between = np.maximum(missed[left], missed[right]) * 4 * t * (1 - t)
-    end = np.where(i == 0, 0, len(x) - 1)
-    beyond = missed[end] * np.minimum(np.abs(place - x[end]) / BESIDE, 1.0)
-    known = np.where(right > left, width <= WIDEST, np.abs(place - x[end]) <= WIDEST)
-    return np.where(known, np.where(right > left, between, beyond) + unseen, np.inf)
+def _alone(surface: LoadSurface, load: float, x: Array, known: Sequence[Anchor]) -> Held:
+    """A branch without the table: kappa itself interpolated, as above the table and beside folds."""
+    f, model = surface.frequency, surface.model
+    _, Z = _motion(model, load, x, known)
+    kappa = (Z - model.linear_stiffness(2 * np.pi * x)) / model.omega**2
+    there = model.linear_stiffness(2 * np.pi * f) / model.omega**2 + correction(x, kappa, f)
+    A = surface.push * load / (model.omega**2 * there)
+    Q = A - model.offset[0] * load
+    return Held(Q, _bound(x, kappa, Z / model.omega**2, f, there) * np.abs(A / Q))
 
 
-def _change_beside(anchors: Sequence[Anchor], place: Array) -> Array:
-    """Larger change of the two anchors to either side."""
-    if not anchors:
-        return np.zeros(np.shape(place))
-    ordered = sorted(anchors, key=lambda one: one.place)
-    x, change = (np.array([getattr(a, k) for a in ordered]) for k in ("place", "change"))
-    i = np.searchsorted(x, place)
-    return np.maximum(change[np.clip(i - 1, 0, len(x) - 1)], change[np.clip(i, 0, len(x) - 1)])
+def _motion(
+    model: TwoModeModel, load: float, x: Array, known: Sequence[Anchor]
+) -> tuple[Complex, Complex]:
+    """A and Z of anchors."""
+    A = np.array([one.amplitude for one in known]) + model.offset[0] * load
+    push = model.force[0] + model.linear_stiffness(2 * np.pi * x) * model.offset[0]
+    return A, push * load / A
 
 
-def _knots(anchors: Sequence[Anchor]) -> tuple[Array, Complex]:
-    """Places and corrections, ascending, those that are close merged into the later."""
-    kept: list[Anchor] = []
-    for one in anchors:
-        kept = [other for other in kept if abs(other.place - one.place) > APART]
-        kept.append(one)
-    kept.sort(key=lambda one: one.place)
-    return np.array([a.place for a in kept]), np.array([a.correction for a in kept], complex)
+def _around(run: Indices, inside: Indices) -> tuple[Indices, Indices]:
+    """Numbers of the anchors to either side."""
+    right = np.clip(np.searchsorted(run, inside), 0, len(run) - 1)
+    return np.maximum(right - 1, 0), right
+
+
+def _bound(x: Array, y: Complex, z: Complex, at: Array, there: Complex) -> Array:
+    """Relative error of the size, for a slope of one, at frequencies from an anchor to another.
+
+    Parameters
+    ----------
+    x, y, z : arrays
+        Frequency, correction and ``Z/omega_sl²`` of the anchors, ascending.
+    at, there : arrays
+        Frequency and ``Z/omega_sl²`` of the answers.
+    """
+    if len(x) < FEWEST:
+        return np.full(np.shape(at), np.inf)
+    missed = missed_by_others(x, y)
+    right = np.clip(np.searchsorted(x, at), 1, len(x) - 1)
+    left = right - 1
+    t = (at - x[left]) / (x[right] - x[left])
+    own = np.searchsorted(at, x)
+    close = np.diff(own) <= CLOSE
+    with np.errstate(invalid="ignore"):  # nan where there is no answer
+        most = np.maximum(_grown(missed[left] / there), _grown(missed[right] / there))
+        scatter = _grown(missed / there[own])[1:-1]
+    between = most * 4 * t * (1 - t)
+    between[own[1:-1]] = np.where(close[1:] & close[:-1], scatter, 0.0)
+    floor = np.median(np.abs((missed / z).real) * np.abs(z))
+    return np.asarray(between + floor / np.abs(there))
+
+
+def _grown(step: Complex) -> Array:
+    """Relative change of ``1/|Z|`` where Z changes by a share, to second order."""
+    return np.asarray(np.abs(step.real) + 0.5 * np.abs(step) ** 2)

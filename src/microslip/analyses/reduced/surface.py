@@ -9,13 +9,7 @@ gives for any amplitude and frequency the load that holds it. A response under a
 this surface, folds and all: no iteration, no branch that a sweep can miss.
 
 Where on its resonance curve an answer lies is told by its detuning ``u = asinh(-Re Z/Im Z)``: 0 at
-resonance, where load and motion are a quarter of a period apart, -0.88 and 0.88 at half power. It
-rises along the curve even where that folds and the frequency does not, and hardly in its tails. With the
-frequency, in units of a third of the distance from the sliding to the stuck one, it makes the place,
-
-    s = u + 3 (omega - omega_sl)/(omega_st - omega_sl),
-
-which rises everywhere along the curve, as fast as anything on it changes.
+resonance, where load and motion are a quarter of a period apart, -0.88 and 0.88 at half power.
 
 Above the table kappa goes on with the slope that it ends with: a guess, to be put right by whoever
 reads it.
@@ -23,7 +17,7 @@ reads it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -32,7 +26,7 @@ from microslip.analyses.reduced.table import EquivalentTable
 from microslip.analyses.reduced.two_mode import TwoModeModel
 from microslip.brief import Brief
 from microslip.errors import MicroslipError
-from microslip.typing import Array, Complex
+from microslip.typing import Array, Complex, Indices
 
 BELOW = 1e-2
 """Smallest amplitude of a surface over that of its table, or less under a small load ..."""
@@ -42,9 +36,6 @@ ROOM = 0.3
 
 REACH = 2.0
 """Largest amplitude of a surface over that of its table."""
-
-STRETCH = 3.0
-"""Of the place along a curve, from the sliding to the stuck frequency."""
 
 AMPLITUDES = 700
 """Amplitudes of a surface, in geometric progression."""
@@ -67,8 +58,8 @@ class LoadSurface(Brief):
         Of A, ascending.
     stiffness : (m, n) complex array
         Z.
-    detuning, place : (m, n) arrays
-        u and s.
+    detuning : (m, n) array
+        u.
     push : (n,) complex array
         ``Phi^T p + D c``.
     """
@@ -80,8 +71,46 @@ class LoadSurface(Brief):
     amplitude: Array
     stiffness: Complex
     detuning: Array
-    place: Array
     push: Complex
+
+    def between(self, first: int, last: int) -> LoadSurface:
+        """The surface at the frequencies from one index to another, both included."""
+        part = slice(first, last + 1)
+        return replace(
+            self,
+            frequency=self.frequency[part],
+            stiffness=self.stiffness[:, part],
+            detuning=self.detuning[:, part],
+            push=self.push[part],
+        )
+
+
+@dataclass(frozen=True, repr=False)
+class Contours(Brief):
+    """Answers under one load, by frequency and then by amplitude.
+
+    Attributes
+    ----------
+    point : (k,) int array
+        Index of the frequency of each.
+    size : (k,) array
+        ``|A|``.
+    amplitude : (k,) complex array
+        Q.
+    detuning : (k,) array
+        Of the model without the shift.
+    slope : (k,) array
+        ``d log M/d log a``; negative between two folds.
+    stiffness : (k,) complex array
+        Z there.
+    """
+
+    point: Indices
+    size: Array
+    amplitude: Complex
+    detuning: Array
+    slope: Array
+    stiffness: Complex
 
 
 def load_surface(
@@ -115,16 +144,35 @@ def load_surface(
         least = min(least, ROOM * float((np.abs(push * load) / stuck).min()))
     a = np.geomspace(least, REACH * table.amplitude[-1], AMPLITUDES)
     Z = stiffness(model, curve, table.preload, a[:, None], omega)
-    u = detuning(Z, model)
-    s = u + along(curve, model, f)
-    return LoadSurface(model, curve, table.preload, f, a, Z, u, s, push)
+    return LoadSurface(model, curve, table.preload, f, a, Z, detuning(Z, model), push)
 
 
-def along(curve: TableCurve, model: TwoModeModel, frequency: Array | float) -> Array:
-    """What frequencies, Hz, add to the place along a curve; the table sticks where it begins."""
-    ratio = 2 * np.pi * np.asarray(frequency, dtype=float) / model.omega - 1
-    gap = np.sqrt(1 + max(curve.coefficients[3, 0, 0], 1e-6)) - 1
-    return np.asarray(STRETCH * ratio / gap)
+def contours(surface: LoadSurface, load: float, shift: Complex | None = None) -> Contours:
+    """Every answer under a load at the frequencies of a surface.
+
+    Parameters
+    ----------
+    surface : LoadSurface
+    load : float
+    shift : (n,) complex array, optional
+        Added to kappa at every frequency.
+    """
+    model = surface.model
+    Z = surface.stiffness if shift is None else surface.stiffness + model.omega**2 * shift
+    x = np.log(surface.amplitude)
+    gap = np.log(np.abs(Z)) + x[:, None] - np.log(np.abs(surface.push) * abs(load))[None]
+    i, point = np.nonzero((gap[:-1] <= 0) != (gap[1:] <= 0))
+    order = np.lexsort((i, point))
+    i, point = i[order], point[order]
+    low, rise = gap[i, point], gap[i + 1, point] - gap[i, point]
+    t, step = -low / rise, x[i + 1] - x[i]
+    size = np.exp(x[i] + t * step)
+    z = (1 - t) * Z[i, point] + t * Z[i + 1, point]
+    A = surface.push[point] * load / z
+    A *= size / np.abs(A)
+    Q = A - model.offset[0] * load
+    u = (1 - t) * surface.detuning[i, point] + t * surface.detuning[i + 1, point]
+    return Contours(point, size, Q, u, rise / step, z)
 
 
 def stiffness(

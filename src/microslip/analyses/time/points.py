@@ -18,6 +18,7 @@ from microslip.analyses.time.scheme import (
     prestressed_state,
     time_scheme,
 )
+from microslip.analyses.time.starts import Start, placed
 from microslip.analyses.time.steady import CONFIRMED, SteadyState, steady_state
 from microslip.errors import Failure, JointOpensError, MicroslipError
 from microslip.numerics.execute import Executor, each, threads
@@ -48,6 +49,8 @@ class Request:
         Say what a motion is that is not periodic; some hundred cycles more.
     said : str
         The load in messages; its number where left out.
+    start : Start, optional
+        The end of another steady state (`SteadyState.end`) to start from instead of the guess.
     """
 
     rho: float
@@ -63,6 +66,7 @@ class Request:
     matched: bool = True
     classify: bool = True
     said: str = ""
+    start: Start | None = None
 
     @property
     def place(self) -> str:
@@ -112,7 +116,11 @@ def _refuse_open(scheme: TimeScheme, steady: SteadyState, request: Request) -> N
     if not reason:
         return
     omega = 2 * np.pi * steady.frequency
-    state = prestressed_state(scheme, abs(request.guess), omega)
+    state = (
+        prestressed_state(scheme, abs(request.guess), omega)
+        if request.start is None
+        else placed(request.start, scheme, steady.frequency, steady.load)
+    )
     wave = steady.load * np.sin(phases(steady))
     for cycle in range(OPENING_CYCLES):
         part = march(scheme, state, wave, keep=True)
@@ -144,6 +152,7 @@ def solve_request(joint: PreparedJoint, request: Request) -> TimePoint:
         request.frequency,
         request.load,
         guess=request.guess,
+        start=request.start,
         accelerate=request.accelerate,
         tolerance=request.tolerance,
         max_cycles=request.max_cycles,

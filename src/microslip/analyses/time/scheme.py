@@ -19,6 +19,7 @@ from microslip.contact import tableau
 from microslip.contact.pairs import normal, tangential
 from microslip.contact.problem import contact_problem
 from microslip.contact.solver import CERTIFICATE, TOLERANCE, load_kernels, singularity_named
+from microslip.contact.tangent import Tangents
 from microslip.contact.timestep import (
     EXTERNAL,
     MODAL,
@@ -117,6 +118,8 @@ class March(Brief):
         more energy than it had taken.
     r, v, status : arrays or empty
         Histories, where asked for.
+    tangents : Tangents
+        Deviations at the end, where some were given.
     """
 
     time: Array
@@ -134,6 +137,7 @@ class March(Brief):
     r: Array
     v: Array
     status: Status
+    tangents: Tangents
 
     @property
     def dissipated(self) -> float:
@@ -292,6 +296,7 @@ def march(
     keep: bool = False,
     memory: ContactMemory | None = None,
     start_time: float = 0.0,
+    tangents: Tangents | None = None,
 ) -> March:
     """Integrate over ``len(load) - 1`` steps from `state`.
 
@@ -308,6 +313,8 @@ def march(
         each time. Results agree to rounding.
     start_time : float
         Time at the state, s: of a march that goes on another one, so that errors name its own time.
+    tangents : Tangents, optional
+        Small deviations of `state` to be carried along, see `microslip.contact.tangent`.
 
     Raises
     ------
@@ -333,7 +340,10 @@ def march(
     records.output[0] = _output(scheme, state, load[0])
     if keep:
         records.r[0], records.v[0], records.status[0] = state.r, state.v, state.status
-    failed = step_through((problem, dissipative), memory, scheme.kernel, load, motion, records)
+    carried = no_tangents(scheme, 0) if tangents is None else _copied(tangents)
+    failed = step_through(
+        (problem, dissipative), memory, scheme.kernel, load, motion, records, carried
+    )
     residual = records.residual
     if failed >= 0 or not residual.max() <= CERTIFICATE:
         step = failed if failed >= 0 else int(np.argmax(residual))
@@ -361,7 +371,18 @@ def march(
         r=records.r,
         v=records.v,
         status=records.status,
+        tangents=carried,
     )
+
+
+def no_tangents(scheme: TimeScheme, count: int) -> Tangents:
+    """So many deviations of a state, all zero."""
+    k, N = len(scheme.joint.model.omega), len(scheme.W)
+    return Tangents(*(np.zeros((count, n)) for n in (k, k, k, N, N, N)))
+
+
+def _copied(tangents: Tangents) -> Tangents:
+    return Tangents(*(np.array(a, dtype=float, order="C") for a in tangents))
 
 
 def _motion(state: State) -> Motion:

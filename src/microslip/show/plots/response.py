@@ -135,7 +135,8 @@ def _draw_bound(ax: Axes, response: Response, size: Array, color: str) -> None:
         for k, one in zip(at, response.anchors, strict=True)
         if abs(abs(response.amplitude[k]) - abs(one.amplitude)) < 0.03 * abs(one.amplitude)
     ]
-    ax.plot(response.frequency[on], size[on], color=color, **ANCHOR)
+    marker = ANCHOR if len(on) <= FEW else {**ANCHOR, "ms": 1.8, "mew": 0.5}
+    ax.plot(response.frequency[on], size[on], color=color, **marker)
 
 
 def per_moment(run: Run) -> bool:
@@ -188,6 +189,9 @@ def _draw_points(
                 **mark,
             )
 
+
+FEW = 40
+"""More steady states of a curve than this have smaller marks."""
 
 ANCHOR: dict[str, Any] = {"marker": "d", "mfc": "white", "ls": "none", "ms": 3.5, "mew": 0.7}
 STEADY: dict[str, Any] = {"marker": "o", "mfc": "none", "ls": "none", "ms": 5, "mew": 0.9}

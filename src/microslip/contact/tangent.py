@@ -1,0 +1,270 @@
+"""Compiled linearisation of a step: how small deviations of a state are carried along a motion.
+
+Once the contact states of a step are known, its equations (`timestep.py`) are linear: a pair that is
+open keeps ``dr = 0``, one that sticks ``dv_n = 0`` and ``dv_t`` as it was, one that slips ``dv_n = 0``
+and ``dr_t = s mu dr_n``. Deviations therefore follow, with the states as they are and the factors that
+the solver has already,
+
+    dv = dv_free - W dr,    x = c - D g
+
+(`tableau.py`), all columns at once. What a pair that opens inside a step still pushes,
+``theta² r_0``-wise, depends on the gap it would have left, and is differentiated too. The product of
+the steps of a cycle is the derivative of the period map, exact wherever no pair is just on the verge
+of another state: there it is that of one side.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from microslip.contact.compiled import jit
+from microslip.contact.pairs import SEPARATED, STICK
+from microslip.contact.tableau import pending
+from microslip.typing import Array
+
+
+class Tangents(NamedTuple):
+    """Deviations of a state, p of them, changed in place from step to step.
+
+    Attributes
+    ----------
+    eta, rate, acceleration : (p, k) arrays
+        Of modal coordinates and their derivatives.
+    residual_v, r, v : (p, 2 m) arrays
+        Of the residual part of the relative displacement, reactions, relative displacements.
+    """
+
+    eta: Array
+    rate: Array
+    acceleration: Array
+    residual_v: Array
+    r: Array
+    v: Array
+
+
+class Workspace(NamedTuple):
+    """Arrays of p columns that a step of deviations needs.
+
+    Attributes
+    ----------
+    start, predicted : (p, k) arrays
+    v_free, dr, dv, carried : (p, 2 m) arrays
+        `carried` is what is left of the reactions of the step before.
+    """
+
+    start: Array
+    predicted: Array
+    v_free: Array
+    dr: Array
+    dv: Array
+    carried: Array
+
+
+@jit
+def workspace(tangents):
+    """Arrays for as many columns."""
+    p, k = tangents.eta.shape
+    N = tangents.r.shape[1]
+    return Workspace(
+        np.empty((p, k)),
+        np.empty((p, k)),
+        np.empty((p, N)),
+        np.empty((p, N)),
+        np.empty((p, N)),
+        np.empty((p, N)),
+    )
+
+
+@jit
+def predict(memory, constants, tangents, space):
+    """Deviations at the end of a step as far as they come from its start.
+
+    ``space.v_free`` is that of the relative displacements, without the tangential one at which pairs
+    stick, and ``space.dr`` its part of the components that the tableau holds.
+    """
+    start, predicted, v_free, held = space.start, space.predicted, space.v_free, space.dr
+    h, c, omega = constants.mode_step, constants.mode_damping, constants.omega
+    decay = constants.tau / constants.dt
+    eta, rate, acceleration = tangents.eta, tangents.rate, tangents.acceleration
+    p, k = eta.shape
+    N = v_free.shape[1]
+    for a in range(p):
+        for j in range(k):
+            quarter = 0.25 * h[j] ** 2
+            pe = eta[a, j] + h[j] * rate[a, j] + quarter * acceleration[a, j]
+            pv = rate[a, j] + 0.5 * h[j] * acceleration[a, j]
+            x = -c[j] * pv - omega[j] ** 2 * pe
+            x /= 1.0 + 0.5 * h[j] * c[j] + quarter * omega[j] ** 2
+            start[a, j] = x
+            predicted[a, j] = pe + quarter * x
+    np.dot(predicted, constants.psi_t, v_free)
+    kept = decay / (1.0 + decay)
+    s, v_old = tangents.residual_v, tangents.v
+    for a in range(p):
+        for i in range(N):
+            v_free[a, i] += kept * s[a, i]
+        for i in range(N // 2):
+            v_free[a, 2 * i + 1] -= v_old[a, 2 * i + 1]
+        for i in range(N):
+            held[a, i] = v_free[a, i] if memory.held[i] else 0.0
+
+
+@jit
+def solve_states(problem, memory, status, v_old, v_free, dr, dv):
+    """Solve ``dv = dv_free - W dr`` for given states, by the tableau of their last solution.
+
+    `dr` holds the part of `v_free` of the components that the tableau holds; `v_free` is without
+    the tangential displacement `v_old` at which pairs stick.
+    """
+    Dt, held, sign = memory.transposed, memory.held, memory.sign
+    mu, inverse = problem.friction, 1.0 / problem.mean
+    p, N = v_free.shape
+    np.dot(dr, Dt, dv)
+    for a in range(p):
+        for i in range(N):
+            if not held[i]:
+                dv[a, i] += v_free[a, i]
+    J = np.empty(N, np.int64)
+    k = pending(held, status, J)
+    if k > 0:
+        rows = np.empty((k, N))
+        C = np.empty((k, k))
+        Y = np.empty((k, p))
+        for b in range(k):
+            rows[b] = Dt[J[b]]
+            for a in range(k):
+                C[a, b] = rows[b, J[a]]
+            for a in range(p):
+                Y[b, a] = dv[a, J[b]]
+        Y = np.ascontiguousarray(np.linalg.solve(C, Y).T)
+        dv -= np.dot(Y, rows)
+        for b in range(k):
+            for a in range(p):
+                dv[a, J[b]] = Y[a, b]
+    for a in range(p):
+        for i in range(status.shape[0]):
+            n, t = 2 * i, 2 * i + 1
+            xn, xt = dv[a, n], dv[a, t]
+            if status[i] == SEPARATED:
+                dr[a, n], dr[a, t] = 0.0, 0.0
+                dv[a, t] = xt + v_old[a, t]
+                continue
+            dr[a, n] = xn * inverse
+            dr[a, t] = sign[i] * mu[i] * dr[a, n]
+            dv[a, n] = 0.0
+            if status[i] == STICK:
+                dr[a, t] += xt * inverse
+                dv[a, t] = v_old[a, t]
+            else:
+                dv[a, t] = xt + v_old[a, t]
+
+
+@jit
+def ease(problem, memory, status, constants, r_old, v, tangents, space):
+    """Take back what pairs that open inside the step push after they have, as `timestep.opened` does."""
+    predict(memory, constants, tangents, space)
+    opened = np.empty(v.shape[0], np.int64)
+    count = 0
+    for i in range(status.shape[0]):
+        if status[i] == SEPARATED and r_old[2 * i] > 0.0 and v[2 * i] < 0.0:
+            opened[count] = 2 * i
+            count += 1
+    opened = opened[:count]
+    gap = gaps(memory, status, opened, space)
+    dr_old, lost = tangents.r, space.dr
+    lost[:] = 0.0
+    for b in range(count):
+        n = opened[b]
+        pull = -v[n] / problem.W[n, n]
+        whole = r_old[n] + pull
+        after = pull / whole
+        for a in range(lost.shape[0]):
+            change = -gap[a, b] / problem.W[n, n]
+            dafter = (r_old[n] * change - pull * dr_old[a, n]) / whole**2
+            lost[a, n] = after * dr_old[a, n] + dafter * r_old[n]
+            lost[a, n + 1] = after * dr_old[a, n + 1] + dafter * r_old[n + 1]
+    take_back(constants, tangents, space)
+
+
+@jit
+def gaps(memory, status, opened, space):
+    """Normal displacements of the pairs that are open in this step, of those components alone."""
+    Dt, held = memory.transposed, memory.held
+    N = Dt.shape[0]
+    J = np.empty(N, np.int64)
+    k = pending(held, status, J)
+    count = opened.shape[0]
+    rows = np.empty((count + k, N))
+    for b in range(count + k):
+        i = opened[b] if b < count else J[b - count]
+        for j in range(N):
+            rows[b, j] = Dt[j, i]
+    x = np.dot(space.dr, rows.T)
+    for a in range(x.shape[0]):
+        for b in range(count + k):
+            i = opened[b] if b < count else J[b - count]
+            if not held[i]:
+                x[a, b] += space.v_free[a, i]
+    if k == 0:
+        return x
+    C = np.empty((k, k))
+    for a in range(k):
+        for b in range(k):
+            C[a, b] = Dt[J[b], J[a]]
+    y = np.linalg.solve(C, np.ascontiguousarray(x[:, count:].T))
+    for b in range(count):
+        for c in range(k):
+            # a gap that is pending is the unknown itself
+            if J[c] == opened[b]:
+                x[:, b] = y[c]
+                break
+        else:
+            for c in range(k):
+                x[:, b] -= Dt[J[c], opened[b]] * y[c]
+    return x
+
+
+@jit
+def take_back_all(constants, tangents, space):
+    """Take back all of the push left from the step before: a dissipative step has none."""
+    space.dr[:] = space.carried
+    take_back(constants, tangents, space)
+
+
+@jit
+def take_back(constants, tangents, space):
+    """Take the reactions in ``space.dr`` back from the push left from the step before."""
+    force = np.dot(space.dr, constants.psi_t.T)
+    for a in range(force.shape[0]):
+        for j in range(force.shape[1]):
+            tangents.acceleration[a, j] += constants.mode_gain[j] * force[a, j]
+    space.carried[:] -= space.dr
+
+
+@jit
+def carry(problem, memory, status, constants, full, tangents, space):
+    """Carry deviations over a step whose states are known; `full` is 1 in a dissipative step."""
+    predict(memory, constants, tangents, space)
+    solve_states(problem, memory, status, tangents.v, space.v_free, space.dr, space.dv)
+    h, c, omega = constants.mode_step, constants.mode_damping, constants.omega
+    eta, rate, acceleration = tangents.eta, tangents.rate, tangents.acceleration
+    force = np.dot(space.dr, constants.psi_t.T)
+    p, k = eta.shape
+    for a in range(p):
+        for j in range(k):
+            quarter = 0.25 * h[j] ** 2
+            x = constants.mode_gain[j] * force[a, j]
+            share = x / (1.0 + 0.5 * h[j] * c[j] + quarter * omega[j] ** 2)
+            new = space.start[a, j] - share + full * (x - share)
+            pv = rate[a, j] + 0.5 * h[j] * acceleration[a, j]
+            eta[a, j] = space.predicted[a, j] - (1.0 + full) * quarter * share
+            rate[a, j] = pv + 0.5 * h[j] * (new - full * x)
+            acceleration[a, j] = new
+    tangents.r[:] = space.dr
+    tangents.v[:] = space.dv
+    np.dot(eta, constants.psi_t, tangents.residual_v)
+    for a in range(p):
+        for i in range(space.dv.shape[1]):
+            tangents.residual_v[a, i] = space.dv[a, i] - tangents.residual_v[a, i]

@@ -1,0 +1,310 @@
+"""Steady states along a response, each started from those that are known beside it.
+
+The state of the joint changes little from one frequency to the next. Between two known states, or from
+one, the search has ten cycles to go where it takes fifty from rest; and it stays on their branch of a
+fold. Where that fails it starts from rest with the guess of the reduced model.
+
+What the search ends with is worth what is left of its transients: the last change times the cycles
+that they last. A motion that still changes is looked at over `WATCHED` cycles more; if its amplitude stays
+the same to `DOUBTFUL`, its mean counts, with how far it strays and drifts as its doubt.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from microslip.analyses.prepared.joint import PreparedJoint
+from microslip.analyses.time.classify import motion_of
+from microslip.analyses.time.readings import opening_of
+from microslip.analyses.time.scheme import (
+    State,
+    TimeScheme,
+    contact_memory,
+    march,
+    time_scheme,
+)
+from microslip.analyses.time.starts import Start, end_of
+from microslip.analyses.time.steady import SteadyState, steady_state
+from microslip.errors import JointOpensError, MicroslipError
+from microslip.numerics.execute import each, threads
+from microslip.numerics.fourier import harmonic
+from microslip.typing import Array, Complex
+
+STEPS = 150
+"""Time steps per cycle."""
+
+WARM, COLD = 50, 200
+"""Cycles at most, from states beside and from rest."""
+
+TOLERANCE, FINE = 1e-5, 1e-6
+"""Relative change over a cycle at which a state is steady, and where transients last long."""
+
+LASTS, LONGEST = 100.0, 1000.0
+"""Cycles that transients are taken to last at least and at most; in between the search's estimate of the
+slowest multiplier tells."""
+
+SURE = 2e-3
+"""Doubt above which a steady state is sought to `FINE`."""
+
+WATCHED = 40
+"""Cycles over which a motion that still changes is looked at."""
+
+UNSTABLE = 1.02
+"""A multiplier beyond which a steady state is watched, whether the motion leaves it."""
+
+FALLING = 0.5
+"""A motion whose amplitude is doubted by more is on its way to another."""
+
+SLOWEST = 0.95
+"""Factor by which a drift is taken to fall from a third of them to the next, at most."""
+
+AGAIN = 5e-3
+"""Doubt above which the search goes on, from where the motion then is."""
+
+DOUBTFUL = 0.05
+"""Doubt of the amplitude beyond which a motion is no steady state."""
+
+
+@dataclass(frozen=True)
+class Target:
+    """A steady state to seek.
+
+    Attributes
+    ----------
+    point : int
+        Index of its frequency.
+    frequency, load : float
+    guess : complex
+        First harmonic of the modal coordinate to start from rest with.
+    starts : tuple of ((Start, float), ...)
+        Ends of others at phase 0 of the load and their shares, one mixture after another.
+    origin : int
+        Index of the frequency that the first start is of; -1 where it is none.
+    cold : bool
+        Start from rest where the others fail.
+    """
+
+    point: int
+    frequency: float
+    load: float
+    guess: complex
+    starts: tuple[tuple[tuple[Start, float], ...], ...] = ()
+    origin: int = -1
+    cold: bool = True
+
+
+@dataclass(frozen=True)
+class Found:
+    """A steady state.
+
+    Attributes
+    ----------
+    amplitude : complex
+    change, doubt : float
+        See `microslip.analyses.reduced.anchors.Anchor`.
+    state : Start
+        At phase 0 of the load.
+    cycles : int
+        Spent.
+    fell : bool
+        A larger motion was sought first, and is not steady.
+    opens : bool
+        At some instant of that no pair touches.
+    """
+
+    amplitude: complex
+    change: float
+    doubt: float
+    state: Start
+    cycles: int
+    fell: bool = False
+    opens: bool = False
+
+
+@dataclass(frozen=True)
+class Lost:
+    """No steady state.
+
+    Attributes
+    ----------
+    reason : str
+    cycles : int
+        Spent.
+    steady : SteadyState or None
+        The motion that the search ended in.
+    opens : bool
+        At some instant of it no pair touches.
+    """
+
+    reason: str
+    cycles: int
+    steady: SteadyState | None = None
+    opens: bool = False
+
+
+def sought(joint: PreparedJoint, targets: Sequence[Target]) -> Iterator[Found | Lost]:
+    """Steady states in the order of the targets."""
+
+    def work(target: Target) -> Found | Lost:
+        try:
+            return seek(joint, target)
+        except MicroslipError as error:
+            return Lost(str(error), 0)
+
+    return each(work, targets, threads())
+
+
+def seek(joint: PreparedJoint, target: Target) -> Found | Lost:
+    """One steady state: from the starts in turn, then from rest."""
+    f = target.frequency
+    scheme = time_scheme(joint, 1 / (f * STEPS), frequency=f)
+    spent, reason, ended, larger, opened = 0, "", None, 0.0, False
+    for mixture in (*target.starts, *([()] if target.cold else [])):
+        start = mixed(mixture) if mixture else None
+        try:
+            steady = _searched(scheme, target, start, TOLERANCE, WARM if mixture else COLD)
+            spent += steady.cycles
+            opens = opening_of(steady.cycle, joint.model.position)
+            if opens:
+                reason, ended, larger, opened = reason or opens, steady, np.inf, True
+                continue
+            found = _weighed(scheme, target, steady)
+            spent += found.cycles
+        except MicroslipError as error:
+            reason, opened = reason or str(error), opened or isinstance(error, JointOpensError)
+            continue
+        if found.doubt > AGAIN:
+            found, more = _again(scheme, target, found)
+            spent += more
+        if found.doubt <= DOUBTFUL:
+            fell = larger > 1.1 * abs(found.amplitude)
+            return replace(found, cycles=spent, fell=fell, opens=opened)
+        ended = steady
+        if found.doubt < FALLING:
+            larger = max(larger, abs(found.amplitude))
+        reason = (
+            f"not steady after {spent} cycles, last change {found.change:.1e}, the "
+            f"amplitude known to {found.doubt:.0%}"
+        )
+    return Lost(reason, spent, ended, opened)
+
+
+def what_it_is(joint: PreparedJoint, frequency: float, steady: SteadyState) -> str:
+    """The kind of a motion that is not steady, and its evidence."""
+    try:
+        return motion_of(
+            time_scheme(joint, 1 / (frequency * STEPS), frequency=frequency), steady
+        ).said
+    except MicroslipError as error:
+        return str(error)
+
+
+def mixed(mixture: Sequence[tuple[Start, float]]) -> Start:
+    """Mixture of starts of one phase, in the modes that all follow; contact is that of the largest share."""
+    main = max(mixture, key=lambda one: one[1])[0]
+    count = min(len(start.eta) for start, _ in mixture)
+
+    def sum_of(name: str, length: int | None = None) -> Array:
+        return np.asarray(sum(share * getattr(start, name)[:length] for start, share in mixture))
+
+    return replace(
+        main,
+        eta=sum_of("eta", count),
+        rate=sum_of("rate", count),
+        r=sum_of("r"),
+        v=sum_of("v"),
+    )
+
+
+def _searched(
+    scheme: TimeScheme, target: Target, start: Start | None, tolerance: float, cycles: int
+) -> SteadyState:
+    return steady_state(
+        scheme,
+        target.frequency,
+        target.load,
+        guess=0.0 if start is not None else target.guess,
+        tolerance=tolerance,
+        max_cycles=cycles,
+        start=start,
+    )
+
+
+def _weighed(scheme: TimeScheme, target: Target, steady: SteadyState) -> Found:
+    """What a search ended with and how well it is known; `cycles` are those spent here."""
+    state, spent = _at_phase_0(scheme, steady), 0
+    if steady.converged and steady.change * _lasts(steady) > SURE:
+        start = end_of(state, 0.0, scheme, target.frequency)
+        finer = _searched(scheme, target, start, FINE, WARM)
+        spent += finer.cycles
+        if finer.converged or finer.change < steady.change:
+            steady, state = finer, finer.cycle.state
+    slowest = float(np.abs(steady.multipliers).max(initial=0.0))
+    if steady.converged and slowest <= UNSTABLE:
+        end = end_of(state, 0.0, scheme, target.frequency)
+        return Found(steady.amplitude, steady.change, steady.change * _lasts(steady), end, spent)
+    Q, last = _watched(scheme, target, state)
+    spent += len(Q)
+    size, mean = np.abs(Q), complex(Q.mean())
+    spread = float(np.abs(size / abs(mean) - 1).max())
+    if steady.converged and spread <= SURE:
+        end, doubt = end_of(state, 0.0, scheme, target.frequency), steady.change * _lasts(steady)
+        return Found(steady.amplitude, steady.change, max(doubt, spread), end, spent)
+    doubt = spread + _to_come(size) / abs(mean)
+    return Found(mean, steady.change, doubt, end_of(last, 0.0, scheme, target.frequency), spent)
+
+
+def _again(scheme: TimeScheme, target: Target, found: Found) -> tuple[Found, int]:
+    """The search taken up where a motion was left, if that is better, and the cycles that it took."""
+    try:
+        steady = _searched(scheme, target, found.state, TOLERANCE, WARM)
+        if opening_of(steady.cycle, scheme.joint.model.position):
+            return found, steady.cycles
+        other = _weighed(scheme, target, steady)
+    except MicroslipError:
+        return found, 0
+    better = other if other.doubt < found.doubt else found
+    return better, steady.cycles + other.cycles
+
+
+def _to_come(size: Array) -> float:
+    """By how much a size will still change: a geometric progression of what it did from third to third.
+
+    Of a size that does not change ever less, as much as `SLOWEST` makes of it.
+    """
+    first, second, third = (float(part.mean()) for part in np.array_split(size, 3))
+    before, last = abs(second - first), abs(third - second)
+    factor = np.clip(last / max(before, 1e-300), 0.0, SLOWEST)
+    return float(last * factor / (1 - factor))
+
+
+def _lasts(steady: SteadyState) -> float:
+    """Cycles in which the slowest transient falls to a third, as far as the search has met it."""
+    slowest = float(np.abs(steady.multipliers).max(initial=0.0))
+    return float(np.clip(1 / max(1 - slowest, 1e-9), LASTS, LONGEST))
+
+
+def _watched(scheme: TimeScheme, target: Target, state: State) -> tuple[Complex, State]:
+    """First harmonic of every cycle of a motion, and its last state."""
+    theta = 2 * np.pi * np.arange(STEPS + 1) / STEPS
+    wave, memory = target.load * np.sin(theta), contact_memory(scheme)
+    port = scheme.joint.model.port(scheme.joint.coordinate)
+    Q = []
+    for _ in range(WATCHED):
+        cycle = march(scheme, state, wave, memory=memory)
+        Q.append(harmonic(cycle.output[:, port], theta))
+        state = cycle.state
+    return np.array(Q), state
+
+
+def _at_phase_0(scheme: TimeScheme, steady: SteadyState) -> State:
+    """The end of the last cycle, marched on to where the load passes through zero."""
+    left = -steady.phase % (2 * np.pi)
+    steps = round(left / (2 * np.pi) * STEPS)
+    if steps == 0:
+        return steady.cycle.state
+    theta = steady.phase + left * np.arange(steps + 1) / steps
+    return march(scheme, steady.cycle.state, steady.load * np.sin(theta)).state

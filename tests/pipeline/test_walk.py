@@ -1,0 +1,87 @@
+"""Steady states from those beside them: the same as from rest, and sooner."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import microslip
+from microslip.analyses.time.scheme import march, time_scheme
+from microslip.analyses.time.starts import placed
+from microslip.errors import ContactError
+from microslip.pipeline import walk
+from microslip.pipeline.walk import DOUBTFUL, STEPS, Found, Lost, Target, mixed, seek
+
+LOAD = 40.0
+
+
+@pytest.fixture(scope="module")
+def joint():
+    return microslip.prepare(microslip.reference_joint(pairs=21))
+
+
+@pytest.fixture(scope="module")
+def beside(joint):
+    """Steady states from rest to either side of 182 Hz."""
+    found = [seek(joint, Target(0, f, LOAD, 0.0)) for f in (181.8, 182.2)]
+    assert all(isinstance(one, Found) and one.doubt < 2e-3 for one in found)
+    return found
+
+
+def test_from_both_sides_it_is_the_steady_state_from_rest_and_sooner(joint, beside):
+    rest = seek(joint, Target(0, 182.0, LOAD, 0.0))
+    mixture = tuple((one.state, 0.5) for one in beside)
+    warm = seek(joint, Target(0, 182.0, LOAD, 0.0, (mixture,)))
+    # what transients and tractions that are locked in leave: a part in a thousand
+    assert warm.amplitude == pytest.approx(rest.amplitude, rel=2e-3)
+    assert warm.cycles < rest.cycles
+
+
+def test_the_state_is_where_the_load_passes_through_zero(joint, beside):
+    """One more cycle from it gives the same amplitude and phase, and ends where it began."""
+    scheme = time_scheme(joint, 1 / (181.8 * STEPS), frequency=181.8)
+    theta = 2 * np.pi * np.arange(STEPS + 1) / STEPS
+    begun = placed(beside[0].state, scheme, 181.8, LOAD)
+    cycle = march(scheme, begun, LOAD * np.sin(theta))
+    y = cycle.output[:-1, joint.model.port(joint.coordinate)]
+    Q = 2j / STEPS * np.exp(-1j * theta[:-1]) @ y
+    assert pytest.approx(beside[0].amplitude, rel=1e-3) == Q
+    np.testing.assert_allclose(
+        cycle.state.v, beside[0].state.v, atol=1e-3 * np.abs(cycle.state.v).max()
+    )
+
+
+def test_a_mixture_of_one_state_is_that_state(beside):
+    state = beside[0].state
+    again = mixed([(state, 0.3), (state, 0.7)])
+    np.testing.assert_allclose(again.eta, state.eta, rtol=1e-12)
+    np.testing.assert_allclose(again.r, state.r, rtol=1e-12, atol=1e-12 * np.abs(state.r).max())
+
+
+def test_a_mixture_has_the_modes_that_all_follow(beside):
+    state = beside[0].state
+    fewer = replace(state, eta=state.eta[:-2], rate=state.rate[:-2])
+    again = mixed([(state, 0.3), (fewer, 0.7)])
+    np.testing.assert_allclose(again.eta, state.eta[:-2], rtol=1e-12)
+
+
+def test_a_load_that_opens_the_joint_has_no_steady_state(joint):
+    found = seek(joint, Target(0, 175.0, 1e4 * LOAD, 0.0))
+    assert isinstance(found, Lost)
+    assert found.reason
+
+
+def test_what_is_kept_is_known_to_its_doubt(joint, beside):
+    for one in beside:
+        assert 0 <= one.doubt <= DOUBTFUL
+        assert one.change < 1e-4
+
+
+def test_a_step_that_does_not_solve_is_no_steady_state_and_ends_nothing_else(joint, monkeypatch):
+    def unsolved(*arguments, **settings):
+        raise ContactError("contact not solved at t = 1 s")
+
+    monkeypatch.setattr(walk, "steady_state", unsolved)
+    (found,) = walk.sought(joint, [Target(0, 182.0, LOAD, 0.0)])
+    assert isinstance(found, Lost)
+    assert "not solved" in found.reason
