@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from microslip.contact.compiled import jit
-from microslip.contact.pairs import SEPARATED, STICK
+from microslip.contact.pairs import FORWARD, SEPARATED, STICK
 from microslip.contact.tableau import pending
 from microslip.typing import Array
 
@@ -75,6 +75,16 @@ def workspace(tangents):
         np.empty((p, N)),
         np.empty((p, N)),
     )
+
+
+@jit
+def followed(problem, status):
+    """States for deviations: a pair without friction that has no slip by chance does not stick."""
+    states = status.copy()
+    for i in range(status.shape[0]):
+        if status[i] == STICK and problem.friction[i] == 0.0:
+            states[i] = FORWARD
+    return states
 
 
 @jit
@@ -172,7 +182,7 @@ def ease(problem, memory, status, constants, r_old, v, tangents, space):
             opened[count] = 2 * i
             count += 1
     opened = opened[:count]
-    gap = gaps(memory, status, opened, space)
+    gap = gaps(memory, followed(problem, status), opened, space)
     dr_old, lost = tangents.r, space.dr
     lost[:] = 0.0
     for b in range(count):
@@ -247,7 +257,8 @@ def take_back(constants, tangents, space):
 def carry(problem, memory, status, constants, full, tangents, space):
     """Carry deviations over a step whose states are known; `full` is 1 in a dissipative step."""
     predict(memory, constants, tangents, space)
-    solve_states(problem, memory, status, tangents.v, space.v_free, space.dr, space.dv)
+    states = followed(problem, status)
+    solve_states(problem, memory, states, tangents.v, space.v_free, space.dr, space.dv)
     h, c, omega = constants.mode_step, constants.mode_damping, constants.omega
     eta, rate, acceleration = tangents.eta, tangents.rate, tangents.acceleration
     force = np.dot(space.dr, constants.psi_t.T)

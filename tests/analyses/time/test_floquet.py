@@ -72,7 +72,7 @@ def test_linear_joint_has_the_multipliers_of_its_modes(small_reference, friction
         scheme, steady = found(reference, TINY, friction=friction, steps=steps, tolerance=1e-7)
         bonded = reference.start.bonded(directions)
         exact = multipliers_of_modes(reference.model, bonded, steady.frequency, 4)
-        m = floquet_multipliers(scheme, steady, max_cycles=25)
+        m = floquet_multipliers(scheme, steady, count=6, max_cycles=25)
         values = upper(m.values[m.residual < 1e-3])
         vibration = exact[2:] if directions == 1 else exact[1:3]
         errors.append([abs(nearest(values, z) - z) for z in vibration])
@@ -130,21 +130,20 @@ def test_decay_is_that_of_the_multiplier(rubbing):
 
 
 def test_refined_multipliers_are_those_of_the_map(rubbing):
-    """Other deviations (seed, size) give the same ones; a steady state that was marched to decays."""
+    """Another first deviation gives the same ones; a steady state that was marched to decays."""
     scheme, steady, m = rubbing
     # At the largest load the residual of an estimate may reach the unit circle: undecided.
     assert m.verdict != "unstable"
     assert m.largest < 1
     assert m.cycles <= 30
-    for options in ({"seed": 1}, {"deviation": 1e-3}):
-        again = floquet_multipliers(scheme, steady, **options)
-        print(f"{options}: {again.largest:.4f}, {m.largest:.4f}, {again.cycles} cycles")
-        assert again.verdict != "unstable"
-        assert again.largest == pytest.approx(m.largest, abs=0.02)
+    again = floquet_multipliers(scheme, steady, seed=1)
+    print(f"{again.largest:.4f}, {m.largest:.4f}, {again.cycles} cycles")
+    assert again.verdict != "unstable"
+    assert again.largest == pytest.approx(m.largest, abs=0.02)
 
 
 def test_by_product_is_near(rubbing):
-    """The search's own secants: the largest modulus roughly, for nothing."""
+    """What the search has learned of the map: the largest modulus roughly, for nothing."""
     _, steady, m = rubbing
     print(f"{np.abs(steady.multipliers[0]):.4f}, refined {m.largest:.4f}")
     assert abs(steady.multipliers[0]) == pytest.approx(m.largest, abs=0.2)

@@ -38,6 +38,9 @@ WIDEST = 20
 STILL = 1e-3
 """Slip of bodies that move together over that of bodies that slide past each other."""
 
+DOUBLED = 10
+"""Most doublings of the cycles of a step."""
+
 NEW = 1e-3
 """Share of a deviation beyond the modes' below which it adds no column."""
 
@@ -189,17 +192,30 @@ class Derivative:
     def _small(self) -> Array:
         return np.asarray(self.shares @ self.space.measure(self.images).T)
 
-    def newton(self, change: Array) -> Array:
-        """Step to the fixed point, ``change`` being P(x) - x."""
-        if not self.known:
-            return change
-        small = self._small()
-        system = np.eye(len(small)) - small
+    def correction(self, change: Array, longest: float) -> Array:
+        """What to add to an image of the map, the `change` being P(x) - x.
+
+        The Newton step; where that moves the vibration by more than `longest`, what so many cycles
+        of the linearised map would add, ``J F + J² F + ...``, as many as stay below it.
+        """
+        given = self.shares @ self.space.measure(change)
+        power = self._small()
         try:
-            share = np.linalg.solve(system, self.shares @ self.space.measure(change))
+            whole = np.asarray(np.linalg.solve(np.eye(len(power)) - power, given) @ self.images)
         except np.linalg.LinAlgError:
-            return change
-        return np.asarray(change + share @ self.images)
+            whole = np.full_like(change, np.inf)
+        if self._length(whole) <= longest:
+            return whole
+        share, found = given, np.zeros_like(change)
+        for _ in range(DOUBLED):
+            step = np.asarray(share @ self.images)
+            if not self._length(step) <= longest:
+                break
+            found, share, power = step, share + power @ share, power @ power
+        return found
+
+    def _length(self, vector: Array) -> float:
+        return float(np.linalg.norm(self.space.vibration(vector)))
 
     def multipliers(self) -> Complex:
         """Eigenvalues, largest modulus first: estimates of the Floquet multipliers.

@@ -6,21 +6,22 @@ stable where all lie inside the unit circle. Multipliers of a linear joint are t
 
     mu = exp((-zeta omega +- i omega_d) T)
 
-Two ways to them, both projections of the map on a few directions (Ritz values):
+Two ways to them, both projections of the map on a few directions:
 
-- `microslip.numerics.ritz.ritz_values`: from pairs of deviations and images that a search for the
-  steady state leaves behind. Free, and rough: those deviations are neither small nor chosen.
+- `SteadyState.multipliers`: from what a search for the steady state has learned of the map. Free, and
+  rough: it was learned on the way there.
 - `floquet_multipliers`: Arnoldi's method (Saad, Numerical Methods for Large Eigenvalue Problems,
   6.2; for period maps Lust et al., SIAM J. Sci. Comput. 19 (1998) 1188), where each product with
-  the linearised map is one more period, marched from a deviation.
+  the linearised map is one more period, marched with a deviation that is carried along exactly
+  for the contact states as they are (`microslip.contact.tangent`).
 
 Two kinds of direction are no vibration; they are marked and have no part in the verdict.
 *Translations*: a joint that slips widely is held sideways by soft springs at its far ends only. Its
 bodies creep past each other, and slide to and fro together, with multipliers as near to 1 as those
 springs and their damping are weak. *Locked-in tractions*: pairs that stick all the time keep any
 traction they were given, multiplier 1, and pairs on the verge of slip keep it or not depending on
-the sign of the deviation, so that the map has no derivative there and the number found, often
-above 1, is no rate of growth: friction bounds it. Hardly anything moves in such a direction, and all
+the sign of the deviation, so that the map has no derivative there and the number found, that of one
+side, is no rate of growth: friction bounds it. Hardly anything moves in such a direction, and all
 but a hundredth of its energy is in the tractions.
 """
 
@@ -36,17 +37,16 @@ from microslip.analyses.time.scheme import (
     LINEAR_FIELDS,
     State,
     TimeScheme,
+    contact_memory,
     march,
     prestressed_state,
 )
 from microslip.analyses.time.steady import SteadyState
 from microslip.brief import Brief
+from microslip.contact.tangent import Tangents
 from microslip.errors import MicroslipError
 from microslip.model.joint import bonded_modes
 from microslip.typing import Array, Complex, Mask
-
-DEVIATION = 1e-4
-"""Size of the deviations over that of the vibration, in the norm of `DeviationNorm`."""
 
 CLOSE = 1e-3
 """Arnoldi ends once the leading multipliers are known to this."""
@@ -140,7 +140,6 @@ def floquet_multipliers(
     *,
     count: int = 4,
     max_cycles: int = 30,
-    deviation: float = DEVIATION,
     seed: int = 0,
 ) -> Multipliers:
     """Multipliers of largest modulus by Arnoldi's method on the period map.
@@ -154,8 +153,6 @@ def floquet_multipliers(
         Ends when so many leading multipliers of vibrations have residuals below `CLOSE`.
     max_cycles : int
         Periods to march at most.
-    deviation : float
-        Size of the deviations over that of the vibration.
     seed : int
         Of the random deviation at the start.
 
@@ -171,14 +168,15 @@ def floquet_multipliers(
         )
     omega = 2 * np.pi * steady.frequency
     norm = DeviationNorm(scheme, omega)
-    orbit = steady.cycle.state
-    step = deviation * norm.size(_combined([1.0, -1.0], [orbit, prestressed_state(scheme)]))
-    wave = steady.cycle.load
-    image = march(scheme, orbit, wave).state
+    orbit, wave, memory = steady.cycle.state, steady.cycle.load, contact_memory(scheme)
 
     def product(z: State) -> State:
-        moved = march(scheme, _combined([1.0, step], [orbit, z]), wave).state
-        return _combined([1 / step, -1 / step], [moved, image])
+        row = Tangents(*(getattr(z, name)[None] for name in Tangents._fields))
+        moved = march(scheme, orbit, wave, memory=memory, tangents=row).tangents
+        eta, rate, acceleration, residual_v, r, v = (field[0] for field in moved)
+        return replace(
+            z, eta=eta, rate=rate, acceleration=acceleration, residual_v=residual_v, r=r, v=v
+        )
 
     z = product(_random_motion(scheme, norm, omega, seed))
     basis = [_combined([1 / norm.size(z)], [z])]
@@ -193,10 +191,10 @@ def floquet_multipliers(
         H[size + 1, size] = norm.size(z)
         size += 1
         exhausted = H[size, size - 1] < 1e-12 * np.abs(H).max()
-        found = _ritz(H, basis, norm, size, cycles=size + 2)
+        found = _ritz(H, basis, norm, size, cycles=size + 1)
         kept = found.residual[found.vibration][:count]
         close = len(kept) == count and kept.max() < CLOSE
-        if close or exhausted or size + 2 >= max_cycles:
+        if close or exhausted or size + 1 >= max_cycles:
             return found
         basis.append(_combined([1 / H[size, size - 1]], [z]))
 

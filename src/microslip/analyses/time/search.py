@@ -29,8 +29,9 @@ CLOSE, PATIENCE = 1e-3, 8
 OTHERS = 4
 """Last changes over a cycle that are marched with the modes: tractions are in them."""
 
-FARTHEST = 0.5
-"""Longest step over the size of the vibration."""
+FARTHEST, NEAREST = 1.0, 0.2
+"""Limits of the longest step over the size of the vibration: it is halved where a step has made the
+change larger, and doubled where that has fallen to less than half."""
 
 DEPTH = 10
 """States that are combined."""
@@ -41,7 +42,7 @@ LARGEST = 1e4
 NEWTON, COMBINED, MARCHED = 0, 1, 2
 """Ways to the next cycle's start."""
 
-CYCLES = (12, 40, 20)
+CYCLES = (15, 40, 20)
 """Cycles without a smaller change after which each way gives up; of marching, all."""
 
 SMALLER = 0.7
@@ -67,6 +68,7 @@ class Search:
         self.plain: State | None = None
         self.way, self.left = (NEWTON, 0) if near or not accelerate else (MARCHED, 1)
         self.best, self.waited = np.inf, 0
+        self.reach, self.change = FARTHEST, np.inf
         self.nearest: State | None = None
         self._forget()
         self._prepare()
@@ -110,12 +112,17 @@ class Search:
             self._forget()
             self._prepare()
             return after
+        if change > self.change:
+            self.reach = max(0.5 * self.reach, NEAREST)
+        elif change < 0.5 * self.change:
+            self.reach = min(2 * self.reach, FARTHEST)
         self.change = change
         self._prepare()
         if self.way == NEWTON and self.derivative.known:
-            return self._moved(after, y, self.derivative.newton(y - x) - (y - x))
+            longest = self.reach * float(np.linalg.norm(self.space.vibration(y - self.space.rest)))
+            return self.space.state(y + self.derivative.correction(y - x, longest), after)
         if self.way == COMBINED:
-            return self._moved(after, y, self._combination(y))
+            return self.space.state(y + self._combination(y), after)
         return after
 
     def _learn(self, x: Array, y: Array, marched: Tangents, change: float) -> None:
@@ -148,12 +155,6 @@ class Search:
         if self.age == 0 or (self.change < CLOSE and self.age < PATIENCE):
             return False
         return bool(self.change > self.renewed * SLOW**self.age)
-
-    def _moved(self, after: State, y: Array, correction: Array) -> State:
-        """The image moved by a correction that is not too long."""
-        allowed = FARTHEST * float(np.linalg.norm(self.space.vibration(y - self.space.rest)))
-        length = float(np.linalg.norm(self.space.vibration(correction)))
-        return self.space.state(y + min(1.0, allowed / max(length, 1e-300)) * correction, after)
 
     def _combination(self, y: Array) -> Array:
         """From the last image to the combination of the images whose combined change is least."""
