@@ -17,9 +17,10 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from microslip import Failure, load_joint
+from microslip.analyses.harmonic.adaptive import Adaptive
 from microslip.analyses.harmonic.points import HarmonicPoint
 from microslip.analyses.harmonic.problem import harmonic_problem
-from microslip.analyses.harmonic.response import Adaptive, frequency_response
+from microslip.analyses.harmonic.response import frequency_response
 from microslip.analyses.time.points import Request, TimePoint, steady_states
 from microslip.pipeline.prepare import Assembly, assemble
 
