@@ -353,6 +353,9 @@ def _within(
     if low < there.p < high:
         return there
     bound = low if there.p <= low else high
+    way = there.u - here.u, there.p - here.p
+    if inner(problem, *way, *way) > (FAR * step) ** 2 and way[1] * here.tangent_p < 0:
+        raise ContinuationError(f"no point ahead of p = {here.p:.6g}: the step ended behind it")
     share = (bound - here.p) / (there.p - here.p)
     u = here.u + share * (there.u - here.u)
     return _land(problem, there, u, bound, control)
@@ -390,6 +393,9 @@ def _bend_at(problem: Problem, before: BranchPoint, here: BranchPoint, p: float)
 
 STEEP = 0.3
 """Share of a step in p, squared, below which a branch is too steep to be solved at given p."""
+
+FAR = 2.0
+"""A step out of the range, against its tangent, that is so much longer than its length has jumped."""
 
 ASIDE = 0.5
 """A point at given p is on another branch where it is so much farther away than predicted."""

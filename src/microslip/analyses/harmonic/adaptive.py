@@ -55,8 +55,11 @@ TAIL_SHARE = 0.1
 SOFTER = (1.0, 0.3, 0.1, 0.03)
 """Augmentations tried one after another, over the default: the smaller, the fewer states change in a step."""
 
-NEWTON_STEPS = 10
+NEWTON_STEPS = 8
 """Steps of Newton's method from a start whose contact states are known, before another is tried."""
+
+TRIED = 2
+"""Augmentations tried on the way to more harmonics."""
 
 MISSES = 1
 """Levels without an answer that are passed over on the way to more harmonics."""
@@ -227,16 +230,17 @@ class Ladder:
         steady: SteadyState | None,
     ) -> HarmonicPoint | None:
         """The same response with other harmonics, from the last ones or from a cycle over time."""
-        for factor in self._factors():
+        for factor in self._factors()[:TRIED]:
             problem = softened(new, factor)
-            starts = [start_from_point(problem, point)]
-            if steady is not None:
-                starts.append(start_from_cycle(problem, steady))
-            for start in starts:
-                with suppress(ContinuationError):
-                    found = self._from_start(start, point.frequency, began, point)
-                    self._factor = factor
-                    return found
+            start = start_from_point(problem, point)
+            with suppress(ContinuationError):
+                found = self._from_start(start, point.frequency, began, point)
+                self._factor = factor
+                return found
+        if steady is not None:
+            with suppress(ContinuationError):
+                start = start_from_cycle(softened(new, self._factor), steady)
+                return self._from_start(start, point.frequency, began, point)
         return None
 
     def _from_start(

@@ -38,8 +38,8 @@ from microslip.numerics.continuation import (
     inner,
     solve_at,
     trace,
-    turned,
 )
+from microslip.numerics.through import trace_through
 from microslip.typing import Array
 
 
@@ -270,7 +270,7 @@ class _Search:
         start = first_point(path, least.w, frequency, self.ladder.control)
         branch, place = Branch((start,), "points"), 0
         if least.harmonics == self.ladder.base.problem.harmonics and not self._followed(start):
-            branch, place = _both_ways(path, start, band, self.ladder.control, tell)
+            branch, place = trace_through(path, start, band, self.ladder.control, tell)
         self.ways.append(_Way(path, branch))
         self._keep(len(self.ways) - 1, float(place), point)
 
@@ -313,38 +313,6 @@ class _Search:
             )
             doubts.append(_failure(where, said))
         return doubts
-
-
-def _both_ways(
-    path: FrequencyPath,
-    start: BranchPoint,
-    band: tuple[float, float],
-    control: StepControl,
-    tell: Callable[[BranchPoint], bool],
-) -> tuple[Branch, int]:
-    """The branch on either side of a point, once round where it is closed, and the point's place."""
-    last = [start]
-
-    def observe(point: BranchPoint) -> bool:
-        passed = (last[0].p - start.p) * (point.p - start.p) <= 0 and last[0] is not start
-        last[0] = point
-        return tell(point) or (passed and _next_to(path, point, start))
-
-    up = trace(path, start, band, control, observe)
-    if up.ended == "stopped":
-        return up, 0
-    down = trace(path, turned(start), band, control, tell)
-    back = tuple(turned(point) for point in down.points[:0:-1])
-    ended = up.ended if up.failed or not down.failed else down.ended
-    return Branch((*back, *up.points), ended), len(back)
-
-
-def _next_to(path: FrequencyPath, point: BranchPoint, start: BranchPoint) -> bool:
-    """Whether a branch has come back to its start, in the direction in which it left."""
-    away = point.u - start.u
-    distance = inner(path, away, point.p - start.p, away, point.p - start.p)
-    along = inner(path, point.tangent_u, point.tangent_p, start.tangent_u, start.tangent_p)
-    return along > 0 and distance <= (2 * point.step) ** 2
 
 
 def _folds(ways: Sequence[_Way], control: StepControl) -> tuple[list[HarmonicPoint], list[Failure]]:
