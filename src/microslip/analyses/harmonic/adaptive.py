@@ -33,6 +33,8 @@ from microslip.analyses.harmonic.problem import (
 from microslip.analyses.harmonic.starts import (
     Start,
     first_step,
+    flexibility_of_cycle,
+    flexibility_of_point,
     start_from_cycle,
     start_from_point,
 )
@@ -52,17 +54,17 @@ ORDER = 1.5
 TAIL_SHARE = 0.1
 """Share s of the tail that the estimate of the error is at least."""
 
-SOFTER = (1.0, 0.3, 0.1, 0.03)
-"""Augmentations tried one after another, over the default: the smaller, the fewer states change in a step."""
+SOFTEST = 1e-3
+"""Least augmentation over the default."""
 
 NEWTON_STEPS = 8
 """Steps of Newton's method from a start whose contact states are known, before another is tried."""
 
-TRIED = 2
-"""Augmentations tried on the way to more harmonics."""
-
 MISSES = 1
 """Levels without an answer that are passed over on the way to more harmonics."""
+
+KEPT = 12
+"""Paths whose factorisations are kept."""
 
 PULL = 1e-4
 """`HarmonicPoint.pull` beyond which a joint is let go to walk."""
@@ -123,6 +125,20 @@ def estimated_error(levels: Sequence[tuple[int, complex]], tail: float = 0.0) ->
     return max([*estimates, TAIL_SHARE * tail]) if estimates else float("nan")
 
 
+def augmentations(measured: float) -> list[float]:
+    """Augmentations to try over the default, from a measured one: the next half of a decade, its neighbours.
+
+    Examples
+    --------
+    >>> [float(round(each, 3)) for each in augmentations(0.12)]
+    [0.1, 0.316, 0.032]
+    >>> [float(round(each, 3)) for each in augmentations(2.0)]
+    [1.0, 0.316]
+    """
+    nearest = round(2 * np.log10(np.clip(measured, SOFTEST, 1.0)))
+    return [10 ** (0.5 * k) for k in (nearest, nearest + 1, nearest - 1) if k <= 0]
+
+
 class Ladder:
     """Paths with more and more harmonics, held or walking, each with its factorisation to reuse.
 
@@ -141,7 +157,6 @@ class Ladder:
         self.paths = {_key(path.problem): path}
         self.base = path
         self.control = control
-        self._factor = SOFTER[0]
         self.adaptive = adaptive
 
     def solve(self, problem: HarmonicProblem, w: Array, frequency: float) -> HarmonicPoint:
@@ -176,14 +191,13 @@ class Ladder:
         began = clock.perf_counter()
         reason = ContinuationError("no number of harmonics")
         for problem in self._levels(False):
-            for factor in self._factors():
+            for factor in augmentations(flexibility_of_cycle(problem, steady)):
                 start = start_from_cycle(softened(problem, factor), steady)
                 try:
                     point = self._from_start(start, steady.frequency, began)
                 except ContinuationError as error:
                     reason = error
                     continue
-                self._factor = factor
                 return point, self._climb(point, began, steady)
         raise reason
 
@@ -195,10 +209,6 @@ class Ladder:
         while (harmonics := more_harmonics(problem.harmonics)) <= most:
             problem = with_harmonics(problem, harmonics)
             yield problem
-
-    def _factors(self) -> list[float]:
-        """Augmentations to try: first the one that has led to an answer last."""
-        return sorted(SOFTER, key=lambda factor: abs(np.log(factor / self._factor)))
 
     def _climb(
         self, point: HarmonicPoint, began: float, steady: SteadyState | None = None
@@ -230,17 +240,15 @@ class Ladder:
         steady: SteadyState | None,
     ) -> HarmonicPoint | None:
         """The same response with other harmonics, from the last ones or from a cycle over time."""
-        for factor in self._factors()[:TRIED]:
-            problem = softened(new, factor)
-            start = start_from_point(problem, point)
+        for factor in augmentations(flexibility_of_point(new, point)):
+            start = start_from_point(softened(new, factor), point)
             with suppress(ContinuationError):
-                found = self._from_start(start, point.frequency, began, point)
-                self._factor = factor
-                return found
-        if steady is not None:
-            with suppress(ContinuationError):
-                start = start_from_cycle(softened(new, self._factor), steady)
                 return self._from_start(start, point.frequency, began, point)
+        if steady is not None:
+            for factor in augmentations(flexibility_of_cycle(new, steady))[:1]:
+                start = start_from_cycle(softened(new, factor), steady)
+                with suppress(ContinuationError):
+                    return self._from_start(start, point.frequency, began, point)
         return None
 
     def _from_start(
@@ -257,6 +265,8 @@ class Ladder:
     def _path(self, problem: HarmonicProblem) -> FrequencyPath:
         key = _key(problem)
         if key not in self.paths:
+            if len(self.paths) > KEPT:
+                del self.paths[next(old for old in self.paths if self.paths[old] is not self.base)]
             self.paths[key] = FrequencyPath(problem, self.base.load, self.base.parameter_scale)
         return self.paths[key]
 

@@ -12,6 +12,12 @@ the equations linearised at x instead of at ``x(r)``; the steps after it are New
 - from fewer harmonics: that of the old answer, zero beyond. Contact answers it with reactions of all
   harmonics, ``r = C(x)``, those that the old equations left out among them;
 - from a steady cycle of time integration: the harmonics of its reactions and displacements.
+
+The augmentation. ``1/eps`` is the flexibility that the harmonics left out see. By default it is the residual
+flexibility of a pair; where pairs open widely the modes carry them, and the flexibility of the harmonics left
+out is up to some hundred times as large. With an augmentation that is too stiff the small displacements left
+out are large augmented forces, and states change that should not: Newton's method does not converge. What the
+left-out harmonics of a motion have is measured, ``|r_h| / |v_h|``.
 """
 
 from __future__ import annotations
@@ -138,6 +144,32 @@ def cycles_over_time(joint: PreparedJoint, load: float) -> Callable[[float], Ste
         )
 
     return cycle
+
+
+def flexibility_of_cycle(problem: HarmonicProblem, steady: SteadyState) -> float:
+    """Augmentation, over the problem's, of the flexibility that its left-out harmonics have in a cycle.
+
+    ``|r_h| / |eps v_h|`` over the harmonics from H + 1 to 3 H (root of sums of squares).
+    """
+    cycle = steady.cycle
+    steps = len(cycle.r) - 1
+    theta = steady.phase + 2 * np.pi * np.arange(steps + 1) / steps
+    most, first = 3 * problem.harmonics, problem.shape[1]
+    u = _coefficients(cycle.r[:, problem.rows], theta, most)[:, first:]
+    v = _coefficients(without_drift(cycle.v, theta)[:, problem.rows], theta, most)[:, first:]
+    return _ratio(problem, u, v)
+
+
+def flexibility_of_point(problem: HarmonicProblem, point: HarmonicPoint) -> float:
+    """The same of the upper half of the harmonics that a response has."""
+    u, _ = point.problem.split(point.w)
+    first = 2 * max(point.harmonics // 2, 1) + 1
+    return _ratio(problem, u[:, first:], point.v[problem.rows][:, first:])
+
+
+def _ratio(problem: HarmonicProblem, u: Array, v: Array) -> float:
+    moved = float(np.linalg.norm(problem.stiffness[:, None] * v))
+    return float(np.linalg.norm(u)) / moved if moved > 0 else 1.0
 
 
 def _coefficients(y: Array, theta: Array, harmonics: int) -> Array:
