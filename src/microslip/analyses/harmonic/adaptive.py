@@ -57,7 +57,7 @@ TAIL_SHARE = 0.1
 SOFTEST = 1e-3
 """Least augmentation over the default."""
 
-NEWTON_STEPS = 8
+NEWTON_STEPS = 12
 """Steps of Newton's method from a start whose contact states are known, before another is tried."""
 
 MISSES = 1
@@ -245,7 +245,7 @@ class Ladder:
             with suppress(ContinuationError):
                 return self._from_start(start, point.frequency, began, point)
         if steady is not None:
-            for factor in augmentations(flexibility_of_cycle(new, steady))[:1]:
+            for factor in augmentations(flexibility_of_cycle(new, steady))[:2]:
                 start = start_from_cycle(softened(new, factor), steady)
                 with suppress(ContinuationError):
                     return self._from_start(start, point.frequency, began, point)
