@@ -239,16 +239,16 @@ class Ladder:
         began: float,
         steady: SteadyState | None,
     ) -> HarmonicPoint | None:
-        """The same response with other harmonics, from the last ones or from a cycle over time."""
-        for factor in augmentations(flexibility_of_point(new, point)):
-            start = start_from_point(softened(new, factor), point)
-            with suppress(ContinuationError):
-                return self._from_start(start, point.frequency, began, point)
+        """The same response with other harmonics, from a cycle over time or from the last ones."""
         if steady is not None:
             for factor in augmentations(flexibility_of_cycle(new, steady))[:2]:
                 start = start_from_cycle(softened(new, factor), steady)
                 with suppress(ContinuationError):
                     return self._from_start(start, point.frequency, began, point)
+        for factor in augmentations(flexibility_of_point(new, point)):
+            start = start_from_point(softened(new, factor), point)
+            with suppress(ContinuationError):
+                return self._from_start(start, point.frequency, began, point)
         return None
 
     def _from_start(

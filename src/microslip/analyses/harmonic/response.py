@@ -224,15 +224,18 @@ class _Search:
         self._on_branches(frequency, where)
         new = self.points[known:]
         if self.cycle is not None and not any(self._accurate(point) for _, _, point in new):
+            del self.points[known:]
             try:
                 self._over_time(frequency, band, tell)
             except MicroslipError as error:
                 reason = f"nor from a steady cycle of time integration: {error}"
                 self.failures.append(_failure(where, reason))
+                self.points += new
             else:
                 del self.failures[before:]
-                keep = [item for item in self.points[known:] if self._accurate(item[2])]
-                self.points[known:] = keep or self.points[-1:]
+                for item in new:
+                    if np.isfinite(item[2].error):
+                        self._keep(*item)
         for _, _, point in self.points[known:]:
             self.failures += self._doubts(point, where)
 
