@@ -113,7 +113,7 @@ def balance(
 
 def measured(joint: PreparedJoint, load: float) -> dict:
     """What one joint says of the method."""
-    wanted = frequencies(joint, load)
+    wanted = sorted(set(frequencies(joint, load)))
     began = time.perf_counter()
     response = balance(joint, load, wanted, 5)
     seconds = time.perf_counter() - began
@@ -157,7 +157,7 @@ def page(rows: dict[str, dict]) -> str:
     def share(true: np.ndarray) -> str:
         return f"{100 * np.mean(true):.1f} % of {len(true)}" if len(true) else "–"
 
-    asked = 3 * len(found)
+    asked = sum(len(set(row["wanted"])) for row in found)
     answered = sum(len({p["frequency"] for p in row["points"]}) for row in found)
     lines = [
         f"| | {len(found)} joints of population {', '.join(populations)} |",
