@@ -193,7 +193,7 @@ def test_restart_goes_on_where_it_stopped(tmp_path):
     save_branch(tmp_path / "branch.npz", part)
     saved = load_branch(tmp_path / "branch.npz")
     assert saved.parameters == pytest.approx(part.parameters, rel=0, abs=0)
-    rest = trace(problem, saved.points[-1], (0.5, 3.0), CONTROL)
+    rest = trace(problem, saved.points[-1], (0.5, 3.0), CONTROL, before=saved.points[-2])
     assert np.array([p.p for p in rest.points[1:]]) == pytest.approx(
         whole.parameters[stop:], rel=1e-12
     )

@@ -17,8 +17,9 @@ from microslip.analyses.backbone.cycles import (
 )
 from microslip.analyses.backbone.extended_motion import harmonic_backbone
 from microslip.analyses.backbone.points import METHODS, Backbone, amplitude_scale, geometric
+from microslip.analyses.harmonic.adaptive import Adaptive
 from microslip.analyses.harmonic.problem import harmonic_problem
-from microslip.analyses.harmonic.response import Adaptive, HarmonicResponse, frequency_response
+from microslip.analyses.harmonic.response import HarmonicResponse, frequency_response
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.prepared.joint_modes import joint_modes, pick_mode
 from microslip.analyses.prepared.prestress import opening_load as limit_load

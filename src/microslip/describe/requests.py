@@ -264,12 +264,11 @@ class HarmonicAnalysis(AscendingBand):
     section: ClassVar[str] = "analysis.harmonic"
 
     harmonics: Harmonics = 5
-    """Harmonics beside the mean, 1 to 101; or "adaptive": more at each point until the last two
-    hold less than tolerance. Accuracy where pairs open."""
-    tolerance: Number = Field(default=0.03, gt=0, lt=1)
-    """Part of the vibrating reactions that the last two harmonics may hold. Only for harmonics =
-    "adaptive"."""
-    most: Count = Field(default=21, ge=5, le=101)
+    """Harmonics beside the mean, 1 to 101; or "adaptive": more at each point until the error of its
+    amplitude is at most tolerance. Accuracy where pairs open."""
+    tolerance: Number = Field(default=3e-3, gt=0, lt=1)
+    """Estimated relative error of the amplitude at most. Only for harmonics = "adaptive"."""
+    most: Count = Field(default=41, ge=5, le=101)
     """Harmonics at most. Only for harmonics = "adaptive"."""
     samples: Count | None = Field(default=None, ge=16, le=100_000)
     """Samples of the contact per cycle; left out: at least 128, and 24 per harmonic. Accuracy of

@@ -5,7 +5,11 @@ its derivative; it also says how long a step in u and in p is, through the inner
 
     <x, y> = sum(weight x_u y_u) + x_p y_p / parameter_scale²
 
-A step goes along the unit tangent, then Newton's method corrects in the hyperplane across it,
+A step goes along the unit tangent t, bent as the branch has bent since the point before,
+
+    x_predicted = x + L t + L²/2 (t - t_before) / L_before,
+
+where that is a small turn; then Newton's method corrects in the hyperplane across t,
 
     J a = -F,  J b = -F_p,   dp = -<t, x - x_predicted + (a, 0)> / <t, (b, 1)>,   du = a + dp b,
 
@@ -151,9 +155,15 @@ def turned(point: BranchPoint) -> BranchPoint:
 
 
 def advance(
-    problem: Problem, point: BranchPoint, length: float, control: StepControl
+    problem: Problem,
+    point: BranchPoint,
+    length: float,
+    control: StepControl,
+    before: BranchPoint | None = None,
 ) -> BranchPoint:
     """The point of the branch a step of given length along the tangent.
+
+    With the point before it, the tangent is taken to turn on as it has turned from there.
 
     Raises
     ------
@@ -163,6 +173,9 @@ def advance(
     u = point.u + length * point.tangent_u
     p = point.p + length * point.tangent_p
     across = (point.tangent_u, point.tangent_p)
+    if before is not None:
+        bend_u, bend_p = _bend(problem, before, point, length)
+        u, p = u + bend_u, p + bend_p
     x, p, equations, iterations, b = newton(problem, u, p, control, across)
     t_u, t_p = unit_tangent(problem, equations, *across, b)
     return BranchPoint(x, p, t_u, t_p, point.step, iterations, size(equations))
@@ -175,6 +188,7 @@ def trace(
     control: StepControl | None = None,
     observe: Callable[[BranchPoint], bool] | None = None,
     stops: Sequence[float] | Array = (),
+    before: BranchPoint | None = None,
 ) -> Branch:
     """Follow a branch from a point until p leaves its bounds.
 
@@ -193,21 +207,25 @@ def trace(
         Called with every new point; the branch stops where it returns True.
     stops : sequence of float, optional
         Values of p on which steps that would pass one of them end, where the branch is not steep.
+    before : BranchPoint, optional
+        The point before the start, where an earlier branch goes on: with it, step by step as it would have.
     """
     control = control or StepControl()
     points = [start]
     ahead = np.unique(np.asarray(stops, dtype=float))
-    step = min(start.step, control.largest)
+    step, trusted = min(start.step, control.largest), True
     while len(points) < control.max_points:
         here = points[-1]
         try:
-            there = _onto(problem, here, step, ahead, control)
-            there = there or _within(problem, here, step, bounds, control)
+            back = before if trusted else None
+            there = _onto(problem, back, here, step, ahead, control)
+            there = there or _within(problem, back, here, step, bounds, control)
         except ContinuationError as error:
-            step *= 0.5
+            step, trusted = 0.5 * step, False
             if step < control.smallest:
                 return Branch(tuple(points), f"failed: {error}")
             continue
+        before, trusted = here, True
         step = min(control.largest, step * _growth(there.iterations, control))
         points.append(replace(there, step=step))
         stop = observe is not None and observe(points[-1])
@@ -289,7 +307,7 @@ def save_branch(path: str | Path, branch: Branch) -> None:
 
 
 def load_branch(path: str | Path) -> Branch:
-    """Read a branch; go on from ``branch.points[-1]``.
+    """Read a branch; go on from ``branch.points[-1]``, with ``branch.points[-2]`` before it.
 
     Raises
     ------
@@ -323,24 +341,61 @@ def crossings(points: Sequence[BranchPoint], p: float) -> list[tuple[Array, int]
 
 def _within(
     problem: Problem,
+    before: BranchPoint | None,
     here: BranchPoint,
     step: float,
     bounds: tuple[float, float],
     control: StepControl,
 ) -> BranchPoint:
     """Next point; a step across a bound ends on it."""
-    there = advance(problem, here, step, control)
+    there = advance(problem, here, step, control, before)
     low, high = bounds
     if low < there.p < high:
         return there
     bound = low if there.p <= low else high
+    way = there.u - here.u, there.p - here.p
+    if inner(problem, *way, *way) > (FAR * step) ** 2 and way[1] * here.tangent_p < 0:
+        raise ContinuationError(f"no point ahead of p = {here.p:.6g}: the step ended behind it")
     share = (bound - here.p) / (there.p - here.p)
     u = here.u + share * (there.u - here.u)
     return _land(problem, there, u, bound, control)
 
 
+BENT = 1.0
+"""Angle of a step beyond which its predictor is straight, rad: a corner, or a tight fold."""
+
+
+def _bend(
+    problem: Problem, before: BranchPoint, here: BranchPoint, length: float
+) -> tuple[Array | float, float]:
+    """How far a step leaves its tangent where that turns on as it has turned from the point before."""
+    turn, turn_p = here.tangent_u - before.tangent_u, here.tangent_p - before.tangent_p
+    way = inner(problem, here.u - before.u, here.p - before.p, here.tangent_u, here.tangent_p)
+    angle = np.sqrt(inner(problem, turn, turn_p, turn, turn_p))
+    if not (way > 0 and angle * length <= BENT * way):
+        return 0.0, 0.0
+    share = 0.5 * length**2 / way
+    return share * turn, share * turn_p
+
+
+def _bend_at(problem: Problem, before: BranchPoint, here: BranchPoint, p: float) -> Array | float:
+    """The same of u over p, at a given p."""
+    if before.tangent_p * here.tangent_p <= 0 or (p - here.p) * (here.p - before.p) <= 0:
+        return 0.0
+    slope = here.tangent_u / here.tangent_p
+    turn = 0.5 * (slope - before.tangent_u / before.tangent_p)
+    share = (p - here.p) / (here.p - before.p)
+    size = inner(problem, slope, 0.0, slope, 0.0)
+    if share**2 * inner(problem, turn, 0.0, turn, 0.0) > (0.5 * BENT) ** 2 * size:
+        return 0.0
+    return (p - here.p) * share * turn
+
+
 STEEP = 0.3
 """Share of a step in p, squared, below which a branch is too steep to be solved at given p."""
+
+FAR = 2.0
+"""A step out of the range, against its tangent, that is so much longer than its length has jumped."""
 
 ASIDE = 0.5
 """A point at given p is on another branch where it is so much farther away than predicted."""
@@ -348,6 +403,7 @@ ASIDE = 0.5
 
 def _onto(
     problem: Problem,
+    before: BranchPoint | None,
     here: BranchPoint,
     step: float,
     stops: Array,
@@ -360,11 +416,13 @@ def _onto(
         return None
     p = float(between[np.argmin(np.abs(between - here.p))])
     length = (p - here.p) / here.tangent_p
+    straight = here.u + length * here.tangent_u
+    bend = 0.0 if before is None else _bend_at(problem, before, here, p)
     try:
-        there = _land(problem, here, here.u + length * here.tangent_u, p, control)
+        there = _land(problem, here, straight + bend, p, control)
     except ContinuationError:
         return None
-    aside = there.u - here.u - length * here.tangent_u
+    aside = there.u - straight
     turns = inner(problem, there.tangent_u, there.tangent_p, here.tangent_u, here.tangent_p)
     if inner(problem, aside, 0.0, aside, 0.0) > (ASIDE * length) ** 2 or turns <= 0:
         return None

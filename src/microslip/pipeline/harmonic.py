@@ -9,15 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from microslip.analyses.harmonic.hill import HillExponents, hill_exponents
+from microslip.analyses.harmonic.adaptive import Adaptive
+from microslip.analyses.harmonic.hill import HillExponents, exponents_of
 from microslip.analyses.harmonic.peaks import outputs_along
 from microslip.analyses.harmonic.points import HarmonicPoint
-from microslip.analyses.harmonic.problem import (
-    HarmonicProblem,
-    harmonic_problem,
-    with_harmonics,
-)
-from microslip.analyses.harmonic.response import Adaptive, HarmonicResponse, frequency_response
+from microslip.analyses.harmonic.problem import harmonic_problem
+from microslip.analyses.harmonic.response import HarmonicResponse, frequency_response
+from microslip.analyses.harmonic.starts import cycles_over_time
 from microslip.brief import Brief
 from microslip.describe.requests import HarmonicAnalysis
 from microslip.errors import Failure, MicroslipError
@@ -113,9 +111,9 @@ def follow(
 ) -> HarmonicRun:
     """Branches, points and stability under one load, as far as they come until `stop` is set."""
     friction = 0.0 if load.rho == 0 else assembly.measures.friction
-    joint = assembly.prepared
+    joint = assembly.prepared if friction else assembly.prepared.with_friction(0.0)
     problem = harmonic_problem(
-        joint if friction else joint.with_friction(0.0),
+        joint,
         harmonics=settings.branch_harmonics,
         samples=settings.samples,
     )
@@ -127,6 +125,7 @@ def follow(
         load.amplitude,
         settings.band(),
         adaptive=adaptive,
+        cycle=cycles_over_time(joint, load.amplitude),
         observe=meter.reached,
         solved=meter.solved,
         stop=stop.is_set,
@@ -136,13 +135,16 @@ def follow(
     for point in response.points:
         try:
             wanted = settings.stability and not stop.is_set()
-            stability.append(exponents_of(problem, point) if wanted else None)
+            stability.append(exponents_of(point) if wanted else None)
         except MicroslipError as error:
             stability.append(None)
             where = f"stability at {point.frequency:.6g} Hz"
             failures.append(Failure("harmonic", where, str(error)))
     meter.close()
-    motions = tuple(outputs_along(problem, load.amplitude, way) for way in response.branches)
+    motions = tuple(
+        outputs_along(followed, load.amplitude, way)
+        for followed, way in zip(response.problems, response.branches, strict=True)
+    )
     coordinate = problem.model.port(problem.coordinate)
     return HarmonicRun(
         rho=load.rho,
@@ -156,14 +158,6 @@ def follow(
         stability=tuple(stability),
         motions=motions,
     )
-
-
-def exponents_of(problem: HarmonicProblem, point: HarmonicPoint) -> HillExponents:
-    """Slow exponents of a point, from the equations it solves."""
-    equations = with_harmonics(problem, point.harmonics)
-    if point.walk:
-        equations = replace(equations, walks=True)
-    return hill_exponents(equations, point.frequency, point.load, point.w)
 
 
 class _Meter:

@@ -69,22 +69,50 @@ def evaluate(operator: LinearOperator, load: float, w: Array) -> Evaluation:
     """Residual of the unknowns `w` under an amplitude of the load."""
     problem = operator.problem
     u, _ = problem.split(w)
-    p = w[u.size :]
-    place = problem.place(p)
-    v = operator.free(load) - operator.flexibility(u)
-    v[:, 0] += problem.rigid_spread @ place
+    v, imbalance = _linear_side(operator, load, w)
     x = u + problem.stiffness[:, None] * v
-    cycle = contact_cycle(
+    cycle = contact_at(problem, x, w[u.size :])
+    F = np.concatenate([(u - cycle.r.reshape(u.shape)).ravel(), imbalance])
+    return Evaluation(w, v, cycle, F)
+
+
+def evaluate_at(operator: LinearOperator, load: float, w: Array, x: Array) -> Evaluation:
+    """Residual of the unknowns `w`, contact linearised at the augmented forces x, (2 p, c).
+
+    ``r - C(x) - D(x) (x(r) - x)``; the same as `evaluate` where x is that of `w`.
+    """
+    problem = operator.problem
+    u, _ = problem.split(w)
+    v, imbalance = _linear_side(operator, load, w)
+    cycle = contact_at(problem, x, w[u.size :])
+    away = u + problem.stiffness[:, None] * v - x
+    change = np.empty_like(cycle.r)
+    times_derivative(cycle.nn, cycle.tn, cycle.tt, away.reshape(change.shape), change)
+    F = np.concatenate([(u - (cycle.r + change).reshape(u.shape)).ravel(), imbalance])
+    return Evaluation(w, v, cycle, F)
+
+
+def contact_at(problem: HarmonicProblem, x: Array, p: Array) -> ContactCycle:
+    """Contact under augmented forces x, (2 p, c), and the unknowns p of the nearly rigid modes."""
+    return contact_cycle(
         problem.table,
         x.reshape(-1, 2, problem.table.coefficients),
         problem.friction,
         tangential(problem.stiffness) * problem.held,
         tangential(problem.stiffness) * problem.drift(p),
     )
+
+
+def _linear_side(operator: LinearOperator, load: float, w: Array) -> tuple[Array, Array]:
+    """Relative displacements, and the imbalance of the nearly rigid modes as a force."""
+    problem = operator.problem
+    u, _ = problem.split(w)
+    place = problem.place(w[u.size :])
+    v = operator.free(load) - operator.flexibility(u)
+    v[:, 0] += problem.rigid_spread @ place
     imbalance = problem.rigid_stiffness @ place + problem.rigid_gather.T @ u[:, 0]
     imbalance -= problem.rigid_held
-    F = np.concatenate([(u - cycle.r.reshape(u.shape)).ravel(), imbalance * problem.spring])
-    return Evaluation(w, v, cycle, F)
+    return v, imbalance * problem.spring
 
 
 def derivative_times(operator: LinearOperator, cycle: ContactCycle, z: Array) -> Array:

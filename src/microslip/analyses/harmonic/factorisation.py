@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from microslip.analyses.harmonic.condensed import CoupledEquations
 from microslip.typing import Array, Complex
 
-COUPLED = 2500
+COUPLED = 4500
 """Unknowns of the coupled factorisation at most, unless that leaves out low harmonics."""
 
 LEAST_COUPLED = 3

@@ -36,6 +36,7 @@ import scipy.sparse.linalg as spla
 from microslip.analyses.harmonic.equations import evaluate
 from microslip.analyses.harmonic.linear import HarmonicSolver
 from microslip.analyses.harmonic.operator import LinearOperator, linear_operator
+from microslip.analyses.harmonic.points import HarmonicPoint
 from microslip.analyses.harmonic.problem import HarmonicProblem
 from microslip.brief import Brief
 from microslip.contact.aft import times_derivative
@@ -74,6 +75,11 @@ class HillExponents(Brief):
     def multipliers(self) -> Complex:
         """Factor by which each disturbance changes over a period."""
         return np.asarray(np.exp(self.exponents * self.period))
+
+
+def exponents_of(point: HarmonicPoint) -> HillExponents:
+    """Slow exponents of a point, from the equations it solves."""
+    return hill_exponents(point.problem, point.frequency, point.load, point.w)
 
 
 def hill_exponents(

@@ -8,7 +8,7 @@ import numpy as np
 
 from microslip.analyses.harmonic.operator import LinearOperator
 from microslip.analyses.harmonic.paths import EquationsAt
-from microslip.analyses.harmonic.problem import pull
+from microslip.analyses.harmonic.problem import HarmonicProblem, pull
 from microslip.brief import Brief
 from microslip.contact.pairs import normal, tangential
 from microslip.numerics.fourier import to_complex
@@ -23,9 +23,10 @@ class HarmonicPoint(Brief):
     ----------
     frequency, load : float
         Hz, and amplitude of the driven port.
-    harmonics : int
+    problem : HarmonicProblem
+        The equations that it solves.
     w : (n,) array
-        Unknowns of the equations.
+        Their unknowns.
     output : (H + 1, p) complex array
         Harmonics of the outputs of all ports, change from prestress; the mean first.
     amplitude : complex
@@ -53,6 +54,9 @@ class HarmonicPoint(Brief):
         Largest entry of the equations over the largest prestress reaction.
     tail : float
         Share of the last two harmonics in the vibrating reactions (root of sums of squares).
+    error : float
+        Estimated relative error of the amplitude (`adaptive.estimated_error`); nan with a number of
+        harmonics that was given.
     iterations : int
         Newton steps.
     seconds : float
@@ -60,7 +64,7 @@ class HarmonicPoint(Brief):
 
     frequency: float
     load: float
-    harmonics: int
+    problem: HarmonicProblem
     w: Array
     output: Complex
     amplitude: complex
@@ -77,8 +81,14 @@ class HarmonicPoint(Brief):
     pull: float
     residual: float
     tail: float
+    error: float
     iterations: int
     seconds: float
+
+    @property
+    def harmonics(self) -> int:
+        """Number of harmonics beside the mean."""
+        return self.problem.harmonics
 
     @property
     def phase(self) -> float:
@@ -118,7 +128,7 @@ def describe(equations: EquationsAt, iterations: int, seconds: float) -> Harmoni
     return HarmonicPoint(
         frequency=equations.frequency,
         load=load,
-        harmonics=problem.harmonics,
+        problem=problem,
         w=point.w,
         output=output,
         amplitude=complex(output[1, model.port(problem.coordinate)]),
@@ -135,6 +145,7 @@ def describe(equations: EquationsAt, iterations: int, seconds: float) -> Harmoni
         pull=pull(problem, point.w),
         residual=float(np.abs(equations.F).max()),
         tail=float(np.sqrt(size[-2:].sum() / max(size.sum(), 1e-300))),
+        error=float("nan"),
         iterations=iterations,
         seconds=seconds,
     )

@@ -424,6 +424,17 @@ def with_harmonics(problem: HarmonicProblem, harmonics: int) -> HarmonicProblem:
     return replace(problem, table=sample_table(harmonics, samples))
 
 
+def softened(problem: HarmonicProblem, factor: float) -> HarmonicProblem:
+    """The same equations with another augmentation, over the one it has."""
+    if factor == 1.0:
+        return problem
+    residual = problem.residual.copy()
+    if problem.half_turn:
+        own = np.flatnonzero(np.repeat(problem.image == problem.pairs, 2))
+        residual[1][own, own] /= factor
+    return replace(problem, stiffness=factor * problem.stiffness, residual=residual)
+
+
 def padded(old: HarmonicProblem, new: HarmonicProblem, w: Array) -> Array:
     """Unknowns of `old` as unknowns of `new`: harmonics appended (zero) or cut off."""
     u, _ = old.split(w)

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from microslip.analyses.harmonic.adaptive import PULL, Adaptive, Ladder
 from microslip.analyses.harmonic.paths import (
     CONTROL,
     EquationsAt,
@@ -22,12 +23,8 @@ from microslip.analyses.harmonic.paths import (
     follow_frequency,
 )
 from microslip.analyses.harmonic.points import HarmonicPoint, describe
-from microslip.analyses.harmonic.problem import (
-    HarmonicProblem,
-    padded,
-    walking,
-    with_harmonics,
-)
+from microslip.analyses.harmonic.problem import HarmonicProblem
+from microslip.analyses.time.steady import SteadyState
 from microslip.brief import Brief
 from microslip.errors import Failure, MicroslipError
 from microslip.numerics.continuation import (
@@ -38,15 +35,17 @@ from microslip.numerics.continuation import (
     crossings,
     first_point,
     fold,
+    inner,
     solve_at,
     trace,
 )
+from microslip.numerics.through import trace_through
 from microslip.typing import Array
 
 
 @dataclass(frozen=True, repr=False)
 class HarmonicResponse(Brief):
-    """Responses along one branch, or two that do not meet in the range.
+    """Responses along one branch, or several that do not meet in the range.
 
     Attributes
     ----------
@@ -56,6 +55,8 @@ class HarmonicResponse(Brief):
         Which branch each point is on.
     branches : tuple of Branch
         As they were followed, to restart from; parameter Hz or load.
+    problems : tuple of HarmonicProblem
+        What each branch was followed with.
     folds : tuple of HarmonicPoint
         Where the parameter turns round.
     failures : tuple of Failure
@@ -65,31 +66,17 @@ class HarmonicResponse(Brief):
     points: tuple[HarmonicPoint, ...]
     branch_of: tuple[int, ...]
     branches: tuple[Branch, ...]
+    problems: tuple[HarmonicProblem, ...]
     folds: tuple[HarmonicPoint, ...]
     failures: tuple[Failure, ...]
 
 
 @dataclass(frozen=True)
-class Adaptive:
-    """Choice of the number of harmonics: four more until the last two are small.
+class _Way:
+    """A branch over frequency and what it was followed with."""
 
-    Attributes
-    ----------
-    tolerance : float
-        Of `HarmonicPoint.tail`.
-    most : int
-        Harmonics at most.
-    """
-
-    tolerance: float = 0.03
-    most: int = 21
-
-
-ADDED = 4
-"""Harmonics added at a time."""
-
-PULL = 1e-4
-"""`HarmonicPoint.pull` beyond which a joint is let go to walk."""
+    path: FrequencyPath
+    branch: Branch
 
 
 def frequency_response(
@@ -98,12 +85,16 @@ def frequency_response(
     frequencies: Sequence[float] | Array,
     *,
     adaptive: Adaptive | None = None,
+    cycle: Callable[[float], SteadyState] | None = None,
     control: StepControl = CONTROL,
     observe: Callable[[float], None] | None = None,
     solved: Callable[[float], None] | None = None,
     stop: Callable[[], bool] | None = None,
 ) -> HarmonicResponse:
     """Responses at given frequencies, on all branches that start at either end of them.
+
+    Where no branch reaches a frequency, or harmonics beyond those of the branch show that it has no such
+    response there, a steady cycle of time integration shows another, which is followed as well.
 
     Parameters
     ----------
@@ -115,6 +106,9 @@ def frequency_response(
         Hz, at least two, ascending or descending; the first should be away from the resonance.
     adaptive : Adaptive, optional
         Grow the number of harmonics at each point.
+    cycle : callable, optional
+        Steady cycle of time integration at a frequency under the same load (`starts.cycles_over_time`).
+        Without it what the branches do not reach is among the failures.
     observe : callable, optional
         Called with every frequency reached along the branch.
     solved : callable, optional
@@ -125,7 +119,8 @@ def frequency_response(
     Raises
     ------
     ContinuationError
-        Where not even the first frequency is solved; later failures are in the result.
+        Where neither the first nor the last frequency is solved and there is no `cycle`; other
+        failures are in the result.
     """
     wanted = np.asarray(frequencies, dtype=float)
     if len(wanted) < 2 or not np.isfinite(wanted).all():
@@ -139,24 +134,29 @@ def frequency_response(
     def stopped() -> bool:
         return stop is not None and stop()
 
-    path, branches, failures = _branches(problem, load, wanted, control, tell, stopped)
-    ladder = _Ladder(path, control)
-    points: list[tuple[int, float, HarmonicPoint]] = []
+    ways, failures = _ways(problem, load, wanted, control, tell, stopped)
+    if not ways and cycle is None:
+        raise ContinuationError("; ".join(failure.reason for failure in failures))
+    path = ways[0].path if ways else FrequencyPath(problem, load)
+    ladder = Ladder(path, control, adaptive)
+    search = _Search(ladder, ways, cycle)
     for frequency in map(float, wanted):
         if stopped():
             failures.append(_failure(f"load {load:.4g}", f"stopped before {frequency:.6g} Hz"))
             break
-        failures += _solve_at_frequency(ladder, branches, frequency, adaptive, points)
+        search.at(frequency, (float(wanted.min()), float(wanted.max())), tell)
         if solved is not None:
             solved(frequency)
-    points.sort(key=lambda item: item[:2])
-    folds, missed = _folds(path, branches, control)
+    points = sorted(search.points, key=lambda item: item[:2])
+    folds, missed = _folds(ways, control)
+    lost = search.failures or len({point.frequency for _, _, point in points}) < len(set(wanted))
     return HarmonicResponse(
         points=tuple(point for _, _, point in points),
         branch_of=tuple(number for number, _, _ in points),
-        branches=tuple(branches),
+        branches=tuple(way.branch for way in ways),
+        problems=tuple(way.path.problem for way in ways),
         folds=tuple(folds),
-        failures=(*failures, *missed),
+        failures=(*(failures if lost else ()), *search.failures, *missed),
     )
 
 
@@ -164,99 +164,170 @@ def _failure(where: str, reason: str) -> Failure:
     return Failure("harmonic", where, reason)
 
 
-def _branches(
+def _ways(
     problem: HarmonicProblem,
     load: float,
     wanted: Array,
     control: StepControl,
     tell: Callable[[BranchPoint], bool],
     stopped: Callable[[], bool],
-) -> tuple[FrequencyPath, list[Branch], list[Failure]]:
+) -> tuple[list[_Way], list[Failure]]:
     """The branch from the first end, and that from the second where the first does not get there."""
     first, last = float(wanted[0]), float(wanted[-1])
-    path, branch = follow_frequency(
-        problem, load, (first, last), control=control, observe=tell, stops=wanted
-    )
-    branches, failures = [branch], []
-    if branch.ended != "range":
-        failures.append(_failure(f"branch at load {load:.4g} from {first:.6g} Hz", branch.ended))
-    if branch.points[-1].p != last and not stopped():
+    ways: list[_Way] = []
+    failures: list[Failure] = []
+    for begin, end in ((first, last), (last, first)):
         try:
-            _, other = follow_frequency(
-                problem, load, (last, first), control=control, observe=tell, stops=wanted
+            way = _Way(
+                *follow_frequency(
+                    problem, load, (begin, end), control=control, observe=tell, stops=wanted
+                )
             )
         except ContinuationError as error:
             failures.append(_failure("", str(error)))
-        else:
-            if other.ended != "range":
-                where = f"branch at load {load:.4g} from {last:.6g} Hz"
-                failures.append(_failure(where, other.ended))
-            branches.append(other)
-    return path, branches, failures
+            continue
+        ways.append(way)
+        if way.branch.ended != "range":
+            where = f"branch at load {load:.4g} from {begin:.6g} Hz"
+            failures.append(_failure(where, way.branch.ended))
+        if way.branch.points[-1].p == end or stopped():
+            break
+    return ways, failures
 
 
-def _solve_at_frequency(
-    ladder: _Ladder,
-    branches: Sequence[Branch],
-    frequency: float,
-    adaptive: Adaptive | None,
-    points: list[tuple[int, float, HarmonicPoint]],
-) -> list[Failure]:
-    """Responses wherever the branches pass a frequency, into `points`; what was not found."""
-    path, control = ladder.base, ladder.control
-    where = f"{frequency:.6g} Hz at load {path.load:.4g}"
-    failures = []
-    guesses = [
-        (number, place, guess)
-        for number, way in enumerate(branches)
-        for guess, place in crossings(way.points, frequency)
-    ]
-    if not guesses:
-        failures.append(_failure(where, "not on the branch found"))
-    for number, place, guess in guesses:
-        try:
+class _Search:
+    """Responses at one frequency after another.
+
+    Attributes
+    ----------
+    points : list of (int, float, HarmonicPoint)
+        Number of the branch, place along it, response.
+    failures : list of Failure
+    """
+
+    def __init__(
+        self,
+        ladder: Ladder,
+        ways: list[_Way],
+        cycle: Callable[[float], SteadyState] | None,
+    ) -> None:
+        self.ladder, self.ways, self.cycle = ladder, ways, cycle
+        self.points: list[tuple[int, float, HarmonicPoint]] = []
+        self.failures: list[Failure] = []
+
+    def at(
+        self, frequency: float, band: tuple[float, float], tell: Callable[[BranchPoint], bool]
+    ) -> None:
+        """Look for all responses at a frequency."""
+        where = f"{frequency:.6g} Hz at load {self.ladder.base.load:.4g}"
+        before, known = len(self.failures), len(self.points)
+        self._on_branches(frequency, where)
+        new = self.points[known:]
+        if self.cycle is not None and not any(self._accurate(point) for _, _, point in new):
+            del self.points[known:]
             try:
-                point = ladder.solve(guess, frequency, adaptive)
-            except ContinuationError:
-                nearer = _along(path, branches[number], place, frequency, control)
-                point = ladder.solve(nearer, frequency, adaptive)
-        except ContinuationError as error:
-            failures.append(_failure(where, str(error)))
-            continue
-        if any(_same(point, old) for _, _, old in points):
-            continue
+                self._over_time(frequency, band, tell)
+            except MicroslipError as error:
+                reason = f"nor from a steady cycle of time integration: {error}"
+                self.failures.append(_failure(where, reason))
+                self.points += new
+            else:
+                del self.failures[before:]
+                for item in new:
+                    if np.isfinite(item[2].error):
+                        self._keep(*item)
+        for _, _, point in self.points[known:]:
+            self.failures += self._doubts(point, where)
+
+    def _on_branches(self, frequency: float, where: str) -> None:
+        """Responses wherever the branches pass a frequency."""
+        control = self.ladder.control
+        guesses = [
+            (number, place, guess)
+            for number, way in enumerate(self.ways)
+            for guess, place in crossings(way.branch.points, frequency)
+        ]
+        if not guesses:
+            self.failures.append(_failure(where, "not on the branch found"))
+        for number, place, guess in guesses:
+            way = self.ways[number]
+            try:
+                try:
+                    point = self.ladder.solve(way.path.problem, guess, frequency)
+                except ContinuationError:
+                    nearer = _along(way.path, way.branch, place, frequency, control)
+                    point = self.ladder.solve(way.path.problem, nearer, frequency)
+            except ContinuationError as error:
+                self.failures.append(_failure(where, str(error)))
+                continue
+            share = abs(frequency - way.branch.points[place].p)
+            self._keep(number, place + share / (share + 1), point)
+
+    def _over_time(
+        self, frequency: float, band: tuple[float, float], tell: Callable[[BranchPoint], bool]
+    ) -> None:
+        """The response next to a steady cycle of time integration, and the branch that it is on."""
+        assert self.cycle is not None
+        least, point = self.ladder.solve_from_cycle(self.cycle(frequency))
+        path = FrequencyPath(least.problem, least.load, self.ladder.base.parameter_scale)
+        start = first_point(path, least.w, frequency, self.ladder.control)
+        branch, place = Branch((start,), "points"), 0
+        if least.harmonics == self.ladder.base.problem.harmonics and not self._followed(start):
+            branch, place = trace_through(path, start, band, self.ladder.control, tell)
+        self.ways.append(_Way(path, branch))
+        self._keep(len(self.ways) - 1, float(place), point)
+
+    def _followed(self, start: BranchPoint) -> bool:
+        """Whether a branch passes so close by that it is the one through a point."""
+        for way in self.ways:
+            if way.branch.points[0].u.shape != start.u.shape:
+                continue
+            for guess, _ in crossings(way.branch.points, start.p):
+                away = guess - start.u
+                if inner(way.path, away, 0.0, away, 0.0) < CLOSE**2:
+                    return True
+        return False
+
+    def _keep(self, number: int, place: float, point: HarmonicPoint) -> None:
+        if not any(_same(point, old) for _, _, old in self.points):
+            self.points.append((number, place, point))
+
+    def _accurate(self, point: HarmonicPoint) -> bool:
+        adaptive = self.ladder.adaptive
+        return adaptive is None or point.error <= adaptive.tolerance
+
+    def _doubts(self, point: HarmonicPoint, where: str) -> list[Failure]:
+        """What is not right with a response."""
+        doubts = []
         if point.pull > PULL:
-            failures.append(
+            doubts.append(
                 _failure(
                     where,
                     "the joint walks, and no steady walk was found; its supports hold it with "
                     f"{point.pull:.1e} of the friction",
                 )
             )
-        if adaptive is not None and point.tail > adaptive.tolerance:
-            failures.append(
-                _failure(
-                    where,
-                    f"with {point.harmonics} harmonics the last two still hold {point.tail:.1e} of "
-                    "the vibrating reactions",
-                )
+        if not self._accurate(point):
+            said = (
+                f"with {point.harmonics} harmonics the estimated error of the amplitude is "
+                f"{point.error:.1e}"
+                if np.isfinite(point.error)
+                else f"the response with {point.harmonics} harmonics was not found with more"
             )
-        share = abs(frequency - branches[number].points[place].p)
-        points.append((number, place + share / (share + 1), point))
-    return failures
+            doubts.append(_failure(where, said))
+        return doubts
 
 
-def _folds(
-    path: FrequencyPath, branches: Sequence[Branch], control: StepControl
-) -> tuple[list[HarmonicPoint], list[Failure]]:
+def _folds(ways: Sequence[_Way], control: StepControl) -> tuple[list[HarmonicPoint], list[Failure]]:
     folds, failures = [], []
-    for way in branches:
-        for index in way.folds:
+    for way in ways:
+        for index in way.branch.folds:
             try:
-                turn = fold(path, way, index, control)
-                folds.append(describe(path.at(turn.u, turn.p), turn.iterations, 0.0))
+                turn = fold(way.path, way.branch, index, control)
+                folds.append(describe(way.path.at(turn.u, turn.p), turn.iterations, 0.0))
             except ContinuationError as error:
-                failures.append(_failure(f"fold near {way.points[index].p:.6g} Hz", str(error)))
+                near = way.branch.points[index].p
+                failures.append(_failure(f"fold near {near:.6g} Hz", str(error)))
     return folds, failures
 
 
@@ -279,61 +350,22 @@ def _along(
     return way.points[-1].u
 
 
+CLOSE = 0.1
+"""Distance from a branch within which a point is on it, in largest reactions of the prestress."""
+
+SAME = 1e-4
+"""Relative difference of two answers of the same response, beside what their errors allow."""
+
+
 def _same(one: HarmonicPoint, other: HarmonicPoint) -> bool:
     """The same response, found twice."""
-    if one.frequency != other.frequency or one.harmonics != other.harmonics:
+    if one.frequency != other.frequency:
         return False
-    size = np.abs(other.output[1]).max()
-    return bool(np.abs(one.output[1] - other.output[1]).max() <= 1e-4 * size)
-
-
-class _Ladder:
-    """Paths with more and more harmonics, held or walking, each with its factorisation to reuse."""
-
-    def __init__(self, path: FrequencyPath, control: StepControl) -> None:
-        self.paths = {(path.problem.harmonics, False): path}
-        self.base = path
-        self.control = control
-
-    def solve(self, w: Array, frequency: float, adaptive: Adaptive | None) -> HarmonicPoint:
-        """Solve with the harmonics of the branch; let go a joint that walks; add harmonics.
-
-        Where the second or the third does not succeed, the point before it is returned; its `pull`
-        and its `tail` say so.
-        """
-        began = clock.perf_counter()
-        problem = self.base.problem
-        point = self._point(problem, w, frequency, 0, began)
-        if point.pull > PULL:
-            released, guess = walking(problem, point.w)
-            try:
-                point = self._point(released, guess, frequency, point.iterations, began)
-            except ContinuationError:
-                pass
-            else:
-                problem = released
-        while adaptive is not None and point.tail > adaptive.tolerance:
-            if problem.harmonics + ADDED > adaptive.most:
-                break
-            more = with_harmonics(problem, problem.harmonics + ADDED)
-            guess = padded(problem, more, point.w)
-            try:
-                point = self._point(more, guess, frequency, point.iterations, began)
-            except ContinuationError:
-                break
-            problem = more
-        return point
-
-    def _point(
-        self, problem: HarmonicProblem, w: Array, frequency: float, before: int, began: float
-    ) -> HarmonicPoint:
-        key = (problem.harmonics, problem.walks)
-        if key not in self.paths:
-            self.paths[key] = FrequencyPath(problem, self.base.load, self.base.parameter_scale)
-        path = self.paths[key]
-        _, equations, iterations = solve_at(path, w, frequency, self.control)
-        assert isinstance(equations, EquationsAt)
-        return describe(equations, before + iterations, clock.perf_counter() - began)
+    allowed = SAME + sum(e for e in (one.error, other.error) if np.isfinite(e))
+    if one.harmonics == other.harmonics:
+        size = np.abs(other.output[1]).max()
+        return bool(np.abs(one.output[1] - other.output[1]).max() <= allowed * size)
+    return bool(abs(one.amplitude - other.amplitude) <= allowed * abs(other.amplitude))
 
 
 def amplitude_sweep(
@@ -379,6 +411,7 @@ def amplitude_sweep(
         points=tuple(points),
         branch_of=(0,) * len(points),
         branches=(branch,),
+        problems=(problem,),
         folds=tuple(describe(path.at(turn.u, turn.p), turn.iterations, 0.0) for turn in folds),
         failures=tuple(failures),
     )

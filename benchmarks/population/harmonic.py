@@ -1,0 +1,241 @@
+"""Harmonic balance on random lap joints, against time integration on the same branch.
+
+python benchmarks/population/harmonic.py [--seeds 31 32 33] [--count 20] [--out FILE] [--page FILE]
+
+Every joint under its own load: harmonic balance with adaptive harmonics at the frequency of its largest
+answer, at the two flanks where it is half as large, and at the ends of its band (from below the sliding to
+above the stuck frequency; `time_points.frequencies`). Every response at the three is integrated over time
+from its own state, 300 steps per cycle: where that settles next to it, the two are compared; where it
+leaves a response, Hill's exponents say whether it is unstable. Beside that, time integration from rest, the
+load raised over ten cycles: does harmonic balance have the motion that it settles in? Lines in FILE (JSON,
+one a joint) are not computed again.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+import tomllib
+from pathlib import Path
+
+import numpy as np
+from lap_joints import joints
+from time_points import frequencies
+
+from microslip.analyses.harmonic.adaptive import Adaptive
+from microslip.analyses.harmonic.hill import exponents_of
+from microslip.analyses.harmonic.points import HarmonicPoint
+from microslip.analyses.harmonic.problem import harmonic_problem
+from microslip.analyses.harmonic.response import HarmonicResponse, frequency_response
+from microslip.analyses.harmonic.starts import cycles_over_time, state_from_point
+from microslip.analyses.prepared.joint import PreparedJoint
+from microslip.analyses.time.scheme import time_scheme
+from microslip.analyses.time.steady import SteadyState, raised_state, steady_state
+from microslip.describe.reading import parse_joint
+from microslip.errors import MicroslipError
+from microslip.pipeline.prepare import assemble
+
+STEPS, RAISED, CYCLES = 300, 10, 400
+
+NEAR = 0.03
+"""Relative distance of amplitudes within which two motions count as the same one."""
+
+ASKED = 0.003
+
+PAGE = """# Harmonic balance on lap joints at random
+
+Lap joints of populations that it was not developed on, each under the load that it was drawn with: harmonic
+balance with adaptive harmonics at its peak and its two flanks, and time integration at 300 steps per cycle
+from the state that harmonic balance gives (`python benchmarks/population/harmonic.py`). *Settled*: the state
+changes by at most 3e-5 per cycle within 400 cycles, next to the response. *Left*: it settles elsewhere, or
+nowhere.
+
+"""
+
+
+def over_time(joint: PreparedJoint, point: HarmonicPoint) -> SteadyState:
+    """Time integration from the state of a response."""
+    scheme = time_scheme(joint, 1 / (point.frequency * STEPS), frequency=point.frequency)
+    start = state_from_point(scheme, point)
+    return steady_state(scheme, point.frequency, point.load, start=start, max_cycles=CYCLES)
+
+
+def from_rest(joint: PreparedJoint, frequency: float, load: float) -> SteadyState:
+    """Time integration from rest, the load raised slowly."""
+    scheme = time_scheme(joint, 1 / (frequency * STEPS), frequency=frequency)
+    start = raised_state(scheme, frequency, load, RAISED)
+    return steady_state(scheme, frequency, load, start=start, max_cycles=CYCLES)
+
+
+def compared(joint: PreparedJoint, point: HarmonicPoint) -> dict:
+    """A response beside the motion that time integration makes of it."""
+    found = over_time(joint, point)
+    error = abs(abs(point.amplitude) / abs(found.amplitude) - 1)
+    row = {
+        "frequency": point.frequency,
+        "amplitude": abs(point.amplitude),
+        "harmonics": point.harmonics,
+        "tail": point.tail,
+        "stated": point.error,
+        "walk": point.walk,
+        "seconds": point.seconds,
+        "settled": bool(found.converged),
+        "cycles": found.cycles,
+        "change": found.change,
+        "error": float(error),
+        "near": bool(found.converged and error <= NEAR),
+        "stable": None,
+    }
+    if not row["near"]:
+        try:
+            row["stable"] = exponents_of(point).stable
+        except MicroslipError as said:
+            row["said"] = str(said)
+    return row
+
+
+def balance(
+    joint: PreparedJoint, load: float, wanted: list[float], harmonics: int
+) -> HarmonicResponse:
+    """Responses at the wanted frequencies and at the ends of the band."""
+    low, high = sorted((joint.principal().sliding_frequency, joint.principal().stuck_frequency))
+    ends = (low - 0.5 * (high - low), high + 0.1 * (high - low))
+    return frequency_response(
+        harmonic_problem(joint, harmonics=harmonics),
+        load,
+        sorted({*wanted, *ends}),
+        adaptive=Adaptive(),
+        cycle=cycles_over_time(joint, load),
+    )
+
+
+def measured(joint: PreparedJoint, load: float) -> dict:
+    """What one joint says of the method."""
+    wanted = sorted(set(frequencies(joint, load)))
+    began = time.perf_counter()
+    response = balance(joint, load, wanted, 5)
+    seconds = time.perf_counter() - began
+    points = [compared(joint, point) for point in response.points if point.frequency in wanted]
+    rest = []
+    for frequency in wanted:
+        found = from_rest(joint, frequency, load)
+        sizes = [p["amplitude"] for p in points if p["frequency"] == frequency]
+        misses = [abs(size / abs(found.amplitude) - 1) for size in sizes]
+        rest.append(
+            {
+                "frequency": frequency,
+                "settled": bool(found.converged),
+                "amplitude": abs(found.amplitude),
+                "nearest": min(misses, default=None),
+            }
+        )
+    return {
+        "wanted": wanted,
+        "balance_seconds": seconds,
+        "branches": [branch.ended for branch in response.branches],
+        "points": points,
+        "rest": rest,
+        "failures": [str(failure) for failure in response.failures],
+    }
+
+
+def page(rows: dict[str, dict]) -> str:
+    """The table as Markdown."""
+    found = [row for row in rows.values() if "points" in row]
+    populations = sorted({name.partition("/")[0] for name in rows})
+    points = [p for row in found for p in row["points"]]
+    near = [p for p in points if p["near"]]
+    left = [p for p in points if not p["near"]]
+    rest = [r for row in found for r in row["rest"] if r["settled"]]
+    missed = [r for r in rest if r["nearest"] is None or r["nearest"] > NEAR]
+    error = np.array([p["error"] for p in near])
+    stated = np.array([p["stated"] for p in near], dtype=float)
+    sure = stated <= Adaptive().tolerance
+
+    def share(true: np.ndarray) -> str:
+        return f"{100 * np.mean(true):.1f} % of {len(true)}" if len(true) else "–"
+
+    asked = sum(len(set(row["wanted"])) for row in found)
+    answered = sum(len({p["frequency"] for p in row["points"]}) for row in found)
+    lines = [
+        f"| | {len(found)} joints of population {', '.join(populations)} |",
+        "|---|---|",
+        f"| points asked for that have a response | {answered} of {asked} |",
+        f"| responses | {len(points)} |",
+        f"| beside which time integration settles | {len(near)} |",
+        f"| left by it, unstable by Hill's exponents | {sum(p['stable'] is False for p in left)} |",
+        f"| left by it, not unstable | {sum(p['stable'] is not False for p in left)} |",
+        f"| difference at most {100 * ASKED:g} % | {share(error <= ASKED)} |",
+        f"| stated error at most {100 * Adaptive().tolerance:g} % | {share(sure)} |",
+        f"| of these, difference at most {100 * ASKED:g} % | {share(error[sure] <= ASKED)} |",
+        f"| difference, median | {np.median(error):.1e} |",
+        f"| harmonics, median and most | {np.median([p['harmonics'] for p in near]):.0f}, "
+        f"{max(p['harmonics'] for p in near)} |",
+        f"| motions from rest that settle | {len(rest)} of {asked} |",
+        f"| of these, not among the responses | {len(missed)} |",
+        f"| a joint, median and most | {np.median([row['balance_seconds'] for row in found]):.1f} s, "
+        f"{max(row['balance_seconds'] for row in found):.1f} s |",
+    ]
+    failed = [f"| {name} | {row['failed']} |" for name, row in rows.items() if "failed" in row]
+    if failed:
+        lines += ["", "| joint | failed |", "|---|---|", *failed]
+    wrong = [
+        f"| {name} | {p['frequency']:.5g} | {100 * p['error']:.2f} % | {100 * p['stated']:.2f} % | "
+        f"{p['harmonics']} | {p['tail']:.3f} |"
+        for name, row in rows.items()
+        for p in row.get("points", [])
+        if p["near"] and p["error"] > ASKED
+    ]
+    if wrong:
+        lines += ["", f"Beyond {100 * ASKED:g} %:", ""]
+        lines += [
+            "| joint | Hz | difference | stated | harmonics | tail |",
+            "|---|---|---|---|---|---|",
+        ]
+        lines += wrong
+    return PAGE + "\n".join(lines) + "\n"
+
+
+def main() -> int:
+    """Compute what is missing and print the table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seeds", type=int, nargs="+", default=[31, 32, 33])
+    parser.add_argument("--count", type=int, default=20)
+    parser.add_argument("--pairs", type=int, default=51)
+    parser.add_argument("--out", type=Path, default=Path("population-harmonic.jsonl"))
+    parser.add_argument("--page", type=Path)
+    asked = parser.parse_args()
+    rows = {}
+    if asked.out.is_file():
+        rows = {row["joint"]: row for row in map(json.loads, asked.out.read_text().splitlines())}
+    for seed in asked.seeds:
+        for number, text in enumerate(joints(seed, asked.count, asked.pairs)):
+            name = f"{seed}/{number:03d}"
+            if name in rows:
+                continue
+            began = time.perf_counter()
+            try:
+                a = assemble(parse_joint(tomllib.loads(text)))
+                load = a.joint.load.moment_over_clamp_force_length[0] * a.moment_unit
+                row = measured(a.prepared, load)
+            except MicroslipError as error:
+                row = {"failed": str(error)}
+            rows[name] = {"joint": name, "wall": time.perf_counter() - began, **row}
+            with asked.out.open("a") as file:
+                file.write(json.dumps(rows[name]) + "\n")
+            told = [
+                f"{100 * p['error']:.2f}%({100 * p['stated']:.2f}%,{p['harmonics']})"
+                + ("" if p["near"] else " left")
+                for p in rows[name].get("points", [])
+            ]
+            print(name, f"{rows[name]['wall']:.1f} s", *told, row.get("failed", ""), flush=True)
+    print(page(rows).removeprefix(PAGE))
+    if asked.page:
+        asked.page.write_text(page(rows))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,291 @@
+"""How many harmonics a response needs: more until its amplitude has stopped changing.
+
+The answers with H = 5, 9, 13, ... harmonics, and 24 samples per harmonic, tend to that of the exact contact
+laws like a power of 1/H, not evenly: between some of them it hardly changes. With ``d_k`` the change of
+the complex amplitude from one level to the next over the amplitude, the error of the last level is
+estimated by
+
+    e_k = max(d_k / ((H_k / H_{k-1})^p - 1), d_{k-1} / ((H_k / H_{k-2})^p - (H_k / H_{k-1})^p), s t_k)
+
+the sum of all changes to come if they fall as ``H^-p``, from the last change and from the one before it;
+and a share s of the tail t_k, what the last two harmonics hold of the vibrating reactions: while it is
+large the amplitude may stand still far from its limit.
+"""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from microslip.analyses.harmonic.paths import EquationsAt, FrequencyPath
+from microslip.analyses.harmonic.points import HarmonicPoint, describe
+from microslip.analyses.harmonic.problem import (
+    HarmonicProblem,
+    softened,
+    walking,
+    with_harmonics,
+)
+from microslip.analyses.harmonic.starts import (
+    Start,
+    first_step,
+    flexibility_of_cycle,
+    flexibility_of_point,
+    start_from_cycle,
+    start_from_point,
+)
+from microslip.analyses.time.steady import SteadyState
+from microslip.numerics.continuation import ContinuationError, StepControl, solve_at
+from microslip.typing import Array
+
+ADDED = 4
+"""Harmonics added at a time, at least."""
+
+GROWTH = 0.25
+"""Share of the harmonics that is added at a time where that is more."""
+
+ORDER = 1.5
+"""Power p of 1/H that the estimate of the error supposes."""
+
+TAIL_SHARE = 0.1
+"""Share s of the tail that the estimate of the error is at least."""
+
+SOFTEST = 1e-3
+"""Least augmentation over the default."""
+
+NEWTON_STEPS = 12
+"""Steps of Newton's method from a start whose contact states are known, before another is tried."""
+
+MISSES = 1
+"""Levels without an answer that are passed over on the way to more harmonics."""
+
+KEPT = 12
+"""Paths whose factorisations are kept."""
+
+PULL = 1e-4
+"""`HarmonicPoint.pull` beyond which a joint is let go to walk."""
+
+
+@dataclass(frozen=True)
+class Adaptive:
+    """Choice of the number of harmonics: more until the estimated error is small.
+
+    Attributes
+    ----------
+    tolerance : float
+        Of `HarmonicPoint.error`, the estimated relative error of the amplitude.
+    most : int
+        Harmonics at most.
+    """
+
+    tolerance: float = 3e-3
+    most: int = 41
+
+
+def more_harmonics(harmonics: int) -> int:
+    """Harmonics of the next level.
+
+    Examples
+    --------
+    >>> levels = [5]
+    >>> while levels[-1] < 45:
+    ...     levels.append(more_harmonics(levels[-1]))
+    >>> levels
+    [5, 9, 13, 17, 21, 27, 33, 41, 51]
+    """
+    return harmonics + max(ADDED, 2 * round(0.5 * GROWTH * harmonics))
+
+
+def estimated_error(levels: Sequence[tuple[int, complex]], tail: float = 0.0) -> float:
+    """Relative error of the last amplitude of levels (H, amplitude); nan of a single one.
+
+    Parameters
+    ----------
+    levels : sequence of (int, complex)
+    tail : float
+        Of the last level (`HarmonicPoint.tail`).
+
+    Examples
+    --------
+    Errors that fall as the square of 1/H are less than the estimate:
+
+    >>> levels = [(H, 1 + 1 / H**2) for H in (5, 9, 13)]
+    >>> bool(1 / 13**2 < estimated_error(levels) < 3 / 13**2)
+    True
+    """
+    window, (last, amplitude) = levels[-3:], levels[-1]
+    estimates = []
+    for (H_0, A_0), (H_1, A_1) in pairwise(window):
+        left = (last / H_0) ** ORDER - (last / H_1) ** ORDER
+        estimates.append(abs((A_1 - A_0) / amplitude) / left)
+    return max([*estimates, TAIL_SHARE * tail]) if estimates else float("nan")
+
+
+def augmentations(measured: float) -> list[float]:
+    """Augmentations to try over the default, from a measured one: the next half of a decade, its neighbours.
+
+    Examples
+    --------
+    >>> [float(round(each, 3)) for each in augmentations(0.12)]
+    [0.1, 0.316, 0.032]
+    >>> [float(round(each, 3)) for each in augmentations(2.0)]
+    [1.0, 0.316]
+    """
+    nearest = round(2 * np.log10(np.clip(measured, SOFTEST, 1.0)))
+    return [10 ** (0.5 * k) for k in (nearest, nearest + 1, nearest - 1) if k <= 0]
+
+
+class Ladder:
+    """Paths with more and more harmonics, held or walking, each with its factorisation to reuse.
+
+    Parameters
+    ----------
+    path : FrequencyPath
+        With the fewest harmonics.
+    control : StepControl
+    adaptive : Adaptive or None
+        None leaves it at the fewest harmonics.
+    """
+
+    def __init__(
+        self, path: FrequencyPath, control: StepControl, adaptive: Adaptive | None
+    ) -> None:
+        self.paths = {_key(path.problem): path}
+        self.base = path
+        self.control = control
+        self.adaptive = adaptive
+
+    def solve(self, problem: HarmonicProblem, w: Array, frequency: float) -> HarmonicPoint:
+        """Solve the problem of a branch; let go a joint that walks; add harmonics.
+
+        Where the second or the third does not succeed, the point before it is returned; its `pull`
+        and its `error` say so.
+
+        Raises
+        ------
+        ContinuationError
+            Where the first does not succeed.
+        """
+        began = clock.perf_counter()
+        point = self._newton(self._path(problem), w, frequency, began)
+        if point.pull > PULL:
+            released, guess = walking(problem, point.w)
+            with suppress(ContinuationError):
+                point = self._newton(self._path(released), guess, frequency, began, point)
+        return self._climb(point, began)
+
+    def solve_from_cycle(self, steady: SteadyState) -> tuple[HarmonicPoint, HarmonicPoint]:
+        """The response next to a steady cycle of time integration.
+
+        Returns the answer with the fewest harmonics that have one, and that with as many as needed.
+
+        Raises
+        ------
+        ContinuationError
+            Where no number of harmonics has one.
+        """
+        began = clock.perf_counter()
+        reason = ContinuationError("no number of harmonics")
+        for problem in self._levels(False):
+            for factor in augmentations(flexibility_of_cycle(problem, steady)):
+                start = start_from_cycle(softened(problem, factor), steady)
+                try:
+                    point = self._from_start(start, steady.frequency, began)
+                except ContinuationError as error:
+                    reason = error
+                    continue
+                return point, self._climb(point, began, steady)
+        raise reason
+
+    def _levels(self, walks: bool) -> Iterator[HarmonicProblem]:
+        """The problem with the fewest harmonics, and with more as far as they may grow."""
+        problem = replace(self.base.problem, walks=walks)
+        yield problem
+        most = 0 if self.adaptive is None else self.adaptive.most
+        while (harmonics := more_harmonics(problem.harmonics)) <= most:
+            problem = with_harmonics(problem, harmonics)
+            yield problem
+
+    def _climb(
+        self, point: HarmonicPoint, began: float, steady: SteadyState | None = None
+    ) -> HarmonicPoint:
+        """Add harmonics until the error is small, they are too many, or no answer is found."""
+        if self.adaptive is None:
+            return point
+        levels, misses = [(point.harmonics, point.amplitude)], 0
+        for more in self._levels(point.problem.walks):
+            if more.harmonics <= levels[-1][0]:
+                continue
+            found = self._next(more, point, began, steady)
+            if found is None:
+                misses += 1
+                if misses > MISSES:
+                    break
+                continue
+            levels.append((found.harmonics, found.amplitude))
+            point = replace(found, error=estimated_error(levels, found.tail))
+            if point.error <= self.adaptive.tolerance:
+                break
+        return point
+
+    def _next(
+        self,
+        new: HarmonicProblem,
+        point: HarmonicPoint,
+        began: float,
+        steady: SteadyState | None,
+    ) -> HarmonicPoint | None:
+        """The same response with other harmonics, from a cycle over time or from the last ones."""
+        if steady is not None:
+            for factor in augmentations(flexibility_of_cycle(new, steady))[:2]:
+                start = start_from_cycle(softened(new, factor), steady)
+                with suppress(ContinuationError):
+                    return self._from_start(start, point.frequency, began, point)
+        for factor in augmentations(flexibility_of_point(new, point)):
+            start = start_from_point(softened(new, factor), point)
+            with suppress(ContinuationError):
+                return self._from_start(start, point.frequency, began, point)
+        return None
+
+    def _from_start(
+        self,
+        start: Start,
+        frequency: float,
+        began: float,
+        before: HarmonicPoint | None = None,
+    ) -> HarmonicPoint:
+        path = self._path(start.problem)
+        w = first_step(path, start, frequency)
+        return self._newton(path, w, frequency, began, before, NEWTON_STEPS)
+
+    def _path(self, problem: HarmonicProblem) -> FrequencyPath:
+        key = _key(problem)
+        if key not in self.paths:
+            if len(self.paths) > KEPT:
+                del self.paths[next(old for old in self.paths if self.paths[old] is not self.base)]
+            self.paths[key] = FrequencyPath(problem, self.base.load, self.base.parameter_scale)
+        return self.paths[key]
+
+    def _newton(
+        self,
+        path: FrequencyPath,
+        w: Array,
+        frequency: float,
+        began: float,
+        before: HarmonicPoint | None = None,
+        most: int | None = None,
+    ) -> HarmonicPoint:
+        control = self.control if most is None else replace(self.control, max_iterations=most)
+        _, equations, iterations = solve_at(path, w, frequency, control)
+        assert isinstance(equations, EquationsAt)
+        iterations += 0 if before is None else before.iterations
+        return describe(equations, iterations, clock.perf_counter() - began)
+
+
+def _key(problem: HarmonicProblem) -> tuple[int, bool, float]:
+    """What the problems of one response differ in."""
+    return problem.harmonics, problem.walks, problem.spring

@@ -1,0 +1,214 @@
+"""Guesses for harmonic balance whose contact states are known: other harmonics, a cycle over time.
+
+Newton's method reads the contact states from the augmented force ``x = r + eps v(r)``. A guess of the
+reactions alone gives it badly: the flexibility of the modes turns a small error of a high harmonic of r
+into a large one of v, and the states that come of it are those of another motion. Where the
+displacements are known as well, x is, and the first step is taken there,
+
+    J(x) dr = -(r - C(x) - D(x) (x(r) - x)),
+
+the equations linearised at x instead of at ``x(r)``; the steps after it are Newton's own. What x is:
+
+- from fewer harmonics: that of the old answer, zero beyond. Contact answers it with reactions of all
+  harmonics, ``r = C(x)``, those that the old equations left out among them;
+- from a steady cycle of time integration: the harmonics of its reactions and displacements.
+
+The augmentation. ``1/eps`` is the flexibility that the harmonics left out see. By default it is the residual
+flexibility of a pair; where pairs open widely the modes carry them, and the flexibility of the harmonics left
+out is up to some hundred times as large. With an augmentation that is too stiff the small displacements left
+out are large augmented forces, and states change that should not: Newton's method does not converge. What the
+left-out harmonics of a motion have is measured, ``|r_h| / |v_h|``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from microslip.analyses.harmonic.equations import contact_at, evaluate_at
+from microslip.analyses.harmonic.operator import linear_operator
+from microslip.analyses.harmonic.paths import FrequencyPath
+from microslip.analyses.harmonic.points import HarmonicPoint
+from microslip.analyses.harmonic.problem import HarmonicProblem
+from microslip.analyses.prepared.joint import PreparedJoint
+from microslip.analyses.time.scheme import State, TimeScheme, prestressed_state, time_scheme
+from microslip.analyses.time.steady import SteadyState, raised_state, steady_state
+from microslip.brief import Brief
+from microslip.contact.pairs import tangential
+from microslip.numerics.fourier import harmonic, to_complex, to_real, without_drift
+from microslip.typing import Array, Complex
+
+FIRST_STEP = 1e-3
+"""Relative residual to which the first step is solved."""
+
+WALKS = 1e-4
+"""Drift of the slip per cycle, over its range, from which on a steady cycle counts as walking."""
+
+
+STEPS, RAISED, CYCLES = 300, 10, 150
+"""Steps per cycle, cycles over which the load is raised, and cycles at most of a steady cycle."""
+
+SETTLED = 1e-4
+"""Change per cycle at which it is steady enough for a start."""
+
+
+@dataclass(frozen=True, repr=False)
+class Start(Brief):
+    """A guess of a response of some equations.
+
+    Attributes
+    ----------
+    problem : HarmonicProblem
+    w : (n,) array
+        Unknowns.
+    x : (2 p, c) array
+        Augmented forces that the contact states are read from.
+    """
+
+    problem: HarmonicProblem
+    w: Array
+    x: Array
+
+
+def first_step(path: FrequencyPath, start: Start, frequency: float) -> Array:
+    """Unknowns after one step of Newton's method with the contact states of the start.
+
+    Parameters
+    ----------
+    path : FrequencyPath
+        Of the problem of the start.
+    start : Start
+    frequency : float
+        Hz.
+
+    Raises
+    ------
+    ContinuationError
+        Where the linearised equations are singular.
+    """
+    operator = linear_operator(start.problem, 2 * np.pi * frequency)
+    point = evaluate_at(operator, path.load, start.w, start.x)
+    return start.w + path.solver.linear_solve(operator, point.cycle, -point.F, FIRST_STEP)
+
+
+def start_from_point(new: HarmonicProblem, point: HarmonicPoint) -> Start:
+    """Start of the same equations with other harmonics, or another augmentation."""
+    u, _ = point.problem.split(point.w)
+    x_old = u + new.stiffness[:, None] * point.v[new.rows]
+    x = np.zeros(new.shape)
+    keep = min(x.shape[1], x_old.shape[1])
+    x[:, :keep] = x_old[:, :keep]
+    p = point.w[u.size :]
+    reactions = contact_at(new, x, p).r
+    return Start(new, np.concatenate([reactions.ravel(), p]), x)
+
+
+def start_from_cycle(problem: HarmonicProblem, steady: SteadyState) -> Start:
+    """Start from a steady cycle of time integration, free to walk where that walks.
+
+    Harmonics beyond a third of its steps are left at zero.
+    """
+    cycle = steady.cycle
+    steps = len(cycle.r) - 1
+    theta = steady.phase + 2 * np.pi * np.arange(steps + 1) / steps
+    u = _coefficients(cycle.r[:, problem.rows], theta, problem.harmonics)
+    v = _coefficients(without_drift(cycle.v, theta)[:, problem.rows], theta, problem.harmonics)
+    drift = tangential(cycle.v[-1] - cycle.v[0])
+    span = float(np.ptp(tangential(cycle.v), axis=0).max())
+    walks = problem.slides and abs(float(np.median(drift))) > WALKS * span
+    problem = replace(problem, walks=walks)
+    operator = linear_operator(problem, 2 * np.pi * steady.frequency)
+    mean = v[:, 0] - operator.free(steady.load)[:, 0] + operator.flexibility(u)[:, 0]
+    p = np.linalg.lstsq(problem.rigid_spread, mean, rcond=None)[0]
+    if walks:
+        sliding = problem.rigid_spread[:, -1]
+        v[:, 0] -= sliding * (p[-1] - problem.rest_place[-1])
+        along = tangential(sliding)
+        p[-1] = along @ drift[problem.pairs] / (along @ along)
+    return Start(problem, np.concatenate([u.ravel(), p]), u + problem.stiffness[:, None] * v)
+
+
+def cycles_over_time(joint: PreparedJoint, load: float) -> Callable[[float], SteadyState]:
+    """Steady cycles of time integration at any frequency: from rest, the load raised slowly.
+
+    They need not have settled: where Newton's method gets to from there is a response all the same.
+    """
+
+    def cycle(frequency: float) -> SteadyState:
+        scheme = time_scheme(joint, 1 / (frequency * STEPS), frequency=frequency)
+        start = raised_state(scheme, frequency, load, RAISED)
+        return steady_state(
+            scheme, frequency, load, start=start, tolerance=SETTLED, max_cycles=CYCLES
+        )
+
+    return cycle
+
+
+def flexibility_of_cycle(problem: HarmonicProblem, steady: SteadyState) -> float:
+    """Augmentation, over the problem's, of the flexibility that its left-out harmonics have in a cycle.
+
+    ``|r_h| / |eps v_h|`` over the harmonics from H + 1 to 3 H (root of sums of squares).
+    """
+    cycle = steady.cycle
+    steps = len(cycle.r) - 1
+    theta = steady.phase + 2 * np.pi * np.arange(steps + 1) / steps
+    most, first = 3 * problem.harmonics, problem.shape[1]
+    u = _coefficients(cycle.r[:, problem.rows], theta, most)[:, first:]
+    v = _coefficients(without_drift(cycle.v, theta)[:, problem.rows], theta, most)[:, first:]
+    return _ratio(problem, u, v)
+
+
+def flexibility_of_point(problem: HarmonicProblem, point: HarmonicPoint) -> float:
+    """The same of the upper half of the harmonics that a response has."""
+    u, _ = point.problem.split(point.w)
+    first = 2 * max(point.harmonics // 2, 1) + 1
+    return _ratio(problem, u[:, first:], point.v[problem.rows][:, first:])
+
+
+def _ratio(problem: HarmonicProblem, u: Array, v: Array) -> float:
+    moved = float(np.linalg.norm(problem.stiffness[:, None] * v))
+    return float(np.linalg.norm(u)) / moved if moved > 0 else 1.0
+
+
+def _coefficients(y: Array, theta: Array, harmonics: int) -> Array:
+    """Coefficients (n, 2 H + 1) of samples (s + 1, n) over a period."""
+    Y = np.zeros((harmonics + 1, y.shape[1]), dtype=complex)
+    Y[0] = y[:-1].mean(axis=0)
+    for h in range(1, min(harmonics, len(theta) // 3) + 1):
+        Y[h] = harmonic(y, theta, h)
+    return to_real(Y)
+
+
+def state_from_point(scheme: TimeScheme, point: HarmonicPoint) -> State:
+    """State of a response at phase 0 of the load, to integrate over time from.
+
+    Parameters
+    ----------
+    scheme : TimeScheme
+        Of the same joint; modes that it does not follow are in its residual part.
+    point : HarmonicPoint
+    """
+    rest, model = prestressed_state(scheme), scheme.joint.model
+    operator = linear_operator(point.problem, 2 * np.pi * point.frequency)
+    followed = len(model.omega)
+    eta = operator.modes(*point.problem.split(point.w), point.load)[:, :followed]
+    i_omega = 1j * operator.omega * np.arange(len(eta))[:, None]
+    own = scheme.dt / scheme.kernel.mode_step
+    r, v, position = (_at_zero(Y) for Y in (to_complex(point.r), to_complex(point.v), eta))
+    return replace(
+        rest,
+        eta=position,
+        rate=_at_zero(i_omega * eta) * own,
+        acceleration=_at_zero(i_omega**2 * eta) * own**2,
+        residual_v=v - model.mode_v @ position,
+        r=r,
+        v=v,
+        status=point.status[:, 0].copy(),
+    )
+
+
+def _at_zero(Y: Complex) -> Array:
+    """Value at phase 0 of harmonics (H + 1, n)."""
+    return np.asarray(Y[0].real + Y[1:].imag.sum(axis=0))
