@@ -134,15 +134,23 @@ class JointModel(Brief):
         alpha, beta = self.rayleigh
         return alpha + beta * self.omega**2
 
-    def truncated(self, modes: int) -> JointModel:
-        """Keep fewer modes dynamic; the rest joins the residual flexibility."""
+    def truncated(self, modes: int, omega: float = 0.0) -> JointModel:
+        """Keep fewer modes dynamic; the rest joins the residual flexibility.
+
+        Parameters
+        ----------
+        modes : int
+            How many, the lowest.
+        omega : float
+            Circular frequency (rad/s) of the motion that the others follow with their inertia; 0 for none.
+        """
         if not self.equilibrium_modes <= modes <= len(self.omega):
             raise ModelError(
                 f"cannot keep {modes} modes: between {self.equilibrium_modes} and "
                 f"{len(self.omega)} are possible"
             )
         cut = slice(modes, None)
-        flexibility = 1 / self.omega[cut] ** 2
+        flexibility = 1 / (self.omega[cut] ** 2 - omega**2)
         v, g = self.mode_v[:, cut], self.port_modes[cut]
         return replace(
             self,

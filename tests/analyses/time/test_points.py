@@ -17,6 +17,7 @@ from microslip.analyses.time.readings import (
     opening_of,
     phases,
 )
+from microslip.analyses.time.scheme import time_scheme
 from microslip.contact.pairs import normal_rows
 from microslip.errors import JointOpensError
 from microslip.model.modes import bonding
@@ -197,3 +198,24 @@ def test_failed_and_unsteady_points_are_told_apart(small_reference):
     assert not early.steady.converged
     assert early.steady.change > 1e-4
     assert steady.steady.converged
+
+
+def test_modes_beyond_the_step_keep_their_inertia(small_reference):
+    """A stuck joint in twenty steps per cycle: most modes act at once, with the inertia of one frequency.
+
+    Left out, their inertia would be missed by up to ``(Omega/omega)²`` of what they give. What is left is the
+    lag of their damping, stepped backward: Omega tau Omega dt/2.
+    """
+    joint = small_reference.joint
+    frequency = 1.15 * joint.mode.stuck_frequency
+    load = 1e-7 * small_reference.moment
+    exact = load * direct(small_reference, 2, frequency)
+    request = Request(0.0, frequency, load, 1e3, 0j, 20, tolerance=1e-8)
+    found = solve_request(joint, request).steady.amplitude
+    scheme = time_scheme(joint, 1 / (20 * frequency), frequency=frequency)
+    cut = joint.model.omega[len(scheme.joint.model.omega)]
+    missed = (2 * np.pi * frequency / cut) ** 2
+    lag = np.pi / 20 * 2 * np.pi * frequency * joint.model.rayleigh[1]
+    print(f"missed {missed:.1e}, error {abs(found / exact - 1):.1e}, of the lag {lag:.1e}")
+    assert lag < 0.1 * missed
+    assert abs(found / exact - 1) < lag

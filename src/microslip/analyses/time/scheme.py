@@ -41,7 +41,8 @@ class TimeScheme(Brief):
     Attributes
     ----------
     joint : PreparedJoint
-        With the modes that the step can follow; faster ones are in its residual flexibility.
+        With the modes that the step can follow; faster ones are in its residual flexibility, with the
+        inertia that they have at the frequency of the load.
     dt : float
         Step, s.
     port : str
@@ -185,7 +186,10 @@ def time_scheme(
         steps = matched_steps(omega, damping, dt)
     else:
         steps = driven_steps(omega, damping, dt, frequency)
-    joint = _followed(joint, len(steps.step), dt)
+    static = _followed(joint, len(steps.step), dt).model
+    joint = _followed(
+        joint, len(steps.step), dt, 0.0 if frequency is None else 2 * np.pi * frequency
+    )
     model, port = joint.model, port or joint.drive
     h, c, gain = steps
     tau = model.rayleigh[1]
@@ -204,7 +208,7 @@ def time_scheme(
         drive_modes=gain * model.port_modes[:, driven],
         drive_v=np.ascontiguousarray(model.port_v[:, driven]),
         constant_modes=model.port_modes @ held + (gain - 1) * (model.mode_v.T @ r),
-        constant_v=model.port_v @ held,
+        constant_v=static.port_v @ held + (model.residual - static.residual) @ r,
         out_modes=np.ascontiguousarray(model.port_modes),
         out_v=np.ascontiguousarray(model.port_v.T),
         out_load=np.vstack([held @ model.port_port, model.port_port[driven]]),
@@ -224,8 +228,8 @@ def _symmetric(W: Array) -> Array:
     return np.ascontiguousarray(0.5 * (W + W.T))
 
 
-def _followed(joint: PreparedJoint, modes: int, dt: float) -> PreparedJoint:
-    """The joint with the first so many modes followed, and the rest static."""
+def _followed(joint: PreparedJoint, modes: int, dt: float, omega: float = 0.0) -> PreparedJoint:
+    """The joint with the first so many modes followed; the rest gives way as it does at omega."""
     model, mode = joint.model, joint.mode
     if modes == len(model.omega):
         return joint
@@ -235,7 +239,7 @@ def _followed(joint: PreparedJoint, modes: int, dt: float) -> PreparedJoint:
         )
     if mode is not None:
         mode = replace(mode, sliding=mode.sliding[:modes], stuck=mode.stuck[:modes])
-    return replace(joint, model=model.truncated(modes), mode=mode)
+    return replace(joint, model=model.truncated(modes, omega), mode=mode)
 
 
 def prestressed_state(scheme: TimeScheme, amplitude: float = 0.0, omega: float = 1.0) -> State:
