@@ -11,6 +11,7 @@ from microslip.contact.samples import sample_table
 from microslip.contact.solver import ContactSolver
 from microslip.describe.reading import parse_joint
 from microslip.model.flexibility import Flexibility
+from microslip.numerics.execute import each, processes
 from microslip.pipeline.run import run
 
 
@@ -50,6 +51,15 @@ def compile_spatial_kernels() -> None:
     spatial_cycle(sample_table(1, 8), np.ones((1, 3, 3)), np.ones(1), np.zeros((1, 2)))
 
 
+def compile_all() -> None:
+    """Planar and spatial kernels side by side, each in a process of its own."""
+    for _ in each(_run, ("planar", "spatial"), processes(2)):
+        pass
+
+
+def _run(which: str) -> None:
+    {"planar": compile_kernels, "spatial": compile_spatial_kernels}[which]()
+
+
 if __name__ == "__main__":
-    compile_kernels()
-    compile_spatial_kernels()
+    compile_all()

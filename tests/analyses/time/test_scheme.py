@@ -311,11 +311,14 @@ def test_bouncing_for_long(reference, share, free, finding):
 
 @pytest.mark.parametrize("load", [1e-5, 1e-4, 3e-4])
 def test_energy_of_a_steady_cycle_balances(small_reference, load):
-    """Work of the load = friction + damping of the modes and of the residual part + scheme."""
+    """Work of the load = friction + damping of the modes and of the residual part + scheme.
+
+    To 1e-7: what the prestress stores is moved between modes and residual part by the smallest drift.
+    """
     frequency = small_reference.joint.mode.sliding_frequency + 1.0
     amplitude = load * small_reference.moment
     scheme = quiet(small_reference.joint, FRICTION, 300, frequency)
-    found = steady_state(scheme, frequency, amplitude)
+    found = steady_state(scheme, frequency, amplitude, tolerance=1e-7)
     assert found.converged
     c = found.cycle
     lost = c.dissipated + c.modal_damping + c.residual_damping + c.normal_work
