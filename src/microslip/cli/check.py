@@ -81,6 +81,7 @@ def _of_matrices(joint: Joint) -> Iterator[Row]:
     assert found is not None
     modes, measures, start = assembly.mode, assembly.measures, assembly.prestress
     model = assembly.model
+    yield from found.facts
     yield "motions without stiffness", "; ".join(found.zero_modes) or "none: all is supported"
     yield "lowest frequency without contact", f"{found.first_frequency:.4g} Hz"
     yield (
