@@ -93,22 +93,44 @@ STEEL_MM = Material(210e3, 0.3, 7.85e-9)
 """In MPa and tonnes per mm³."""
 
 
-def hexahedra(axes, first=1, kind="hex8"):
-    """A box of hexahedra with incompatible modes between the products of three lists of coordinates."""
+def grid(axes):
+    """Quadrilaterals or hexahedra with incompatible modes between the products of lists of coordinates."""
+    d = len(axes)
     sizes = [len(axis) for axis in axes]
     points = np.array(list(product(*axes)))
     number = np.arange(len(points)).reshape(sizes)
-    corners = (
-        *((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)),
-        *((0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)),
-    )
+    ring = ((0, 0), (1, 0), (1, 1), (0, 1))
+    corners = ring if d == 2 else [(*c, k) for k in (0, 1) for c in ring]
     cells = [
         number[tuple(slice(k, n - 1 + k) for k, n in zip(c, sizes, strict=True))].ravel()
         for c in corners
     ]
     nodes = np.column_stack(cells)
-    block = Block(kind, nodes, first + np.arange(len(nodes)), "incompatible")
+    kind = "quad4" if d == 2 else "hex8"
+    block = Block(kind, nodes, 1 + np.arange(len(nodes)), "incompatible")
     return FiniteElementMesh(points, 1 + np.arange(len(points)), (block,))
+
+
+def two_bodies(lower, upper):
+    """Both in one mesh of steel, element sets named after them."""
+    labels = upper.blocks[0].labels + lower.elements
+    upper = replace(upper, blocks=(replace(upper.blocks[0], labels=labels),))
+    mesh = joined(lower, upper)
+    low = np.arange(mesh.elements) < lower.elements
+    return replace(
+        mesh,
+        node_labels=1 + np.arange(len(mesh.points)),
+        element_sets={"lower": np.flatnonzero(low), "upper": np.flatnonzero(~low)},
+        materials={"steel": STEEL_MM},
+        sections=(Section("lower", "steel"), Section("upper", "steel")),
+    )
+
+
+def on_body(mesh, body, chosen):
+    """Outside faces of one body whose corners satisfy a condition."""
+    found = faces_where(mesh, chosen)
+    own = np.isin(found.elements, mesh.element_sets[body])
+    return Surface(found.elements[own], found.faces[own])
 
 
 def graded(*pieces):
@@ -128,25 +150,21 @@ def plates(turn=0.0, fine=1):
         Elements along each edge over those of the coarsest mesh.
     """
     f = fine
-    lower = hexahedra(
+    lower = grid(
         (
             graded((-80, -15, 5 * f), (-15, -5, 2 * f), (-5, 5, 2 * f), (5, 15, 2 * f)),
             graded((-10, -4, f), (-4, 4, 2 * f), (4, 10, f)),
             np.linspace(-5, 0, 2 * f + 1),
         )
     )
-    upper = hexahedra(
+    upper = grid(
         (
             graded((-15, -5, f), (-5, 5, 3 * f), (5, 15, f), (15, 80, 4 * f)),
             graded((-10, -4, f), (-4, 4, f), (4, 10, f)),
             np.linspace(0, 5, f + 1),
         )
     )
-    labels = upper.blocks[0].labels + lower.elements
-    upper = replace(upper, blocks=(replace(upper.blocks[0], labels=labels),))
-    mesh = joined(lower, upper)
-    numbers = np.arange(len(mesh.points)) + 1
-    low = np.arange(mesh.elements) < lower.elements
+    mesh = two_bodies(lower, upper)
 
     def flat(height, x=15.0, y=10.0):
         return lambda p: (
@@ -155,27 +173,17 @@ def plates(turn=0.0, fine=1):
             & (np.abs(p[:, 1]) < y + 1e-9)
         )
 
-    def of(body, surface):
-        own = low[surface.elements] == body
-        return Surface(surface.elements[own], surface.faces[own])
-
     surfaces = {
-        "lower_contact": of(True, faces_where(mesh, flat(0.0))),
-        "upper_contact": of(False, faces_where(mesh, flat(0.0))),
+        "lower_contact": on_body(mesh, "lower", flat(0.0)),
+        "upper_contact": on_body(mesh, "upper", flat(0.0)),
         "nut": faces_where(mesh, flat(-5.0, 5.0, 4.0)),
         "head": faces_where(mesh, flat(5.0, 5.0, 4.0)),
         "left": faces_where(mesh, lambda p: p[:, 0] < -80 + 1e-9),
         "right": faces_where(mesh, lambda p: p[:, 0] > 80 - 1e-9),
     }
     c, s = np.cos(turn), np.sin(turn)
-    return replace(
-        with_surfaces(mesh, surfaces),
-        points=mesh.points @ np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]).T,
-        node_labels=numbers,
-        element_sets={"lower": np.flatnonzero(low), "upper": np.flatnonzero(~low)},
-        materials={"steel": STEEL_MM},
-        sections=(Section("lower", "steel"), Section("upper", "steel")),
-    )
+    turned = mesh.points @ np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]).T
+    return replace(with_surfaces(mesh, surfaces), points=turned)
 
 
 def plates_document(folder, name="plates.inp", turn=0.0, fine=1):
@@ -200,4 +208,48 @@ def plates_document(folder, name="plates.inp", turn=0.0, fine=1):
                 "direction": [c, s, 0.0],
             },
         ],
+    }
+
+
+def section_document(folder, depth=None):
+    """Two beams of 5 mm that overlap by 30 mm, plane or with one layer of elements across `depth` mm.
+
+    Without lateral contraction nothing moves across it: per metre of width all is that of the plane one.
+    """
+    across = () if depth is None else (np.array([0.0, depth]),)
+    lower = grid((graded((-80, -15, 5), (-15, 15, 12)), np.linspace(-5, 0, 3), *across))
+    upper = grid((graded((-15, 15, 6), (15, 80, 4)), np.linspace(0, 5, 3), *across))
+    mesh = two_bodies(lower, upper)
+
+    def level(y, reach=15.0):
+        return lambda p: (np.abs(p[:, 1] - y) < 1e-9) & (np.abs(p[:, 0]) < reach + 1e-9)
+
+    mesh = with_surfaces(
+        mesh,
+        {
+            "lower_contact": on_body(mesh, "lower", level(0.0)),
+            "upper_contact": on_body(mesh, "upper", level(0.0)),
+            "below": faces_where(mesh, level(-5.0, 5.0)),
+            "above": faces_where(mesh, level(5.0, 5.0)),
+            "left": faces_where(mesh, lambda p: p[:, 0] < -80 + 1e-9),
+            "right": faces_where(mesh, lambda p: p[:, 0] > 80 - 1e-9),
+        },
+    )
+    name = "section.inp" if depth is None else "extruded.inp"
+    deck = write_inp(mesh, folder / name)
+    deck.write_text(deck.read_text().replace("TYPE=CPE4,", "TYPE=CPE4I,"))
+    file = {"file": name, "length_unit": "mm", "modes": 20}
+    if depth is not None:
+        file["width"] = depth * 1e-3
+    return {
+        "kind": "mesh",
+        "mesh": file,
+        "material": {"youngs_modulus": 210e9, "poissons_ratio": 0.0, "density": 7850.0},
+        "support": {"on": "left"},
+        "interface": {"first": "lower_contact", "second": "upper_contact", "friction": 0.3},
+        "preload": {"on": ["below", "above"], "force": 4e5},
+        "damping": {"beta": "1 us"},
+        "port": {"name": "tip", "kind": "force", "on": "right", "direction": "y"},
+        "load": {"force": [50.0, 400.0]},
+        "output": {"name": "tip", "on": "right", "direction": "y"},
     }

@@ -306,8 +306,8 @@ def _check_vibrates(joint: Joint, mode: JointMode) -> None:
         return
     raise InputError(
         f"analysis.response: without friction nothing holds the joint against the port {joint.driven.name!r} "
-        f"({mode.sliding_frequency:.3g} Hz, stuck {mode.stuck_frequency:.4g} Hz), and reduced models start from "
-        "a joint that vibrates while it slips; take another port, hold the bodies, or ask for "
+        f"({mode.sliding_frequency:.3g} Hz, stuck {mode.stuck_frequency:.4g} Hz), and reduced models start "
+        "from a joint that vibrates while it slips; take another port, hold the bodies, or ask for "
         "cycles alone"
     )
 
