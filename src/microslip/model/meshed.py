@@ -105,7 +105,8 @@ def structure_from_mesh(
     Raises
     ------
     ModelError
-        Where matrices cannot be assembled or constraints contradict each other.
+        Where matrices cannot be assembled, constraints contradict each other, or a body is held by neither
+        supports, springs nor contact.
     """
     rotations = rotations_of(mesh)
     parts = []
@@ -122,6 +123,7 @@ def structure_from_mesh(
     basis, kept = free_displacements(constraints, fixed)
     relative = sp.vstack([coupling.relative() for coupling in couplings]).tocsr()
     motions = _left_free(_motions(mesh, rotations), fixed, constraints.rows)
+    _check_held(mesh, motions, _wide(relative, extra), S)
     vectors = {name: basis.T @ np.pad(load, (0, extra)) for name, load in loads.items()}
     structure = Structure(
         stiffness=_symmetric(basis.T @ K @ basis),
@@ -238,6 +240,31 @@ def _left_free(motions: Array, fixed: Indices, constraints: sp.csr_matrix) -> Ar
     _, size, directions = np.linalg.svd(np.pad(stopped, ((0, few), (0, 0))), full_matrices=False)
     rank = int(np.sum(size > STOPPED * size.max(initial=1e-300)))
     return np.asarray(motions @ directions[rank:].T)
+
+
+def _check_held(
+    mesh: FiniteElementMesh, motions: Array, relative: sp.csr_matrix, springs: sp.csc_matrix
+) -> None:
+    """Raise `ModelError` where rigid motions meet no support, no spring and no other body."""
+    if not motions.shape[1]:
+        return
+    scale = float(np.abs(springs.data).max(initial=0.0)) or 1.0
+    felt = np.vstack([relative @ motions, springs @ motions / scale])
+    few = max(0, motions.shape[1] - len(felt))
+    _, size, directions = np.linalg.svd(np.pad(felt, ((0, few), (0, 0))), full_matrices=False)
+    loose = motions @ directions[size <= STOPPED * max(size.max(initial=0.0), 1.0)].T
+    if not loose.shape[1]:
+        return
+    d, largest = mesh.dimension, np.abs(loose).max()
+    names = []
+    for nodes in mesh.bodies:
+        rows = (d * nodes[:, None] + np.arange(d)).ravel()
+        if np.abs(loose[rows]).max() > 1e-6 * largest:
+            names.append(f"the one with node {mesh.node_labels[nodes[0]]}")
+    raise ModelError(
+        f"{loose.shape[1]} rigid motions meet no support, no spring and no other body; the bodies that "
+        f"move are {', '.join(names)}: hold them, tie them, or give them springs"
+    )
 
 
 def _coverage(couplings: Sequence[MortarCoupling]) -> tuple[Caution, ...]:

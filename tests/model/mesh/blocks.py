@@ -55,7 +55,8 @@ def named(mesh, side):
     touch = []
     for e, f in zip(faces.elements, faces.faces, strict=True):
         x = mesh.points[own.nodes[e][local[f][:number]]]
-        beside = ((np.abs(x - low) < 1e-9) | (np.abs(x - high) < 1e-9)).all(axis=0)[:-1].any()
+        at_low, at_high = (np.abs(x - edge).max(axis=0)[:-1] < 1e-9 for edge in (low, high))
+        beside = (at_low | at_high).any()
         outer = np.abs(np.abs(x[:, -1]) - 1.0).max() < 1e-9
         touch.append(not beside and not outer)
     own = np.array(touch)

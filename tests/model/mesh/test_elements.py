@@ -1,5 +1,7 @@
 """Finite elements of every type against closed forms and against scikit-fem's own."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import scipy.linalg as la
@@ -11,8 +13,10 @@ from skfem.models.elasticity import linear_elasticity
 from microslip.errors import ModelError
 from microslip.model.elasticity import Material
 from microslip.model.mesh.assembly import assemble
+from microslip.model.mesh.boundary import boundary, with_surfaces
 from microslip.model.mesh.element_types import TYPES
 from microslip.model.mesh.finite_elements import Block, FiniteElementMesh, bending_cautions
+from microslip.model.mesh.loads import pressure_load
 
 SOLIDS = [name for name, shape in TYPES.items() if shape.family != "line"]
 MATERIAL = Material(210e9, 0.3, 7800.0)
@@ -232,6 +236,18 @@ def test_inverted_and_flat_elements_are_named():
     )
     with pytest.raises(ModelError, match="element 103 has no volume"):
         assemble(bad, MATERIAL)
+
+
+@pytest.mark.parametrize("kind", SOLIDS)
+def test_faces_of_mirrored_elements_look_outward_too(kind):
+    mesh = box(kind, axes_of(kind), shaken(axes_of(kind), 4))
+    volume = np.prod([a[-1] for a in axes_of(kind)])
+    for side in (1.0, -1.0):
+        other = replace(mesh, points=mesh.points * [side, *[1.0] * (mesh.dimension - 1)])
+        whole = with_surfaces(other, {"outside": boundary(mesh.blocks)[0]})
+        # the divergence theorem: the pressure's work on a growth of all lengths is the volume's
+        load = -pressure_load(whole, "outside")
+        assert load @ other.points.ravel() == pytest.approx(mesh.dimension * volume, rel=1e-12)
 
 
 def test_a_mesh_that_counts_the_other_way_round_is_the_same():

@@ -240,7 +240,7 @@ U
 
 
 @pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX is not installed")
-@pytest.mark.parametrize("kind", ["hex20", "tet10", "tet4"])
+@pytest.mark.parametrize("kind", ["hex20", "hex8", "tet10", "tet4"])
 def test_displacements_and_frequencies_are_those_of_calculix_on_the_same_deck(kind, tmp_path):
     """Frequencies of hexahedra alone: CalculiX integrates the mass of tetrahedra with fewer points."""
     mesh = box(kind, [np.linspace(0, 0.2, 7), np.linspace(0, 0.03, 3), np.linspace(0, 0.02, 2)])

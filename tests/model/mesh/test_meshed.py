@@ -7,15 +7,20 @@ import numpy as np
 import pytest
 import scipy.sparse.linalg as spla
 from blocks import two_blocks
+from conftest import ROOT
+from write_inp import write_inp
 
 from microslip.errors import InputError, ModelError
 from microslip.model.elasticity import Material
 from microslip.model.flexibility import static_flexibility
 from microslip.model.joint import Reducer
-from microslip.model.mesh.boundary import joined
-from microslip.model.mesh.loads import pressure_load, resultant_load
+from microslip.model.mesh.boundary import joined, surface_of_nodes
+from microslip.model.mesh.facets import facets_of
+from microslip.model.mesh.finite_elements import Section, Tie
+from microslip.model.mesh.loads import pressure_load, resultant_load, spring_stiffness
 from microslip.model.mesh.read import read_mesh
 from microslip.model.meshed import structure_from_mesh
+from microslip.model.modes import linear_modes
 from microslip.model.mortar.coupling import couple
 
 STEEL = Material(210e9, 0.3, 7800.0)
@@ -54,18 +59,35 @@ def test_flexibility_of_the_pairs_is_that_of_the_whole_structure(lower, upper):
 @pytest.mark.parametrize(("lower", "upper", "d"), [("quad8", "tri6", 2), ("tet10", "hex20", 3)])
 def test_motions_that_supports_leave_free_have_no_stiffness(lower, upper, d):
     each = 3 if d == 2 else 6
-    for held, free in (
-        ((None, None), 2 * each),
-        (((0, 1, 2), None), each),
-        (((0, 1, 2), (0, 1, 2)), 0),
-    ):
+    for held, free in ((((0, 1, 2), None), each), (((0, 1, 2), (0, 1, 2)), 0)):
         structure = supported(lower, upper, held).structure
         assert structure.motions.shape[1] == free
         force = structure.stiffness @ structure.motions
         assert np.abs(force).max(initial=0.0) < 1e-9 * np.abs(structure.stiffness.data).max()
     # u_x held on a plane z = constant: it moves along z, y and turns about an axis along y in it
-    one_direction = supported(lower, upper, (None, (0,))).structure
-    assert one_direction.motions.shape[1] == 2 * each - (1 if d == 2 else 2)
+    one_direction = supported(lower, upper, ((0, 1, 2), (0,))).structure
+    assert one_direction.motions.shape[1] == each - (1 if d == 2 else 2)
+
+
+def test_springs_hold_bodies():
+    """The same two bodies, free but for springs under one of them."""
+    mesh = two_blocks("quad8", "tri6")
+    pairs = couple(mesh, "touch0", "touch1")
+    springs = sum(spring_stiffness(mesh, "rest0", 1e3, axis) for axis in range(2))
+    meshed = structure_from_mesh(mesh, [pairs], held={}, loads={}, materials=STEEL, springs=springs)
+    assert meshed.structure.motions.shape[1] == 6
+
+
+@pytest.mark.parametrize(("lower", "upper", "d"), [("quad8", "tri6", 2), ("tet10", "hex20", 3)])
+def test_bodies_that_nothing_holds_are_named(lower, upper, d):
+    each = 3 if d == 2 else 6
+    with pytest.raises(ModelError, match=f"{each} rigid motions meet no support") as error:
+        supported(lower, upper, (None, None))
+    assert str(error.value).count("the one with node") == 2
+    with pytest.raises(
+        ModelError, match=r"rigid motions? .* the one with node 1, the one with node"
+    ):
+        supported(lower, upper, (None, (0,)))
 
 
 def test_supports_that_no_node_has_are_named():
@@ -94,3 +116,61 @@ def test_loads_have_the_resultants_that_they_say():
 def test_a_file_of_another_kind_is_refused():
     with pytest.raises(InputError, match=r"body\.stl: a mesh is a file \.inp, \.msh"):
         read_mesh(Path("body.stl"))
+
+
+def test_the_code_of_the_page_runs(tmp_path, monkeypatch):
+    mesh = two_blocks("hex20", "tet10")
+    surfaces = {
+        "plate_top": mesh.surfaces["touch0"],
+        "lug_bottom": mesh.surfaces["touch1"],
+        "washer": surface_of_nodes(mesh.blocks, np.flatnonzero(mesh.points[:, 2] > 1 - 1e-9)),
+    }
+    mesh = replace(
+        mesh,
+        node_labels=1 + np.arange(len(mesh.points)),
+        blocks=tuple(
+            replace(block, labels=1 + start + np.arange(block.count))
+            for block, start in zip(mesh.blocks, mesh.starts[:-1], strict=True)
+        ),
+        surfaces=surfaces,
+        node_sets={"root": np.flatnonzero(mesh.points[:, 2] < -1 + 1e-9)},
+        element_sets={"BODY": np.arange(mesh.elements)},
+        materials={"steel": Material(210e3, 0.3, 7.8e-9)},
+        sections=(Section("BODY", "steel"),),
+    )
+    write_inp(mesh, tmp_path / "joint.inp")
+    monkeypatch.chdir(tmp_path)
+    code = (ROOT / "docs" / "meshes.md").read_text("utf-8").split("```python")[1].split("```")[0]
+    names = {}
+    exec(code, names)
+    structure = names["meshed"].structure
+    assert structure.mass.sum() / 3 < 7800 * 2e-9  # what is held is left out
+    assert structure.loads["bolt"].sum() == pytest.approx(-1.0)
+    assert structure.interface.area.sum() == pytest.approx(1e-6)
+
+
+@pytest.mark.parametrize(("lower", "upper"), [("quad8", "tri6"), ("hex20", "tet10")])
+def test_bonded_pairs_are_a_tie(lower, upper):
+    """Frequencies with all components of all pairs bonded are those of the tied mesh, inclined too."""
+    mesh = two_blocks(lower, upper, tilt=0.3, turn=0.4)
+    mesh = replace(mesh, node_sets={"root": far_nodes(mesh)})
+    held = {"root": tuple(range(mesh.dimension))}
+    pairs = couple(mesh, "touch0", "touch1")
+    loads = {"press": pressure_load(mesh, "rest1")}
+    open_ = structure_from_mesh(mesh, [pairs], held=held, loads=loads, materials=STEEL).structure
+    bonded = np.arange(open_.interface.relative.shape[0])
+    tie = Tie("weld", pairs.slave, pairs.master)
+    tied = structure_from_mesh(
+        replace(mesh, ties=(tie,)), [pairs], held=held, loads=loads, materials=STEEL
+    ).structure
+    stuck = linear_modes(open_, bonded, 5).omega
+    assert stuck == pytest.approx(linear_modes(tied, np.array([], dtype=int), 5).omega, rel=1e-8)
+    assert stuck[0] > linear_modes(open_, bonded[:: mesh.dimension], 5).omega[0] * (1 - 1e-9)
+
+
+def far_nodes(mesh):
+    """Nodes on the outside of the lower body, away from the interface."""
+    facets = facets_of(mesh, "rest0").nodes
+    near = facets_of(mesh, "touch0").nodes
+    apart = np.linalg.norm(mesh.points[facets][:, None] - mesh.points[near], axis=2).min(axis=1)
+    return facets[apart > 0.6]

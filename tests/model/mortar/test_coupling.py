@@ -72,6 +72,30 @@ def test_areas_normals_and_gaps_of_a_curved_surface_are_those_of_the_curve():
     assert orders[-1, 2] > 2.7
 
 
+@pytest.mark.parametrize("kinds", [("tet10", "hex20"), ("hex20", "wedge15"), ("hex27", "tet10")])
+def test_a_curved_surface_in_space_has_the_area_of_the_curve(kinds):
+    """The same wave along x in space; rigid turns leave as much as the distance of the facets does."""
+
+    def wave(p):
+        return 0.1 * np.sin(3 * p[:, 0])
+
+    s, w = np.polynomial.legendre.leggauss(60)
+    exact = 0.5 * w @ np.sqrt(1 + (0.3 * np.cos(1.5 * (s + 1))) ** 2)
+    errors = []
+    for n in (4, 8):
+        mesh = two_blocks(*kinds, counts=(n, n + 1), bend=wave)
+        pairs = couple(mesh, "touch0", "touch1", slave="touch0")
+        translation = pairs.relative() @ np.ones(3 * len(mesh.points))
+        assert np.abs(translation).max() < 1e-12
+        assert pairs.area.min() > 0
+        turn = mesh.points[:, [1, 0, 2]] * [-1.0, 1.0, 0.0]
+        slip = np.abs(pairs.relative() @ turn.ravel()).max()
+        errors.append([abs(pairs.area.sum() - exact), slip])
+    assert errors[-1][0] < 1e-3
+    assert errors[-1][0] < errors[0][0]
+    assert errors[-1][1] < errors[0][1] / 2
+
+
 def test_gap_is_the_distance_of_the_sides():
     lower, upper = block("quad8", 0, 4), block("quad8", 1, 5)
     mesh = joined(lower, replace(upper, points=upper.points + np.array([0.0, 0.02])))

@@ -16,6 +16,7 @@ from blocks import two_blocks
 
 from microslip.model.elasticity import Material
 from microslip.model.mesh.assembly import assemble
+from microslip.model.mesh.element_types import TYPES
 from microslip.model.mesh.facets import facets_of
 from microslip.model.mesh.loads import traction_load
 from microslip.model.mortar.coupling import couple
@@ -151,3 +152,37 @@ def test_sign_follows_geometry_and_not_names():
         v = (pairs.relative() @ up.ravel()).reshape(-1, 2)
         assert np.allclose(v, [-1.0, 2.0])  # opens, and the upper body moves to the right
         assert np.all(np.diff(pairs.interface().position) > 0)
+
+
+def random_case(seed):
+    """Two bodies of any element types, finenesses and distortions, and the side that is the slave."""
+    rng = np.random.default_rng(seed)
+    d = 2 if seed % 3 else 3
+    kinds = [k for k, shape in TYPES.items() if shape.dimension == d and shape.family != "line"]
+    lower, upper = rng.choice(kinds, 2)
+    counts = tuple(int(n) for n in rng.integers(2, 9 if d == 2 else 5, 2))
+    shape = {
+        "tilt": rng.uniform(0, 0.5),
+        "turn": rng.uniform(-3, 3),
+        "shake": rng.choice([0, 0.1, 0.25]),
+    }
+    return two_blocks(lower, upper, counts=counts, **shape), f"touch{rng.integers(2)}"
+
+
+def check_random_case(seed):
+    mesh, slave = random_case(seed)
+    pairs = couple(mesh, "touch0", "touch1", slave=slave)
+    assert max(residuals(mesh, pairs, seed)) < 1e-10
+    assert pairs.area.min() > 0
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_patch_test_of_bodies_drawn_at_random(seed):
+    check_random_case(seed)
+
+
+@pytest.mark.validate
+@pytest.mark.parametrize("start", range(5000, 5300, 50))
+def test_patch_test_of_many_bodies_drawn_at_random(start):
+    for seed in range(start, start + 50):
+        check_random_case(seed)

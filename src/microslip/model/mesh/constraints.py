@@ -208,10 +208,7 @@ def free_displacements(constraints: Constraints, fixed: Indices) -> tuple[sp.csc
     (array([2., 0., 1.]), array([2]))
     """
     n = constraints.rows.shape[1]
-    C = constraints.rows.tolil()
-    C[:, fixed] = 0.0
-    C = C.tocsr()
-    C.eliminate_zeros()
+    C = _without(constraints.rows, fixed)
     busy = np.diff(C.indptr) > 0
     C, own = C[busy], constraints.own[busy]
     given_up = _given_up(C, np.where(np.isin(own, fixed), -1, own))
@@ -240,6 +237,15 @@ _REPEATED = (
 )
 
 
+def _without(matrix: sp.csr_matrix, columns: Indices) -> sp.csr_matrix:
+    """A matrix with nothing in some columns."""
+    keep = np.ones(matrix.shape[1])
+    keep[columns] = 0.0
+    out = (matrix @ sp.diags(keep)).tocsr()
+    out.eliminate_zeros()
+    return out
+
+
 def _given_up(C: sp.csr_matrix, own: Indices) -> Indices:
     """One degree of freedom for each constraint: its own where it is free, else any, each taken once."""
     own = own.copy()
@@ -252,10 +258,7 @@ def _given_up(C: sp.csr_matrix, own: Indices) -> Indices:
     own[~(alone & there)] = -1
     lost = np.flatnonzero(own < 0)
     if len(lost):
-        graph = C[lost].tolil()
-        graph[:, own[own >= 0]] = 0.0
-        graph = graph.tocsr()
-        graph.eliminate_zeros()
+        graph = _without(C[lost], own[own >= 0])
         match = maximum_bipartite_matching(graph, perm_type="column")
         if (match < 0).any():
             raise ModelError(_REPEATED)

@@ -35,8 +35,8 @@ from microslip.typing import Array, Indices
 FACING = 0.2
 """Facets face each other where the cosine between their opposed normals is above this."""
 
-CURVED = 16
-"""Degree of quadrature where position is no linear function of the reference coordinates."""
+CURVED = 19
+"""Degree of quadrature where position is not linear in the reference coordinates: the highest there is."""
 
 BEYOND = 0.5
 """Reference coordinate beyond the edge of a facet up to which a projected point is taken."""
