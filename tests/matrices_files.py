@@ -49,7 +49,11 @@ def as_matrices(joint: LapJoint, folder: Path, file: str = "joint.npz") -> dict[
             "supports": f"{file}:supports",
         },
         "interface": {"pairs": f"{file}:pairs", "relative": f"{file}:B"},
-        "contact": {"friction": contact.friction},
+        "contact": {
+            key: value
+            for key in ("friction", "law", "tangential_stiffness", "normal_stiffness")
+            if (value := getattr(contact, key)) is not None
+        },
         "preload": {"name": "clamp", "vector": f"{file}:clamp", "force": joint.clamp.force},
         "damping": {"alpha": joint.damping.alpha, "beta": joint.damping.beta},
         "port": {"name": name, "kind": driven.kind, "vector": f"{file}:{name}"},

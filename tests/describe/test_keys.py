@@ -13,6 +13,7 @@ from pydantic import Field
 
 from microslip.describe.keys import Key, key_of, sections
 from microslip.describe.lap import LapJoint
+from microslip.describe.matrices import MatricesJoint
 from microslip.describe.plausible import TABLE
 from microslip.describe.quantities import Count, Section
 from microslip.describe.reading import load_joint, parse_joint
@@ -168,3 +169,34 @@ def test_the_reference_lists_every_key():
     rows = [line for line in keys.splitlines() if line.startswith("|")]
     assert {row.replace("\\|", "").count("|") for row in rows} == {7}
     assert LapJoint.model_fields["title"].description.split(".")[0] in text
+
+
+# -- matrices ------------------------------------------------------------------------------------
+
+SHARED = {section.keys for section in sections()}
+OF_MATRICES = [
+    (section, key)
+    for section in sections(MatricesJoint)
+    if section.keys not in SHARED
+    for key in section.keys
+]
+
+
+@pytest.mark.parametrize(
+    ("section", "key"), OF_MATRICES, ids=[f"{s.path}.{k.name}" for s, k in OF_MATRICES]
+)
+def test_template_of_matrices_has_every_key_and_its_meaning(section, key):
+    assert key.meaning
+    assert key.matters
+    text = " ".join(template("matrices").replace("#", " ").split())
+    assert f"{key.name} = " in text
+    assert key.meaning in text
+
+
+def test_template_of_matrices_names_files_that_are_not_there(tmp_path):
+    (tmp_path / "joint.toml").write_text(template("matrices"), encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        load_joint(tmp_path / "joint.toml")
+    problems = str(caught.value).splitlines()[1:]
+    assert problems
+    assert all(line.endswith("no such file") for line in problems)

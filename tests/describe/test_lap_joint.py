@@ -7,7 +7,6 @@ import xml.etree.ElementTree as ET
 import pytest
 from joint_files import EXAMPLE, example_document, refused
 
-from microslip.describe.lap import LapJoint
 from microslip.describe.reading import load_joint, parse_joint
 from microslip.errors import InputError
 
@@ -218,7 +217,7 @@ def test_a_notebook_shows_a_table_of_two_columns(document):
 def test_a_stored_joint_is_the_joint(file):
     joint = load_joint(file)
     stored = joint.model_dump_json(by_alias=True, exclude_unset=True)
-    assert LapJoint.model_validate_json(stored) == joint
+    assert type(joint).model_validate_json(stored) == joint
 
 
 def test_a_joint_is_stored_as_it_always_was():

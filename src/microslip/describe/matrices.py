@@ -70,7 +70,7 @@ class Matrices(Section):
     """Unit of length of K, M, areas, gaps and coordinates. Time is in seconds, so that the mass is in
     force s²/length: tonnes with N and mm."""
     force_unit: Literal["N", "mN", "uN", "kN", "MN", "lbf"] = "N"
-    """Unit of force of K and M."""
+    """Unit of force of K and M. Stiffness and mass alike, so no frequency, but every displacement."""
     width: Length = Field(default=1.0, gt=0)
     """Width of the structure that the matrices and the areas are of. What is reported, and loads of this
     file, are per metre of it."""
@@ -94,11 +94,13 @@ class PairTable(Section):
     first to the second body."""
     relative: Source | None = None
     """Matrix B of the relative displacements v = B x, two rows a pair: the approach of its sides, then
-    the tangential motion of the second over the first."""
+    the tangential motion of the second over the first. Pairs that do not lie node on node, reduced
+    matrices."""
     normal: Source | None = None
-    """Matrix of the approach alone, a row a pair; with tangential, instead of relative."""
+    """Matrix of the approach alone, a row a pair; with tangential, instead of relative. Programs that
+    store the two apart."""
     tangential: Source | None = None
-    """Matrix of the tangential motion of the second side over the first; with normal."""
+    """Matrix of the tangential motion of the second side over the first; with normal. Likewise."""
 
     @model_validator(mode="after")
     def _one_map(self) -> Self:
@@ -143,11 +145,13 @@ class Vector(Section):
     """Something that acts on the degrees of freedom, or is measured on them."""
 
     vector: Source | None = None
-    """File of the vector of unit loads on the degrees of freedom, after a colon its name in it."""
+    """File of the vector of unit loads on the degrees of freedom, after a colon its name in it. What is
+    spread over several nodes; a table of node, direction, value will do."""
     node: Count | None = Field(default=None, ge=0)
-    """Number of the node it is at, as the table of the degrees of freedom has it; with direction."""
+    """Number of the node it is at, as the table of the degrees of freedom has it; with direction. Instead
+    of a vector."""
     direction: Literal["x", "y", "rz"] | None = None
-    """Along x, along y, or about z; with node."""
+    """Along x, along y, or about z; with node. The sign of what is applied or measured."""
 
     @property
     def given_by(self) -> str:
@@ -159,7 +163,7 @@ class Preload(Vector):
     """A load that is held through every analysis, `[[preload]]`: the force of a bolt."""
 
     name: str = Field(default="clamp", pattern=NAME, max_length=40)
-    """What it is called."""
+    """What it is called. Python names it so, to hold the joint by another force."""
     force: LineForce = Field(gt=0)
     """Amplitude: times the vector it presses the sides together, per metre of width. All contact
     pressure."""
@@ -190,7 +194,7 @@ class VectorOutput(NamedOutput, Vector):
     """A quantity of the motion, `[[output]]`."""
 
     x: Length | None = None
-    """Position along the interface of a slip or a gap: of the nearest pair."""
+    """Position along the interface of a slip or a gap: of the nearest pair. Only for these two."""
 
     @model_validator(mode="after")
     def _is_somewhere(self) -> Self:

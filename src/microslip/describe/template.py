@@ -36,7 +36,7 @@ def template(name: str = "lap") -> str:
 
     Examples
     --------
-    >>> print(template().splitlines()[6])
+    >>> print(template().splitlines()[7])
     [beams]                           # Two beams and how far they overlap
     """
     source = resources.files("microslip").joinpath("templates", f"{name}.toml").read_text("utf-8")

@@ -9,17 +9,23 @@ spring that only holds its mean position, so soft that nothing else depends on i
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
 import scipy.sparse as sp
 
+from microslip.errors import InputError
 from microslip.model.interface import Interface
 from microslip.model.modes import LinearModes
+from microslip.model.structure import Structure
 from microslip.typing import Array
 
 NOTHING = 1e-14
 """Of the stiffness of single degrees of freedom, what a motion that nothing holds has at most."""
+
+TOGETHER = 1e-6
+"""Share of a motion, and of a load on it, that counts as none."""
 
 WEAKEST = 1e-4
 """Circular frequency of a motion that nothing holds, over the lowest elastic one."""
@@ -47,6 +53,30 @@ def separated(
     omega = modes.omega.copy()
     omega[:count] = np.sqrt(np.einsum("ij,i,ij->j", turn, omega[:count] ** 2, turn))
     return replace(modes, shapes=turned, omega=omega), count
+
+
+def check_balanced(structure: Structure, names: Iterable[str]) -> None:
+    """Raise `InputError` for the first load that would push away all bodies together, held by nothing.
+
+    Such a motion c of the rigid ones R moves no pair, ``B R c = 0``; a load p is balanced if ``p^T R c = 0``.
+    """
+    if structure.motions is None or not structure.motions.shape[1]:
+        return
+    R = structure.motions / np.linalg.norm(structure.motions, axis=0)
+    v = np.asarray(structure.interface.relative @ R)
+    _, size, directions = np.linalg.svd(v, full_matrices=True)
+    rank = int((size > TOGETHER * max(float(np.abs(v).max(initial=0.0)), 1e-300)).sum())
+    common = R @ directions[rank:].T
+    for name in names:
+        p = structure.loads[name]
+        work = np.abs(p @ common)
+        if common.shape[1] and work.max() > TOGETHER * float(
+            np.abs(p) @ np.abs(common).max(axis=1)
+        ):
+            raise InputError(
+                f"nothing holds the joint as a whole against the load {name!r}: no part of it has a support; "
+                "add one, or soft springs: [[spring]] of a mesh, of matrices those that matrices.supports names"
+            )
 
 
 def held(omega: Array, loose: int) -> tuple[Array, Array]:

@@ -16,6 +16,7 @@ import scipy.sparse.linalg as spla
 from microslip.brief import Brief
 from microslip.describe.matrices import MatricesJoint
 from microslip.errors import Caution, InputError
+from microslip.model.modes import factorise
 from microslip.model.numbering import OUT_OF_PLANE, Numbering
 from microslip.model.pair_soundness import check_pairs
 from microslip.model.pair_table import Pairs
@@ -225,9 +226,9 @@ def _lowest(
     stiffness: sp.csc_matrix, mass: sp.csc_matrix, shift: float, count: int
 ) -> tuple[Array, Array]:
     """Lowest eigenvalues, (rad/s)², and mass-normalised shapes."""
-    factors = spla.splu((stiffness + shift * mass).tocsc(), diag_pivot_thresh=0.0)
     n = stiffness.shape[0]
-    operator = spla.LinearOperator((n, n), matvec=factors.solve, dtype=float)
+    solve = factorise((stiffness + shift * mass).tocsc())
+    operator = spla.LinearOperator((n, n), matvec=solve, dtype=float)
     start = np.sin(1.0 + np.arange(n) ** 1.5)
     values, shapes = spla.eigsh(
         stiffness, k=count, M=mass, sigma=-shift, OPinv=operator, which="LM", v0=start

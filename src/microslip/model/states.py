@@ -54,6 +54,7 @@ def linear_states(
     bonded: tuple[Indices, Indices],
     load: str,
     search: int = 8,
+    least: float = 0.0,
 ) -> LinearStates:
     """Sliding and stuck mode with the given pairs bonded.
 
@@ -68,13 +69,16 @@ def linear_states(
         The load whose static response picks the mode.
     search : int
         How many modes to look at.
+    least : float
+        Lowest circular frequency of the mode, over that of the highest one looked at: bodies that nothing
+        holds have motions below it.
     """
     p = structure.loads[load]
     found = []
     for held in bonded:
         modes = linear_modes(structure, held, search, align=load)
         work = np.abs(modes.shapes.T @ p) / np.maximum(modes.omega, 1e-6 * modes.omega[-1]) ** 2
-        k = int(np.argmax(work))
+        k = int(np.argmax(np.where(modes.omega >= least * modes.omega[-1], work, -1.0)))
         found.append((modes.shapes[:, k], float(modes.omega[k])))
     (sliding, sliding_omega), (stuck, stuck_omega) = found
     return LinearStates(

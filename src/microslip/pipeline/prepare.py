@@ -16,6 +16,7 @@ from microslip.errors import Caution, ContactError, InputError, ModelError
 from microslip.model.flexibility import Flexibility
 from microslip.model.imported import Imported
 from microslip.model.joint import JointModel, Reducer
+from microslip.model.loose import check_balanced
 from microslip.model.states import LinearStates, linear_states
 from microslip.model.structure import Structure
 from microslip.model.symmetry import with_half_turn
@@ -143,8 +144,9 @@ def _assemble(joint: Joint) -> Assembly:
     source = source_of(joint)
     structure, drive = source.structure, source.drive
     modes = min(joint.modes_kept, structure.dofs // 4)
-    # what soft springs hold, and a file says so, is not free
     free = source.imported is not None and structure.supports is None
+    if free:
+        check_balanced(structure, (drive, *source.preload))
     reducer = Reducer(structure, modes, joint.rayleigh, free=free)
     model = reducer.model(structure.loads)
     if source.imported is not None:
@@ -154,7 +156,9 @@ def _assemble(joint: Joint) -> Assembly:
     start = _prestress(apart, flexibility_of(apart, law), source)
     pairs = np.flatnonzero(start.touching)
     held = start.bonded(1), start.bonded(model.dimension)
-    states = linear_states(structure, pairs, held, drive, _modes_left(structure, held[1]))
+    states = linear_states(
+        structure, pairs, held, drive, _modes_left(structure, held[1]), source.drifting
+    )
     model = source.with_gaps(reducer.with_ports(model, states.ports(structure)))
     flexibility = flexibility_of(model, law)
     mode = mode_of_structure(states, structure, model)

@@ -23,11 +23,16 @@ from microslip.model.described_mesh import read_described_mesh
 from microslip.model.imported import GAP, Imported, read_imported
 from microslip.model.joint import JointModel
 from microslip.model.lap import structure_of
+from microslip.model.loose import WEAKEST
 from microslip.model.structure import Structure
 from microslip.typing import Array
 
 DRIVE, PRELOAD = "moment", "clamp"
 """Ports of a lap joint that are driven where the file names no other, and held."""
+
+ON_WEAK_SPRINGS = 1e-2
+"""`Source.drifting` of beams with free ends, whose weak springs are 1e-7 of their axial stiffness: they
+drift at some thousandths of the eighth frequency, and bend at a tenth of it."""
 
 SMALL = 1e-9
 """Amplitude of the port of the gaps over that of the preload: sums of amplitudes stay those of loads."""
@@ -46,12 +51,16 @@ class Source(Brief):
         Ports that are held, and their amplitudes.
     imported : Imported or None
         Where it came from files of matrices.
+    drifting : float
+        Circular frequency, over the highest one looked at, below which a motion is no vibration but a body
+        that drifts on springs which only hold its place.
     """
 
     structure: Structure
     drive: str
     preload: Mapping[str, float]
     imported: Imported | None = None
+    drifting: float = 0.0
 
     def with_gaps(self, model: JointModel) -> JointModel:
         """The joint model with the initial gaps.
@@ -96,19 +105,26 @@ def source_of(joint: Joint) -> Source:
 
 @source_of.register
 def _lap(joint: LapJoint) -> Source:
-    return Source(structure_of(joint), drive_of(joint), {PRELOAD: joint.clamp.force})
+    ends = {joint.support.left, joint.support.right}
+    drifting = ON_WEAK_SPRINGS if ends == {"free"} else 0.0
+    return Source(
+        structure_of(joint), drive_of(joint), {PRELOAD: joint.clamp.force}, drifting=drifting
+    )
 
 
 @source_of.register
 def _matrices(joint: MatricesJoint) -> Source:
     found = read_imported(joint)
-    return Source(found.structure, joint.driven.name, found.preload, found)
+    # what soft springs hold, and a file says so, is not free
+    drifting = WEAKEST if found.structure.supports is None else 0.0
+    return Source(found.structure, joint.driven.name, found.preload, found, drifting)
 
 
 @source_of.register
 def _mesh(joint: MeshJoint) -> Source:
     found = read_described_mesh(joint)
-    return Source(found.structure, joint.driven.name, found.preload, found)
+    drifting = WEAKEST if found.structure.supports is None else 0.0
+    return Source(found.structure, joint.driven.name, found.preload, found, drifting)
 
 
 def drive_of(joint: Joint) -> str:

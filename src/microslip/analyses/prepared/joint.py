@@ -82,7 +82,7 @@ class PreparedJoint:
         The mode stays that of the pairs that touched before: a receding contact keeps them when the
         preload is scaled.
         """
-        held = {**self.prestress.preload, **preload}
+        held = {**self.prestress.preload, **preload} if preload else {}
         return replace(self, prestress=prestress(self.model, self.flexibility, held))
 
     def with_model(self, model: JointModel) -> PreparedJoint:

@@ -8,6 +8,7 @@ from typing import Literal
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import ArrayLike
 
 from microslip.errors import InputError
 from microslip.typing import Array
@@ -19,6 +20,9 @@ DIRECTIONS = {"x": 1, "y": 2, "z": 3, "rx": 4, "ry": 5, "rz": 6}
 
 NAMES = {number: name for name, number in DIRECTIONS.items()}
 """The same the other way round."""
+
+BASE = 10
+"""Of one number for node and direction; internal nodes are negative."""
 
 Label = tuple[int, int]
 """Node and direction of a degree of freedom."""
@@ -69,10 +73,14 @@ def chosen(path: str, name: str, there: Mapping[str, object] | Sequence[str]) ->
     return names[0]
 
 
-def labelled(
-    rows: Sequence[Label], columns: Sequence[Label], values: Array, stored: Stored | None = None
-) -> Found:
+def labelled(rows: ArrayLike, columns: ArrayLike, values: Array) -> Found:
     """A square matrix whose entries are given by node and direction, in ascending order of both.
+
+    Parameters
+    ----------
+    rows, columns : (k, 2) int arrays
+        Node and direction of each entry's row and column.
+    values : (k,) array
 
     Examples
     --------
@@ -80,11 +88,12 @@ def labelled(
     >>> found.labels, found.matrix.diagonal().tolist()
     (((7, 1), (7, 2)), [3.0, 5.0])
     """
-    labels = tuple(sorted({*rows, *columns}))
-    number = {label: k for k, label in enumerate(labels)}
-    i, j = (np.array([number[label] for label in side], dtype=int) for side in (rows, columns))
+    both = np.vstack([np.asarray(rows, dtype=int), np.asarray(columns, dtype=int)])
+    codes, number = np.unique(BASE * both[:, 0] + both[:, 1], return_inverse=True)
+    labels = tuple(zip((codes // BASE).tolist(), (codes % BASE).tolist(), strict=True))
+    i, j = number.ravel()[: len(values)], number.ravel()[len(values) :]
     shape = (len(labels), len(labels))
-    return Found(sp.csc_matrix((np.asarray(values, float), (i, j)), shape=shape), stored, labels)
+    return Found(sp.csc_matrix((np.asarray(values, float), (i, j)), shape=shape), None, labels)
 
 
 def folded(found: Found) -> Found:

@@ -124,26 +124,26 @@ def _entries(path: str) -> Found:
         raise InputError(f"{path}: rows and columns count from 1, and one is {index.min()}")
     n = int(index.max())
     i, j = index.T - 1
-    _check_once(path, i * n + j)
+    _check_once(path, Found(sp.csc_matrix((np.ones(len(i)), (i, j)), shape=(n, n))))
     return folded(Found(sp.csc_matrix((table[:, -1], (i, j)), shape=(n, n))))
 
 
 def _by_label(path: str, places: Indices, values: Array) -> Found:
     """Of entries by node and direction. Internal nodes of Abaqus have negative numbers."""
-    rows = list(zip(*places[:, :2].T.tolist(), strict=True))
-    columns = list(zip(*places[:, 2:].T.tolist(), strict=True))
-    if (places[:, [1, 3]] < 1).any() or (places[:, [1, 3]] > 6).any():
-        odd = next(label for label in (*rows, *columns) if not 1 <= label[1] <= 6)
-        raise InputError(f"{path}: {said(odd)}: directions are 1 to 6")
+    rows, columns = places[:, :2], places[:, 2:]
+    for side in (rows, columns):
+        odd = np.flatnonzero((side[:, 1] < 1) | (side[:, 1] > 6))
+        if len(odd):
+            node, direction = side[odd[0]].tolist()
+            raise InputError(f"{path}: {said((node, direction))}: directions are 1 to 6")
     found = labelled(rows, columns, values)
-    once = set(zip(rows, columns, strict=True))
-    if len(once) < len(rows):
-        raise InputError(f"{path}: an entry is there twice: were two files joined?")
+    _check_once(path, labelled(rows, columns, np.ones(len(values))))
     return folded(found)
 
 
-def _check_once(path: str, places: Indices) -> None:
-    if len(np.unique(places)) < len(places):
+def _check_once(path: str, counted: Found) -> None:
+    """Raise `InputError` where the number of an entry, which is counted here, is above one."""
+    if counted.matrix.nnz and counted.matrix.data.max() > 1:
         raise InputError(f"{path}: an entry is there twice: were two files joined?")
 
 

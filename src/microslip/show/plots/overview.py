@@ -30,6 +30,9 @@ from microslip.show.plots.style import DOUBLE, MM, VERMILLION, draw_legend, hous
 BELOW: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.16)}
 """Where a panel has its legend."""
 
+PRELOADED = {True: "pressure under the clamp alone", False: "pressure under the preload alone"}
+"""Title of the prestress, with a clamp or without."""
+
 LINE, MOST = 135, 4
 """Characters of a line at the foot, and how many warnings stand there."""
 
@@ -130,7 +133,7 @@ def _motion(figure: Figure, place: SubplotSpec, run: Run, letter: str) -> None:
 def _prestress(figure: Figure, place: SubplotSpec, run: Run, letter: str) -> None:
     ax = figure.add_subplot(place)
     draw_prestress(ax, run)
-    ax.set_title(f"({letter})  pressure under the clamp alone", loc="left")
+    ax.set_title(f"({letter})  {PRELOADED[run.assembly.measures.clamp]}", loc="left")
 
 
 def _warn(figure: Figure, judged: Judgement) -> None:
@@ -144,7 +147,9 @@ def _warn(figure: Figure, judged: Judgement) -> None:
 
 
 def _joint(figure: Figure, place: SubplotSpec, run: Run) -> None:
+    """The joint, or where no mesh of it is known the pressure that holds it."""
     if not run.structure.meshes:
+        _prestress(figure, place, run, "a")
         return
     cells = place.subgridspec(2, 1, height_ratios=[1.0, 1.5])
     whole, near = figure.add_subplot(cells[0]), figure.add_subplot(cells[1])
