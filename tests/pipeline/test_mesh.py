@@ -2,21 +2,29 @@
 
 from __future__ import annotations
 
+import runpy
+import shutil
 import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 from mesh_files import lap_document, plates_document, section_document
+from typer.testing import CliRunner
 
 from microslip.analyses.statics.cycle import quasi_static_cycle
+from microslip.cli.check import app as check
+from microslip.cli.run import app as command
 from microslip.contact.pairs import normal, tangential
 from microslip.describe.reading import parse_joint
 from microslip.errors import InputError
 from microslip.pipeline.prepare import assemble
 from microslip.pipeline.run import run
+from microslip.results.store import load_run
 
 ROOT = Path(__file__).parents[2]
+EXAMPLE = ROOT / "examples" / "mesh_plates.toml"
 
 SAME = 1e-8
 """What the reference joint may differ as a mesh from itself as dimensions."""
@@ -254,6 +262,45 @@ def test_width_only_says_what_results_are_per(bolted, folder):
     assert differ(a.dissipated * 0.02, b.dissipated) < SAME
 
 
+# -- through the command line ----------------------------------------------------------------------
+
+
+def test_the_example_is_checked_run_and_read_again(tmp_path):
+    out = tmp_path / "out"
+    shutil.copytree(EXAMPLE.with_suffix(""), tmp_path / "mesh_plates")
+    small = EXAMPLE.read_text("utf-8").replace("count = 12", "count = 3")
+    (tmp_path / "plates.toml").write_text(small)
+    shown = CliRunner().invoke(check, [str(tmp_path / "plates.toml")])
+    assert shown.exit_code == 0, shown.output
+    said = " ".join(shown.output.split())
+    for fact in ("LOWER (96 elements", "rotation of UPPER (3)", "54 pairs on UPPER_CONTACT"):
+        assert fact in said
+    done = CliRunner().invoke(
+        command, [str(tmp_path / "plates.toml"), "--out", str(out), "--format", "png"]
+    )
+    assert done.exit_code == 0, done.output
+    again = load_run(out)
+    assert again.model.dimension == 3
+    assert again.responses[0].peak_frequency > 0
+    with xr.open_dataset(out / "results.nc", group="cycles_load", engine="h5netcdf") as cycles:
+        assert cycles["slip"].dims == ("cycle", "step", "pair", "tangent")
+        assert cycles["point"].shape == (again.model.pairs, 3)
+    assert (out / "figures" / "response.png").is_file()
+    assert not (out / "figures" / "tractions.png").exists()
+    deck = tmp_path / "mesh_plates" / "plates.inp"
+    deck.write_text(deck.read_text().replace("210000.", "200000."))
+    with pytest.raises(InputError, match="have changed since"):
+        load_run(out)
+
+
+def test_the_mesh_of_the_example_is_what_its_script_writes(tmp_path):
+    script = tmp_path / "make.py"
+    shutil.copy(EXAMPLE.with_suffix("") / "make.py", script)
+    runpy.run_path(str(script), run_name="__main__")
+    written = EXAMPLE.with_suffix("") / "plates.inp"
+    assert (tmp_path / "plates.inp").read_text() == written.read_text()
+
+
 # -- mistakes --------------------------------------------------------------------------------------
 
 
@@ -300,4 +347,4 @@ def test_analyses_of_plane_contact_are_refused_in_space(folder, analysis, said):
 def test_a_response_that_friction_alone_holds_is_refused(folder):
     document = plates_document(folder)
     document["port"] = document["port"] | {"direction": "y"}
-    assert "friction nothing holds" in refused(document, folder)
+    assert "friction alone holds the bodies" in refused(document, folder)

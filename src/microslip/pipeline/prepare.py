@@ -299,20 +299,21 @@ def _soft_contact(prepared: PreparedJoint) -> tuple[Caution, ...]:
     return (Caution("input", "contact.tangential_stiffness", reason, remedy),)
 
 
-UNHELD = 1e-3
-"""Sliding frequency over the stuck one, below which friction alone holds the joint."""
+LOWERED = 1e-3
+"""Share by which bonding may lower the frequency of a mode: it never does, but for rounding."""
 
 
 def _check_vibrates(joint: Joint, mode: JointMode) -> None:
-    """Raise `InputError` where a response is asked for in a direction that friction alone holds: there is no
-    sliding mode that reduced models could be made of."""
-    if joint.analysis.response is None or mode.sliding_omega > UNHELD * mode.stuck_omega:
+    """Raise `InputError` where a response is asked for in a direction that friction alone holds: the sliding
+    joint drifts that way, and no mode of it becomes the stuck one."""
+    if joint.analysis.response is None:
+        return
+    if mode.sliding_omega <= (1 + LOWERED) * mode.stuck_omega:
         return
     raise InputError(
-        f"analysis.response: without friction nothing holds the joint against the port {joint.driven.name!r} "
-        f"({mode.sliding_frequency:.3g} Hz, stuck {mode.stuck_frequency:.4g} Hz), and reduced models start "
-        "from a joint that vibrates while it slips; take another port, hold the bodies, or ask for "
-        "cycles alone"
+        f"analysis.response: against the port {joint.driven.name!r} friction alone holds the bodies: stuck "
+        f"they vibrate at {mode.stuck_frequency:.4g} Hz, and sliding they drift, so that no reduced model is "
+        "made of both; take another port, hold the bodies, or ask for cycles alone"
     )
 
 
