@@ -181,6 +181,10 @@ def plates(turn=0.0, fine=1):
         "left": faces_where(mesh, lambda p: p[:, 0] < -80 + 1e-9),
         "right": faces_where(mesh, lambda p: p[:, 0] > 80 - 1e-9),
     }
+    for name, side in (("fore", -1), ("aft", 1)):
+        for body in ("lower", "upper"):
+            part = on_body(mesh, body, lambda p, s=side: flat(0.0)(p) & (s * p[:, 0] > 5 - 1e-9))
+            surfaces[f"{body}_{name}"] = part
     c, s = np.cos(turn), np.sin(turn)
     turned = mesh.points @ np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]).T
     return replace(with_surfaces(mesh, surfaces), points=turned)

@@ -262,6 +262,62 @@ def test_width_only_says_what_results_are_per(bolted, folder):
     assert differ(a.dissipated * 0.02, b.dissipated) < SAME
 
 
+def split(document, **aft):
+    """Contact before and behind the bolt, and nothing under it."""
+    faces = {"first": "lower_{}", "second": "upper_{}"}
+    fore, behind = (
+        {"name": name} | {key: text.format(name) for key, text in faces.items()}
+        for name in ("fore", "aft")
+    )
+    return document | {"interface": [fore | {"friction": 0.2}, behind | {"friction": 0.4} | aft]}
+
+
+def test_each_interface_has_its_own_friction_gap_and_stiffness(folder):
+    """Both carry the bolt, without a moment about the middle, whatever the gap of one of them."""
+    stiffness = {"tangential_stiffness": 1e13, "normal_stiffness": 5e12}
+    document = split(cycles_alone(plates_document(folder)), gap=1e-6, **stiffness)
+    found = assembled(document, folder)
+    law, pairs = found.prepared.law, found.imported.pairs
+    behind = found.imported.points[:, 0] > 0
+    assert set(law.friction[behind]) == {0.4}
+    assert set(law.friction[~behind]) == {0.2}
+    assert (pairs.gap == np.where(behind, 1e-6, 0.0)).all()
+    compliance = law.compliance.reshape(-1, 3)
+    assert not compliance[~behind].any()
+    per_area = 1 / (np.array([5e12, 1e13, 1e13]) * found.model.area[behind, None])
+    np.testing.assert_allclose(compliance[behind], per_area, rtol=1e-14)
+    pressed = normal(found.prestress.solution.r, 3)
+    assert pressed.sum() == pytest.approx(6e5, rel=1e-8)
+    assert abs(pressed @ found.imported.points[:, 0]) < 1e-8 * 6e5 * 0.01
+    assert pressed[behind].sum() > 0
+
+
+def test_what_is_tied_is_not_free(folder):
+    document = split(cycles_alone(plates_document(folder)))
+    document["interface"] = document["interface"][1]
+    document["tie"] = {"slave": "upper_fore", "master": "lower_fore"}
+    assert assembled(document, folder).imported.zero_modes == ()
+
+
+def test_a_base_moves_the_mass(folder):
+    """The inertia load does the work of the mass of the free plate on its translation, per metre of width."""
+    document = cycles_alone(plates_document(folder))
+    document["port"] = {"name": "wall", "kind": "base", "direction": "z"}
+    document["load"] = {"acceleration": [1.0]}
+    document["analysis"] = {"cycle": {"acceleration": [1.0]}}
+    found = assembled(document, folder)
+    structure = found.structure
+    moved = structure.motions @ np.linalg.lstsq(structure.motions, _lifted(found), rcond=None)[0]
+    mass = 0.095 * 0.02 * 0.005 * 7850 / 0.02
+    assert structure.loads["wall"] @ moved == pytest.approx(-mass, rel=1e-8)
+
+
+def _lifted(found):
+    """Unit translation along z of the plate that nothing holds."""
+    free = np.abs(found.structure.motions).max(axis=1) > 1e-12
+    return (free & (found.structure.free % 3 == 2)).astype(float)
+
+
 # -- through the command line ----------------------------------------------------------------------
 
 
@@ -321,6 +377,7 @@ def refused(document, folder):
         ("preload", {"on": ["nut", "head"], "direction": [0, 0, -1.0]}, "pulls the sides"),
         ("port", {"on": "left"}, "it moves nothing"),
         ("output", {"on": "tip"}, "'tip'"),
+        ("output", {"on": "left"}, "it does not move"),
     ],
 )
 def test_a_mistake_is_named(folder, section, change, said):

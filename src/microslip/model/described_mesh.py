@@ -3,7 +3,7 @@
 Names of the mesh become supports, ties, interfaces, loads and outputs (`microslip.model.meshed`). A spatial
 structure of width w is divided by it,
 
-    K -> K / w,   M -> M / w,   area -> area / w,   unit loads as they are,
+    K -> K / w,   M -> M / w,   area -> area / w,   -M e -> -M e / w (base),   unit loads as they are,
 
 so that loads, reactions and energies are per metre of width, and displacements, pressures and frequencies
 are what they are. A plane mesh is one metre wide.
@@ -119,7 +119,7 @@ def _built(described: _Described, changed: int, size: int) -> Imported:
     if bases:
         structure = replace(
             structure,
-            loads={**structure.loads, **_bases(found, bases, materials)},
+            loads={**structure.loads, **_bases(found, bases, materials, width)},
         )
     structure = _per_width(structure, width)
     _check_moved(structure, joint)
@@ -365,15 +365,16 @@ def _bases(
     found: MeshedStructure,
     bases: dict[str, MeshPort],
     materials: dict[str, Material] | Material | None,
+    width: float,
 ) -> dict[str, Array]:
-    """Inertia of everything per unit acceleration of the base, also what couples to its supports."""
+    """Inertia of everything per unit acceleration of the base and width, also what couples to supports."""
     mesh = found.mesh
     mass = assemble(mesh, materials)[1]
     out = {}
     for name, port in bases.items():
         rigid = np.tile(_along(mesh, port.direction, f"port {name!r}"), len(mesh.points))
         extra = found.basis.shape[0] - len(rigid)
-        out[name] = -(found.basis.T @ np.pad(mass @ rigid, (0, extra)))
+        out[name] = -(found.basis.T @ np.pad(mass @ rigid, (0, extra))) / width
     return out
 
 
@@ -391,10 +392,13 @@ def _per_width(structure: Structure, width: float) -> Structure:
 
 
 def _check_moved(structure: Structure, joint: MeshJoint) -> None:
-    """Raise `InputError` where supports hold all of what a load acts on."""
+    """Raise `InputError` where supports hold all of what a load acts on, or an output is of."""
     for port in joint.port:
         if not np.abs(structure.loads[port.name]).max(initial=0.0) > 0:
             raise InputError(f"port {port.name!r}: all that it acts on is held: it moves nothing")
+    for output in joint.measured:
+        if not np.abs(structure.loads[output.port]).max(initial=0.0) > 0:
+            raise InputError(f"output {output.name!r}: what it is of is held: it does not move")
 
 
 def _pairs(joint: MeshJoint, structure: Structure, couplings: Sequence[MortarCoupling]) -> Pairs:
