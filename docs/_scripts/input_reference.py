@@ -9,8 +9,10 @@ import math
 import sys
 from pathlib import Path
 
+from microslip.describe.joint import Joint
 from microslip.describe.keys import Key, SectionKeys, sections
 from microslip.describe.matrices import MatricesJoint
+from microslip.describe.mesh import MeshJoint
 from microslip.describe.plausible import TABLE
 
 INTRODUCTION = """\
@@ -36,6 +38,13 @@ MATRICES = """\
 ## `kind = "matrices"`
 
 A [joint from matrices](matrices.md) has these sections; `[damping]`, `[load]` and all of `[analysis]` are
+those above.
+"""
+
+MESH = """\
+## `kind = "mesh"`
+
+A [joint from a mesh](meshes-input.md) has these sections; `[damping]`, `[load]` and all of `[analysis]` are
 those above.
 """
 
@@ -93,16 +102,20 @@ def page() -> str:
     for section in histories:
         own = tuple(k for k in section.keys if k.name not in shared)
         lines += [f'### `signal = "{section.signal}"`', "", section.meaning + ".", "", *table(own)]
-    return "\n".join([*lines, *of_matrices(found), usual()])
+    lines += of_kind(MATRICES, MatricesJoint, "matrices", found)
+    lines += of_kind(MESH, MeshJoint, "a mesh", found)
+    return "\n".join([*lines, usual()])
 
 
-def of_matrices(known: list[SectionKeys]) -> list[str]:
-    """What a file with ``kind = "matrices"`` has of its own."""
+def of_kind(start: str, joint: type[Joint], noun: str, known: list[SectionKeys]) -> list[str]:
+    """What a file of another kind has of its own."""
     shared = {section.keys for section in known}
-    own = [section for section in sections(MatricesJoint) if section.keys not in shared]
-    lines = [MATRICES]
+    own = [section for section in sections(joint) if section.keys not in shared]
+    lines = [start]
     for section in own:
-        head = f"`{section.heading}` of matrices" if section.path else "At the top of such a file"
+        head = (
+            f"`{section.heading}` of {noun}" if section.path else f"At the top of a file of {noun}"
+        )
         lines += [
             f"### {head}",
             "",

@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from microslip.contact.law import ContactLaw, contact_law
     from microslip.describe.lap import LapJoint
     from microslip.describe.matrices import MatricesJoint
+    from microslip.describe.mesh import MeshJoint
     from microslip.describe.reading import load_joint, parse_joint
     from microslip.describe.reference import reference_joint
     from microslip.errors import (
@@ -71,6 +72,7 @@ _HOME = {
     "JointOpensError": "errors",
     "LapJoint": "describe.lap",
     "MatricesJoint": "describe.matrices",
+    "MeshJoint": "describe.mesh",
     "MicroslipError": "errors",
     "ModelError": "errors",
     "PreparedJoint": "analyses.prepared.joint",

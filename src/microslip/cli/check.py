@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterator
 
 import typer
@@ -43,7 +44,7 @@ def check(file: JointFile) -> None:
 
 
 def derived(joint: Joint) -> Table:
-    """Table of the quantities that follow from a joint; of one from matrices it is prestressed for them.
+    """Table of the quantities that follow from a joint; of one from files it is prestressed for them.
 
     Raises
     ------
@@ -53,7 +54,7 @@ def derived(joint: Joint) -> Table:
     table = Table(
         "quantity", "value", title=escape(joint.title or _untitled(joint)), box=box.SIMPLE_HEAD
     )
-    rows = _of_beams(joint) if isinstance(joint, LapJoint) else _of_matrices(joint)
+    rows = _of_beams(joint) if isinstance(joint, LapJoint) else _of_files(joint)
     for name, value in rows:
         table.add_row(name, escape(value))
     return table
@@ -74,14 +75,17 @@ def _of_beams(joint: LapJoint) -> Iterator[Row]:
     yield from _work(joint, found.degrees_of_freedom)
 
 
-def _of_matrices(joint: Joint) -> Iterator[Row]:
+def _of_files(joint: Joint) -> Iterator[Row]:
     """What the files hold, and what the preload makes of it."""
     assembly = assemble(joint)
     found = assembly.imported
     assert found is not None
     modes, measures, start = assembly.mode, assembly.measures, assembly.prestress
     model = assembly.model
-    yield "motions without stiffness", "; ".join(found.zero_modes) or "none: all is supported"
+    yield from found.facts
+    motions = Counter(found.zero_modes)
+    named = [f"{name}{f' ({count})' if count > 1 else ''}" for name, count in motions.items()]
+    yield "motions without stiffness", "; ".join(named) or "none: all is supported"
     yield "lowest frequency without contact", f"{found.first_frequency:.4g} Hz"
     yield (
         "resonance",

@@ -42,6 +42,17 @@ def matrices(
     typer.echo(f"wrote {file}\nnext: name your files in it, then microslip check {file}")
 
 
+@app.command()
+def mesh(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="File to write.")],
+    force: Force = False,
+) -> None:
+    """Write a commented joint file: a finite-element mesh and what its names are."""
+    with messages():
+        write_new(file, template("mesh"), force)
+    typer.echo(f"wrote {file}\nnext: name your mesh in it, then microslip check {file}")
+
+
 def write_new(file: Path, text: str, force: bool) -> None:
     """Write a file that is not there yet, or is to be replaced.
 

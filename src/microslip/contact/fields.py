@@ -80,7 +80,8 @@ def contact_fields(r: Array, v: Array, rest: Array, area: Array) -> ContactField
 def contact_extent(position: Array, touching: Mask) -> tuple[float, float]:
     """Ends of the patch of touching pairs that holds the centre, or lies nearest to it.
 
-    Patches that close separately, at the tips of the beams, do not count.
+    Patches that close separately, at the tips of the beams, do not count. Of pairs that are not in line, on a
+    surface or on several interfaces, the ends of all that touch.
 
     Examples
     --------
@@ -91,6 +92,8 @@ def contact_extent(position: Array, touching: Mask) -> tuple[float, float]:
     if not touching.any():
         return math.nan, math.nan
     pairs = np.flatnonzero(touching)
+    if (np.diff(position) <= 0).any():
+        return float(position[pairs].min()), float(position[pairs].max())
     left = right = int(pairs[np.argmin(np.abs(position[pairs]))])
     while left > 0 and touching[left - 1]:
         left -= 1

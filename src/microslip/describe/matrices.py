@@ -9,7 +9,6 @@ model of it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
@@ -18,9 +17,10 @@ from microslip.describe import units
 from microslip.describe.amplitude import Load
 from microslip.describe.driving import check_loads
 from microslip.describe.joint import Joint, check_cycle_range, check_requests
+from microslip.describe.named import check_drive_is_said, check_names
 from microslip.describe.outputs import NamedOutput
 from microslip.describe.parts import Damping
-from microslip.describe.ports import TAKEN, LoadPort
+from microslip.describe.ports import LoadPort
 from microslip.describe.quantities import (
     NAME,
     AreaStiffness,
@@ -323,8 +323,8 @@ class MatricesJoint(Joint):
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
-        _names_differ(self)
-        _load_names_its_port(self)
+        check_names(self.preload, self.port, self.output)
+        check_drive_is_said(self.port, self.load)
         check_loads(self.port, self.driven, self.load, self.analysis.cycle, self.analysis.history)
         said = self.driven.load
         check_requests(self, f'{said.key} = "1 {said.unit}"')
@@ -332,31 +332,3 @@ class MatricesJoint(Joint):
         if not self.output and self.driven.kind == "base":
             raise Rule("output", "the motion of a base is no output: name one, [[output]]")
         return self
-
-
-def _names_differ(joint: MatricesJoint) -> None:
-    """Raise `Rule` where two loads, or two outputs, share a name."""
-    taken = list(TAKEN)
-    taken.remove("clamp")
-    taken.remove("moment")
-    listed: tuple[tuple[str, Sequence[Preload | VectorPort]], ...] = (
-        ("preload", joint.preload),
-        ("port", joint.port),
-    )
-    for section, entries in listed:
-        for k, entry in enumerate(entries):
-            if entry.name in taken:
-                raise Rule(f"{section}.{k}.name", f"{entry.name!r} is taken: choose another")
-            taken.append(entry.name)
-    names = [output.name for output in joint.output]
-    for k, name in enumerate(names):
-        if name in names[:k]:
-            raise Rule(f"output.{k}.name", f"two outputs are called {name!r}")
-
-
-def _load_names_its_port(joint: MatricesJoint) -> None:
-    """Raise `Rule` where several loads may drive and none is said to."""
-    load = joint.load
-    if len(joint.port) > 1 and (load is None or load.port is None):
-        there = ", ".join(port.name for port in joint.port)
-        raise Rule("load.port", f"say which [[port]] drives the joint: one of {there}")

@@ -19,15 +19,16 @@ from microslip.describe.joint import Joint
 from microslip.describe.keys import section_of, written_name
 from microslip.describe.lap import LapJoint
 from microslip.describe.matrices import MatricesJoint
+from microslip.describe.mesh import MeshJoint
 from microslip.describe.plausible import impossible, questions
 from microslip.describe.quantities import NAME, Rule
 from microslip.describe.toml import read_toml
 from microslip.errors import InputError
 
-LISTED = ("port", "output", "preload")
+LISTED = ("port", "output", "preload", "material", "support", "spring", "tie", "interface")
 """Sections that there may be several of."""
 
-JOINTS: dict[str, type[Joint]] = {"lap": LapJoint, "matrices": MatricesJoint}
+JOINTS: dict[str, type[Joint]] = {"lap": LapJoint, "matrices": MatricesJoint, "mesh": MeshJoint}
 """Descriptions by the key ``kind`` of their file; a file without it is of the first."""
 
 

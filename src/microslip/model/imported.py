@@ -64,6 +64,10 @@ class Imported(Brief):
     first_frequency : float
         Lowest natural frequency of the structure without contact, Hz.
     cautions : tuple of Caution
+    points : (m, d) array, optional
+        Of the pairs, where a mesh has them, m.
+    facts : tuple of (str, str)
+        What else is told of it by ``microslip check``.
     """
 
     structure: Structure
@@ -73,6 +77,8 @@ class Imported(Brief):
     zero_modes: tuple[str, ...]
     first_frequency: float
     cautions: tuple[Caution, ...]
+    points: Array | None = None
+    facts: tuple[tuple[str, str], ...] = ()
 
     def friction(self, given: float | Profile | None) -> Array:
         """(m,) coefficient of friction of each pair: as the joint file gives it, else the table.

@@ -75,7 +75,7 @@ def check_balanced(structure: Structure, names: Iterable[str]) -> None:
         ):
             raise InputError(
                 f"nothing holds the joint as a whole against the load {name!r}: no part of it has a support; "
-                "add one, or soft springs, and name these in matrices.supports"
+                "add one, or soft springs: [[spring]] of a mesh, or in K, and matrices.supports names them"
             )
 
 

@@ -15,8 +15,10 @@ from microslip.describe.beam import first_frequency
 from microslip.describe.joint import Joint
 from microslip.describe.lap import LapJoint
 from microslip.describe.matrices import MatricesJoint
+from microslip.describe.mesh import MeshJoint
 from microslip.describe.requests import CYCLES_EACH
 from microslip.errors import InputError
+from microslip.model.described_mesh import read_described_mesh
 from microslip.model.imported import read_imported
 from microslip.model.lap import geometry, mesh_control
 from microslip.model.lap_mesh import lap_joint_meshes
@@ -44,6 +46,11 @@ def _listed_pairs(joint: MatricesJoint) -> int:
     return len(next(iter(read_table(joint.interface.pairs).values())))
 
 
+@contact_pairs.register
+def _mesh_pairs(joint: MeshJoint) -> int:
+    return read_described_mesh(joint).pairs.count
+
+
 @singledispatch
 def rough_frequency(joint: Joint) -> float:
     """About the lowest natural frequency of a described joint, Hz: of a uniform beam, or of the structure
@@ -61,6 +68,11 @@ def _structure_frequency(joint: MatricesJoint) -> float:
     return read_imported(joint).first_frequency
 
 
+@rough_frequency.register
+def _mesh_frequency(joint: MeshJoint) -> float:
+    return read_described_mesh(joint).first_frequency
+
+
 @singledispatch
 def degrees_of_freedom(joint: Joint) -> int:
     """Degrees of freedom of a described joint, without those that supports hold."""
@@ -70,6 +82,11 @@ def degrees_of_freedom(joint: Joint) -> int:
 @degrees_of_freedom.register
 def _matrix_size(joint: MatricesJoint) -> int:
     return int(read_matrix(joint.matrices.stiffness).matrix.shape[0])
+
+
+@degrees_of_freedom.register
+def _size_of_mesh(joint: MeshJoint) -> int:
+    return read_described_mesh(joint).structure.dofs
 
 
 @degrees_of_freedom.register

@@ -26,10 +26,12 @@ from microslip.describe.beam import span, surface_stress
 from microslip.describe.joint import Joint
 from microslip.describe.lap import LapJoint
 from microslip.describe.matrices import MatricesJoint
+from microslip.describe.mesh import MeshJoint
 from microslip.describe.plausible import mean_pressure, pairs_across_clamp, questions
 from microslip.describe.units import readable
 from microslip.errors import Caution
 from microslip.model.beams import SPREAD, beam_estimate
+from microslip.model.described_mesh import read_described_mesh
 from microslip.model.imported import read_imported
 from microslip.model.lap import geometry, materials
 from microslip.pipeline.cost import degrees_of_freedom, memory, total_seconds
@@ -253,6 +255,13 @@ def _doubts_of_matrices(joint: MatricesJoint) -> tuple[Caution, ...]:
     dofs = degrees_of_freedom(joint)
     seconds, held = total_seconds(joint, dofs), memory(joint, dofs)
     return (*read_imported(joint).cautions, *_long(joint.interface.pairs, seconds, held))
+
+
+@input_doubts.register
+def _doubts_of_mesh(joint: MeshJoint) -> tuple[Caution, ...]:
+    dofs = degrees_of_freedom(joint)
+    seconds, held = total_seconds(joint, dofs), memory(joint, dofs)
+    return (*read_described_mesh(joint).cautions, *_long(joint.mesh.file, seconds, held))
 
 
 def _band(joint: LapJoint, found: Estimate) -> list[Caution]:

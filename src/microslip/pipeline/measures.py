@@ -63,8 +63,8 @@ def measures_of(joint: Joint, model: JointModel, start: Prestress, law: ContactL
     x = model.position
     return Measures(
         half_length=0.5 * float(model.area.sum()),
-        centre=0.5 * float(x[0] + x[-1]),
-        force=float(normal(start.solution.r).sum()),
+        centre=0.5 * float(x.min() + x.max()),
+        force=float(normal(start.solution.r, model.dimension).sum()),
         edge=float(contact_extent(x, start.touching)[1]),
         friction=float(np.average(law.friction, weights=model.area)),
         clamp=False,

@@ -155,7 +155,7 @@ def _assemble(joint: Joint) -> Assembly:
     apart = source.with_gaps(model)
     start = _prestress(apart, flexibility_of(apart, law), source)
     pairs = np.flatnonzero(start.touching)
-    held = start.bonded(1), start.bonded(2)
+    held = start.bonded(1), start.bonded(model.dimension)
     states = linear_states(
         structure, pairs, held, drive, _modes_left(structure, held[1]), source.drifting
     )
@@ -166,6 +166,8 @@ def _assemble(joint: Joint) -> Assembly:
     _check_loads(joint, opening)
     _check_positions(joint, model)
     _check_scales(opening, mode)
+    if source.imported is not None:
+        _check_vibrates(joint, mode)
     return Assembly(
         joint=joint,
         structure=structure,
@@ -233,8 +235,8 @@ def _prestress(model: JointModel, flexibility: Flexibility, source: Source) -> P
 
 def _presses_turned(model: JointModel, flexibility: Flexibility, source: Source) -> bool:
     """Whether the preload would press the sides together if all normals were turned round."""
-    turn = np.ones(2 * model.pairs)
-    turn[normal_rows()] = -1.0
+    turn = np.ones(model.dimension * model.pairs)
+    turn[normal_rows(model.dimension)] = -1.0
     turned = replace(
         flexibility,
         W=turn[:, None] * flexibility.W * turn,
@@ -266,7 +268,7 @@ def _check_loads(joint: Joint, opening: float) -> None:
 def _check_positions(joint: Joint, model: JointModel) -> None:
     """Raise `InputError` where a position lies off the interface by more than half of its length."""
     x = model.position
-    half = 0.5 * float(x[-1] - x[0])
+    half = 0.5 * float(np.ptp(x))
     asked: list[tuple[str, tuple[float, ...] | None]] = [
         (f"analysis.history {entry.label!r}", entry.positions) for entry in joint.analysis.history
     ]
@@ -274,10 +276,10 @@ def _check_positions(joint: Joint, model: JointModel) -> None:
         asked.append(("analysis.time", joint.analysis.time.positions))
     for where, positions in asked:
         for position in positions or ():
-            if not x[0] - half <= position <= x[-1] + half:
+            if not x.min() - half <= position <= x.max() + half:
                 raise InputError(
                     f"{where}.positions: {position:g} m lies off the interface, which reaches from "
-                    f"{x[0]:g} to {x[-1]:g} m"
+                    f"{x.min():g} to {x.max():g} m"
                 )
 
 
@@ -295,6 +297,24 @@ def _soft_contact(prepared: PreparedJoint) -> tuple[Caution, ...]:
     reason = f"the contact is {ratio:.2g} times softer than the structure at its pairs"
     remedy = "is the stiffness per area, Pa/m, and are the areas right?"
     return (Caution("input", "contact.tangential_stiffness", reason, remedy),)
+
+
+LOWERED = 1e-3
+"""Share by which bonding may lower the frequency of a mode: it never does, but for rounding."""
+
+
+def _check_vibrates(joint: Joint, mode: JointMode) -> None:
+    """Raise `InputError` where a response is asked for in a direction that friction alone holds: the sliding
+    joint drifts that way, and no mode of it becomes the stuck one."""
+    if joint.analysis.response is None:
+        return
+    if mode.sliding_omega <= (1 + LOWERED) * mode.stuck_omega:
+        return
+    raise InputError(
+        f"analysis.response: against the port {joint.driven.name!r} friction alone holds the bodies: stuck "
+        f"they vibrate at {mode.stuck_frequency:.4g} Hz, and sliding they drift, so that no reduced model is "
+        "made of both; take another port, hold the bodies, or ask for cycles alone"
+    )
 
 
 def _check_scales(opening: float, mode: JointMode) -> None:

@@ -13,11 +13,13 @@ import numpy as np
 
 from microslip.brief import Brief
 from microslip.contact.law import ContactLaw, contact_law
-from microslip.contact.pairs import normal_rows, tangential_rows
+from microslip.contact.pairs import normal_rows
 from microslip.describe.joint import Joint
 from microslip.describe.lap import LapJoint
 from microslip.describe.matrices import MatricesJoint
+from microslip.describe.mesh import MeshJoint
 from microslip.errors import InputError
+from microslip.model.described_mesh import read_described_mesh
 from microslip.model.imported import GAP, Imported, read_imported
 from microslip.model.joint import JointModel
 from microslip.model.lap import structure_of
@@ -68,8 +70,8 @@ class Source(Brief):
         """
         if GAP not in self.held or self.imported is None:
             return model
-        apart = np.zeros((2 * model.pairs, 1))
-        apart[normal_rows(), 0] = -self.imported.pairs.gap / self.held[GAP]
+        apart = np.zeros((model.dimension * model.pairs, 1))
+        apart[normal_rows(model.dimension), 0] = -self.imported.pairs.gap / self.held[GAP]
         return replace(
             model,
             ports=(*model.ports, GAP),
@@ -118,6 +120,13 @@ def _matrices(joint: MatricesJoint) -> Source:
     return Source(found.structure, joint.driven.name, found.preload, found, drifting)
 
 
+@source_of.register
+def _mesh(joint: MeshJoint) -> Source:
+    found = read_described_mesh(joint)
+    drifting = WEAKEST if found.structure.supports is None else 0.0
+    return Source(found.structure, joint.driven.name, found.preload, found, drifting)
+
+
 def drive_of(joint: Joint) -> str:
     """Port of the joint model that drives it."""
     return DRIVE if joint.driven_by_end_moments else joint.driven.name
@@ -131,24 +140,36 @@ def law_of(joint: Joint, source: Source, model: JointModel) -> ContactLaw:
     InputError
         Where nothing gives the friction, or the stiffness of an elastic contact.
     """
-    if isinstance(joint, MatricesJoint):
-        assert source.imported is not None
-        stiffness: tuple[float | Array | None, float | Array | None]
-        stiffness = _pair_stiffness(joint, source.imported)
-        friction: float | Array = source.imported.friction(joint.contact.friction)
+    friction: float | Array
+    stiffness: tuple[float | Array | None, float | Array | None]
+    if source.imported is not None:
+        given = joint.contact.friction if isinstance(joint, MatricesJoint) else None
+        friction = source.imported.friction(given)
+        stiffness = (
+            _pair_stiffness(joint, source.imported)
+            if isinstance(joint, MatricesJoint)
+            else _known_stiffness(source.imported)
+        )
     else:
         assert isinstance(joint, LapJoint)
         contact = joint.contact
         elastic = contact.law == "elastic"
-        given = contact.normal_stiffness, contact.tangential_stiffness
-        stiffness = (given[0], given[1]) if elastic else (None, None)
+        own = contact.normal_stiffness, contact.tangential_stiffness
+        stiffness = (own[0], own[1]) if elastic else (None, None)
         mu = contact.friction
         friction = mu if isinstance(mu, float) else np.array([mu.at(x) for x in model.position])
-    compliance = np.zeros(2 * model.pairs)
-    for rows, k in zip((normal_rows(), tangential_rows()), stiffness, strict=True):
+    d = model.dimension
+    compliance = np.zeros((model.pairs, d))
+    for components, k in zip((slice(0, 1), slice(1, d)), stiffness, strict=True):
         if k is not None:
-            compliance[rows] = 1 / (k * model.area)
-    return contact_law(model.pairs, friction, compliance)
+            compliance[:, components] = (1 / (k * model.area))[:, None]
+    return contact_law(model.pairs, friction, compliance.ravel(), d)
+
+
+def _known_stiffness(found: Imported) -> tuple[Array | None, Array | None]:
+    """Normal and tangential stiffness per area of every pair, infinite where it is rigid."""
+    table = found.pairs.stiffness
+    return table.get("normal_stiffness"), table.get("tangential_stiffness")
 
 
 def _pair_stiffness(

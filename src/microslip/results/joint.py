@@ -8,10 +8,11 @@ import numpy as np
 import xarray as xr
 
 from microslip.contact.fields import contact_extent
-from microslip.contact.pairs import at_rest, normal, tangential_rows
+from microslip.contact.pairs import at_rest, normal, slip_history
 from microslip.pipeline.measures import Measures
 from microslip.pipeline.run import Run
 from microslip.results.labels import load_entry, load_named, pair_position, state_variable, variable
+from microslip.typing import Array
 
 
 def model_summary(run: Run) -> dict[str, Any]:
@@ -79,7 +80,6 @@ def model_dataset(run: Run) -> xr.Dataset:
     """The group ``model``: the model every analysis ran on."""
     model, states, joint = run.model, run.assembly.states, run.joint
     own, measures = run.mode, run.assembly.measures
-    tangential = run.structure.interface.relative[tangential_rows()]
     scalar = {
         "sliding_frequency": (own.sliding_frequency, "Hz", "natural frequency, sliding state"),
         "stuck_frequency": (own.stuck_frequency, "Hz", "natural frequency, stuck state"),
@@ -104,12 +104,8 @@ def model_dataset(run: Run) -> xr.Dataset:
             flag_values=np.array([0, 1], np.int8),
             flag_meanings="free bonded",
         ),
-        "sliding_mode_slip": variable(
-            ("pair",), tangential @ states.sliding, "kg^-0.5 m^0.5", "slip of the sliding mode"
-        ),
-        "stuck_mode_slip": variable(
-            ("pair",), tangential @ states.stuck, "kg^-0.5 m^0.5", "slip of the stuck mode"
-        ),
+        "sliding_mode_slip": _slip(run, states.sliding, "slip of the sliding mode"),
+        "stuck_mode_slip": _slip(run, states.stuck, "slip of the stuck mode"),
         "frequency": variable(
             ("mode",), model.omega / (2 * np.pi), "Hz", "natural frequency of free-interface mode"
         ),
@@ -120,6 +116,13 @@ def model_dataset(run: Run) -> xr.Dataset:
     coords = pair_position(run)
     coords["mode"] = variable(("mode",), mode, "1", "free-interface mode")
     return xr.Dataset(data, coords)
+
+
+def _slip(run: Run, shape: Array, label: str) -> xr.Variable:
+    """Slip of a mode at the pairs; of spatial ones in both tangential directions."""
+    moved = slip_history(run.structure.interface.relative @ shape, run.model.dimension)
+    dims = ("pair", "tangent")[: moved.ndim]
+    return variable(dims, moved, "kg^-0.5 m^0.5", label)
 
 
 def _pressing(measures: Measures) -> dict[str, tuple[float, str, str]]:
@@ -141,7 +144,7 @@ def prestress_dataset(run: Run) -> xr.Dataset:
     data = {
         "pressure": variable(("pair",), start.pressure, "Pa", "contact pressure"),
         "state": state_variable(("pair",), at_rest(start.touching)),
-        "gap": variable(("pair",), -normal(start.solution.v), "m", "gap"),
+        "gap": variable(("pair",), -normal(start.solution.v, run.model.dimension), "m", "gap"),
         "residual": variable((), start.solution.residual, "1", "residual of the contact problem"),
     }
     return xr.Dataset(data, pair_position(run))

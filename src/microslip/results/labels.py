@@ -115,9 +115,14 @@ def state_variable(dims: Sequence[str], values: Status) -> xr.Variable:
 
 
 def pair_position(run: Run) -> dict[str, xr.Variable]:
-    """Coordinate of the contact pairs."""
+    """Coordinate of the contact pairs, and where they are in the mesh, if they came from one."""
     x = run.model.position
-    return {"x": variable(("pair",), x, "m", "position of the contact pair along the interface")}
+    found = {"x": variable(("pair",), x, "m", "position of the contact pair along the interface")}
+    imported = run.assembly.imported
+    if imported is not None and imported.points is not None:
+        place = variable(("pair", "axis"), imported.points, "m", "position of the pair in the mesh")
+        found["point"] = place
+    return found
 
 
 def watched_position(run: Run, watched: Indices) -> xr.Variable:
@@ -150,10 +155,12 @@ def local_variables(dims: tuple[str, ...], slip: Array, gap: Array) -> dict[str,
 def field_variables(
     dims: tuple[str, ...], fields: ContactFields, slip: str = SLIP
 ) -> dict[str, xr.Variable]:
-    """Contact of all pairs; `slip` is the long name of the slip."""
+    """Contact of all pairs; `slip` is the long name of the slip. Tractions and slips of spatial pairs have
+    two components, along ``tangent``."""
+    along = (*dims, "tangent")[: fields.slip.ndim]
     return {
         "pressure": variable(dims, fields.pressure, "Pa", "contact pressure"),
-        "traction": variable(dims, fields.traction, "Pa", "traction f on the upper body"),
-        "slip": variable(dims, fields.slip, "m", slip),
+        "traction": variable(along, fields.traction, "Pa", "traction f on the upper body"),
+        "slip": variable(along, fields.slip, "m", slip),
         "gap": variable(dims, fields.gap, "m", "gap"),
     }

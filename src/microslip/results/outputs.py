@@ -14,6 +14,7 @@ import xarray as xr
 
 from microslip.describe.lap import LapJoint
 from microslip.describe.matrices import VectorOutput
+from microslip.describe.mesh import MeshOutput
 from microslip.describe.outputs import NamedOutput, Output, position_of
 from microslip.pipeline.outputs import columns
 from microslip.pipeline.run import Run
@@ -58,6 +59,8 @@ def position(run: Run, output: NamedOutput) -> float:
         return position_of(output, joint.extents, joint.clamp.edge)
     if isinstance(output, VectorOutput) and output.x is not None:
         return output.x
+    if isinstance(output, MeshOutput) and output.at is not None:
+        return output.at[0]
     return np.nan
 
 

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from microslip.pipeline.judge import Judgement
@@ -21,6 +22,18 @@ Drawing = Callable[[Run], Figure | Mapping[str, Figure] | None]
 """A figure, several by what is appended to the file name, or None where there is nothing to show."""
 
 
+ALONG = (
+    "model",
+    "prestress",
+    "overview",
+    "contact_states",
+    "tractions",
+    "dissipation",
+    "hysteresis",
+)
+"""Figures of fields along one planar interface."""
+
+
 def figures_of(run: Run, judged: Judgement | None = None) -> dict[str, Drawing]:
     """File name of every figure that the run may have data for, and what draws it.
 
@@ -34,7 +47,15 @@ def figures_of(run: Run, judged: Judgement | None = None) -> dict[str, Drawing]:
     for row in ANALYSES.values():
         if run.value(row.name) is not None:
             drawings |= {name: resolved(draw) for name, draw in row.figures.items()}
-    return {**drawings, "overview": partial(overview, judged=judged)}
+    drawings["overview"] = partial(overview, judged=judged)
+    if in_line(run):
+        return drawings
+    return {name: draw for name, draw in drawings.items() if name not in ALONG}
+
+
+def in_line(run: Run) -> bool:
+    """Whether all contact pairs are one after the other along one line, so that fields are drawn over it."""
+    return run.model.dimension == 2 and bool((np.diff(run.model.position) > 0).all())
 
 
 def draw_figures(name: str, draw: Drawing, run: Run) -> dict[str, Figure]:

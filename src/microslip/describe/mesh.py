@@ -1,0 +1,416 @@
+"""What a user may write about a joint of which a finite-element mesh is at hand.
+
+The mesh has named sets of nodes and elements and named surfaces; the description says what they are: which
+are made of what, held, tied, in contact, pressed, loaded and measured. Plane meshes have everything per metre
+of width, as lap joints; of a spatial one all loads and results are divided by its `MeshFile.width`.
+`microslip.model.described_mesh` makes the model of it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Annotated, Any, ClassVar, Literal, Self
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from microslip.describe import units
+from microslip.describe.amplitude import Load
+from microslip.describe.driving import check_loads
+from microslip.describe.joint import Joint, check_cycle_range, check_requests
+from microslip.describe.matrices import USUAL_QUANTITY
+from microslip.describe.named import check_drive_is_said, check_names
+from microslip.describe.outputs import NamedOutput
+from microslip.describe.parts import Damping
+from microslip.describe.ports import LoadPort
+from microslip.describe.quantities import (
+    NAME,
+    AreaStiffness,
+    Count,
+    Density,
+    Friction,
+    Length,
+    LineForce,
+    Modulus,
+    Number,
+    Rule,
+    Section,
+    Stress,
+    list_of_sections,
+)
+from microslip.describe.requests import Requests, cycles_and_response, holds_requests
+from microslip.describe.sources import Source, split_source
+
+AXES: dict[str, tuple[float, float, float]] = {
+    "x": (1.0, 0.0, 0.0),
+    "y": (0.0, 1.0, 0.0),
+    "z": (0.0, 0.0, 1.0),
+}
+"""Directions that have a name."""
+
+
+def _direction(value: Any) -> tuple[float, ...]:
+    if isinstance(value, str) and value in AXES:
+        return AXES[value]
+    message = 'must be "x", "y", "z", or a vector of two or three numbers, [0.6, 0.8, 0]'
+    if not isinstance(value, list | tuple) or len(value) not in (2, 3):
+        raise ValueError(message)
+    if any(isinstance(v, bool) or not isinstance(v, int | float) for v in value):
+        raise ValueError(message)
+    length = math.hypot(*value)
+    if not 0 < length < math.inf:
+        raise ValueError("the vector has no length: " + message)
+    x, y, z = (*value, 0.0)[:3]
+    return (x / length, y / length, z / length)
+
+
+def _names(value: Any) -> tuple[Any, ...]:
+    values = tuple(value) if isinstance(value, list | tuple) else (value,)
+    if not values or not all(isinstance(v, str) and v for v in values):
+        raise ValueError("must be the name of a set or surface of the mesh, or a list of them")
+    return values
+
+
+Vector = Annotated[tuple[float, ...], BeforeValidator(_direction)]
+"""A direction: a unit vector."""
+
+OnNames = Annotated[tuple[str, ...], BeforeValidator(_names)]
+"""One name of the mesh, or several."""
+
+Components = Annotated[
+    tuple[Literal["x", "y", "z", "rx", "ry", "rz"], ...], BeforeValidator(_names)
+]
+
+
+class MeshFile(Section):
+    """The mesh."""
+
+    file: Source
+    """File of the mesh: .inp of Abaqus and CalculiX, .msh of Gmsh, .vtk or .vtu. Names of its sets and
+    surfaces are what everything below refers to."""
+    length_unit: Literal["m", "cm", "mm", "um", "in", "ft"] = "m"
+    """Unit of length of the file. Coordinates, and what the file says of materials."""
+    force_unit: Literal["N", "mN", "uN", "kN", "MN", "lbf"] = "N"
+    """Unit of force of the file. Materials of an .inp: E in force/length², density in force s²/length⁴,
+    tonnes/mm³ with N and mm."""
+    width: Length | None = Field(default=None, gt=0)
+    """Width of a spatial structure: loads and results are per metre of it, and "1 m" makes them the forces
+    themselves. Needed in space, not in the plane, where a mesh is one metre wide."""
+    modes: Count = Field(default=60, ge=4, le=2000)
+    """Free-interface modes kept dynamic; all others follow statically. More where the load has high
+    frequencies."""
+
+
+class MeshMaterial(Section):
+    """What elements are made of, `[[material]]`; left out, the sections and materials of the file."""
+
+    elements: OnNames | None = None
+    """Element sets that are made of it; left out, all elements. Every element needs a material."""
+    youngs_modulus: Modulus = Field(gt=0)
+    """Young's modulus E. All stiffness."""
+    poissons_ratio: Number = Field(gt=-1, lt=0.5)
+    """Poisson's ratio. Stiffness in the plane-strain state, and pressure beside a clamp."""
+    density: Density = Field(gt=0)
+    """Density. Frequencies."""
+    plane: Literal["strain", "stress"] = "strain"
+    """State of a plane mesh. Wide or narrow structures."""
+
+
+class MeshSupport(Section):
+    """What does not move, `[[support]]`, beside the supports of the file."""
+
+    on: OnNames
+    """Node sets or surfaces that are held. Mode shapes and frequencies."""
+    directions: Components = ("x", "y", "z")
+    """Components that are held: "x", "y", "z"; "rx", "ry", "rz" of reference nodes of couplings; left out,
+    all displacements. In the plane z is left out."""
+
+
+class MeshSpring(Section):
+    """Springs to the ground, `[[spring]]`, spread evenly over a surface."""
+
+    on: OnNames
+    """Surfaces they are on. Weak springs only hold the place of a body."""
+    direction: Literal["x", "y", "z"]
+    """Along which they resist. Others are free."""
+    stiffness: AreaStiffness = Field(gt=0)
+    """Stiffness per area. What opens the joint is computed without them."""
+
+
+class MeshTie(Section):
+    """Two surfaces that do not move against each other, `[[tie]]`, beside the ties of the file."""
+
+    slave: str
+    """Surface that follows. Its nodes are moved onto the master within the tolerance."""
+    master: str
+    """Surface that it follows. The coarser one."""
+    tolerance: Length | None = Field(default=None, ge=0)
+    """Distance up to which they are tied; left out, a tenth of a facet. Farther parts stay free."""
+
+
+class MeshInterface(Section):
+    """Two surfaces in contact, `[[interface]]`."""
+
+    name: str = Field(default="contact", pattern=NAME, max_length=40)
+    """What it is called. Tables, results and outputs name it so."""
+    first: str
+    """One surface. Which comes first does not matter."""
+    second: str
+    """The other one; its nodes need not match. Bodies have nodes of their own."""
+    pairs_on: str | None = None
+    """Which of the two carries the contact pairs, at its nodes; left out, the finer one. Number of pairs."""
+    friction: Friction
+    """Coefficient of friction mu, or a table of it along the interface. What slips, and the damping that
+    comes of it."""
+    gap: Length = Field(default=0.0)
+    """Added to the distance that the mesh has, negative where the bodies interfere. Shims and press fits."""
+    reach: Length | None = Field(default=None, gt=0)
+    """Distance up to which facets face each other; left out, two facets. Wide gaps."""
+    overlap: Length | None = Field(default=None, ge=0)
+    """Depth to which the bodies may overlap in the mesh; left out, a twentieth of a facet. Rounding, or meant
+    interference."""
+    tangential_stiffness: AreaStiffness | None = Field(default=None, gt=0)
+    """Of springs in series with friction, per area; left out, rigid. Where the roughness of the surfaces
+    gives."""
+    normal_stiffness: AreaStiffness | None = Field(default=None, gt=0)
+    """The same normal to the surface. Evens out the pressure."""
+
+
+class MeshPreload(Section):
+    """A load that is held through every analysis, `[[preload]]`: the force of a bolt."""
+
+    name: str = Field(default="clamp", pattern=NAME, max_length=40)
+    """What it is called."""
+    on: OnNames
+    """Surfaces or node sets it acts on: two of a force, which draws them towards each other, as a bolt does
+    with head and nut; any number of surfaces of a pressure. All contact pressure."""
+    force: LineForce | None = Field(default=None, gt=0)
+    """Force that draws the two together, per metre of width. This or pressure."""
+    pressure: Stress | None = Field(default=None, gt=0)
+    """Pressure against the surfaces. This or force."""
+    direction: Vector | None = None
+    """Of the force on the first of the two; left out, towards the second. Where their middles do not face
+    each other along the bolt."""
+
+    @model_validator(mode="after")
+    def _force_or_pressure(self) -> Self:
+        if (self.force is None) == (self.pressure is None):
+            raise Rule("", "give a force between two places, or a pressure on surfaces")
+        if self.force is not None and len(self.on) != 2:
+            raise Rule("on", 'a force acts between two places: ["head", "nut"]')
+        if self.pressure is not None and self.direction is not None:
+            raise Rule("direction", "a pressure acts against the surface: remove it")
+        return self
+
+
+class Place(Section):
+    """Something that acts on a set or a surface, or is measured there."""
+
+    on: str | None = None
+    """Surface, over which it is spread evenly, or node set, whose nodes share it. Of an output the mean
+    there."""
+    direction: Vector | None = None
+    """"x", "y", "z", or a vector; of moments and rotations in space their axis. None in the plane, where
+    these turn counter-clockwise."""
+
+
+class MeshPort(LoadPort, Place):
+    """A load that the user names, `[[port]]`."""
+
+    opposite: str | None = None
+    """Surface or node set with the opposite load. A pair, such as moments that bend both ends."""
+
+    @model_validator(mode="after")
+    def _is_somewhere(self) -> Self:
+        if self.kind == "base":
+            if self.on is not None or self.opposite is not None:
+                raise Rule("on", "a base moves all that holds the joint: give its direction alone")
+            if self.direction is None:
+                raise Rule("", "which way does the base move? give direction")
+        else:
+            _check_place(self, self.kind == "moment", "the load")
+        return self
+
+
+class MeshOutput(NamedOutput, Place):
+    """A quantity of the motion, `[[output]]`."""
+
+    interface: str | None = None
+    """Interface of a slip or a gap; left out, the nearest."""
+    at: tuple[Length, ...] | None = None
+    """Point whose nearest contact pair a slip or a gap is of: [x, y], or [x, y, z]. In m or with a unit."""
+
+    @model_validator(mode="after")
+    def _is_somewhere(self) -> Self:
+        if not self.across:
+            if self.at is not None or self.interface is not None:
+                raise Rule("at", "is for slip and gap: give on and direction")
+            _check_place(self, self.measured.motion == "rotation", "the output")
+        elif self.on is not None or self.at is None or len(self.at) not in (2, 3):
+            raise Rule("at", f"{self.quantity} is of a contact pair: give its place, [x, y]")
+        return self
+
+
+def _check_place(entry: Place, turns: bool, what: str) -> None:
+    """Raise `Rule` unless a place, and a direction where there must be one, are given."""
+    if entry.on is None:
+        raise Rule("", f"where is {what}? give on, a surface or a node set of the mesh")
+    if entry.direction is None and not turns:
+        raise Rule("", f"which way is {what}? give direction")
+
+
+def _listed(what: str) -> tuple[BeforeValidator, ...]:
+    return (list_of_sections(100, f"must be at most 100 sections, [[{what}]]"),)
+
+
+Materials = Annotated[tuple[MeshMaterial, ...], *_listed("material")]
+Supports = Annotated[tuple[MeshSupport, ...], *_listed("support")]
+Springs = Annotated[tuple[MeshSpring, ...], *_listed("spring")]
+Ties = Annotated[tuple[MeshTie, ...], *_listed("tie")]
+Interfaces = Annotated[tuple[MeshInterface, ...], *_listed("interface"), Field(min_length=1)]
+MeshPreloads = Annotated[tuple[MeshPreload, ...], *_listed("preload"), Field(min_length=1)]
+MeshPorts = Annotated[tuple[MeshPort, ...], *_listed("port"), Field(min_length=1)]
+MeshOutputs = Annotated[tuple[MeshOutput, ...], *_listed("output")]
+
+
+@holds_requests
+class MeshJoint(Joint):
+    """A joint from a finite-element mesh, its loads and the analyses asked for."""
+
+    unnamed: ClassVar[str] = "a joint from a mesh"
+    modes_key: ClassVar[str] = "mesh.modes"
+    pairs_key: ClassVar[str] = "interface: contact pairs"
+
+    kind: Literal["mesh"]
+    """What the joint is described by. Which sections the file has: here a mesh and its names, for "lap"
+    dimensions."""
+    title: str | None = Field(default=None, max_length=200)
+    """Name of the joint. Heads tables, figures and the summary."""
+    mesh: MeshFile
+    material: Materials = Field(default=())
+    """What elements are made of, [[material]]; left out, what the file says."""
+    support: Supports = Field(default=())
+    """What does not move, [[support]]."""
+    spring: Springs = Field(default=())
+    """Springs to the ground, [[spring]]."""
+    tie: Ties = Field(default=())
+    """Surfaces that are glued, [[tie]]."""
+    interface: Interfaces
+    """Surfaces in contact, [[interface]]."""
+    preload: MeshPreloads
+    """Loads that press the sides together, [[preload]]."""
+    damping: Damping = Field(default_factory=Damping)
+    port: MeshPorts
+    """Loads that [load] may name, [[port]]; where there is one, it drives the joint."""
+    load: Load | None = None
+    analysis: Requests = Field(default_factory=cycles_and_response)
+    output: MeshOutputs = Field(default=())
+    """Quantities that are reported, [[output]]; left out, the displacement of the driven port. Tables and
+    figures show the first."""
+
+    @property
+    def outputs(self) -> tuple[NamedOutput, ...]:
+        """Quantities that are reported; the first is the one that tables and figures show."""
+        return self.measured
+
+    @property
+    def measured(self) -> tuple[MeshOutput, ...]:
+        """The same, and where each is."""
+        if self.output:
+            return self.output
+        port = self.driven
+        quantity = USUAL_QUANTITY[port.kind]
+        output = MeshOutput.model_construct(
+            name=quantity, quantity=quantity, on=port.on, direction=port.direction
+        )
+        return (output,)
+
+    @property
+    def ports(self) -> tuple[MeshPort, ...]:
+        """Loads that the file names."""
+        return self.port
+
+    @property
+    def driven(self) -> MeshPort:
+        """The port that drives the joint: that of ``[load]``, else the first."""
+        name = None if self.load is None else self.load.port
+        return next((port for port in self.port if port.name == name), self.port[0])
+
+    @property
+    def rayleigh(self) -> tuple[float, float]:
+        """alpha and beta of ``C = alpha M + beta K``, 1/s and s."""
+        return self.damping.alpha, self.damping.beta
+
+    @property
+    def modes_kept(self) -> int:
+        """Free-interface modes that stay dynamic."""
+        return self.mesh.modes
+
+    @property
+    def frictionless(self) -> bool:
+        """Whether the file says that no contact pair has friction."""
+        return all(interface.friction == 0 for interface in self.interface)
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """The file of the mesh."""
+        return (split_source(self.mesh.file)[0],)
+
+    def __repr__(self) -> str:
+        title = [repr(self.title)] if self.title else []
+        facts = (
+            f"mesh {self.mesh.file}",
+            f"preload {readable_force(self)}",
+            f"analyses: {', '.join(self.analysis.asked) or 'none'}",
+        )
+        return f"MeshJoint({', '.join((*title, *facts))})"
+
+    __str__ = __repr__
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        check_names(self.preload, self.port, self.output)
+        check_drive_is_said(self.port, self.load)
+        _interfaces_differ(self.interface, self.output)
+        check_loads(self.port, self.driven, self.load, self.analysis.cycle, self.analysis.history)
+        said = self.driven.load
+        check_requests(self, f'{said.key} = "1 {said.unit}"')
+        check_cycle_range(self)
+        if not self.output and self.driven.kind == "base":
+            raise Rule("output", "the motion of a base is no output: name one, [[output]]")
+        if len(self.material) > 1 and any(m.elements is None for m in self.material):
+            raise Rule("material", "of several materials each says its element sets, elements")
+        return self
+
+
+def _interfaces_differ(interfaces: Sequence[MeshInterface], outputs: Sequence[MeshOutput]) -> None:
+    """Raise `Rule` where two interfaces share a name or are the same, or an output names none."""
+    names: list[str] = []
+    for k, interface in enumerate(interfaces):
+        if interface.name in names:
+            raise Rule(f"interface.{k}.name", f"two interfaces are called {interface.name!r}")
+        names.append(interface.name)
+        sides = (interface.first, interface.second)
+        if interface.first == interface.second:
+            raise Rule(f"interface.{k}.second", "is the first surface: contact is between two")
+        if interface.pairs_on is not None and interface.pairs_on not in sides:
+            raise Rule(f"interface.{k}.pairs_on", f"must be one of {' and '.join(sides)}")
+    for k, output in enumerate(outputs):
+        if output.interface is not None and output.interface not in names:
+            raise Rule(f"output.{k}.interface", f"there is none; there are {', '.join(names)}")
+
+
+def readable_force(joint: MeshJoint) -> str:
+    """Preloads in words.
+
+    Examples
+    --------
+    >>> clamp = MeshPreload(on=["head", "nut"], force="12 kN/m")
+    >>> readable_force(MeshJoint.model_construct(preload=(clamp,)))
+    'clamp 12 kN/m'
+    """
+    parts = []
+    for each in joint.preload:
+        unit, value = ("Pa", each.pressure) if each.force is None else ("N/m", each.force)
+        parts.append(f"{each.name} {units.readable(value or 0.0, unit)}")
+    return ", ".join(parts)

@@ -1,0 +1,92 @@
+"""What a mesh is, in words: its bodies, its interfaces, and the motions that nothing holds."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse.csgraph as csgraph
+
+from microslip.describe.mesh import MeshInterface
+from microslip.model.mesh.finite_elements import FiniteElementMesh
+from microslip.model.meshed import MeshedStructure
+from microslip.model.mortar.coupling import MortarCoupling
+from microslip.typing import Array, Indices
+
+FREE = 1e-6
+"""A translation is free where so little of it is not among the motions without stiffness."""
+
+
+def names_of_motions(found: MeshedStructure, null: Array) -> tuple[str, ...]:
+    """What each motion without stiffness is, by the part of the structure that it moves.
+
+    Parameters
+    ----------
+    found : MeshedStructure
+    null : (n, e) array
+        The motions. Elastic bodies have rigid ones alone: what is no translation turns.
+    """
+    if not null.shape[1]:
+        return ()
+    structure, mesh, d = found.structure, found.mesh, found.mesh.dimension
+    count, parts = csgraph.connected_components(structure.stiffness, directed=False)
+    bodies = _named_bodies(mesh)
+    owner = np.full(len(mesh.points), -1)
+    for k, (_, nodes) in enumerate(bodies):
+        owner[nodes] = k
+    node = np.where(structure.free < mesh.points.size, structure.free // d, 0)
+    largest = float(np.linalg.norm(null, axis=0).max())
+    names: list[str] = []
+    for part in range(count):
+        inside = parts == part
+        own = null * inside[:, None]
+        rank = int(np.linalg.matrix_rank(own, tol=1e-6 * largest))
+        if not rank:
+            continue
+        basis = np.linalg.svd(own, full_matrices=False)[0][:, :rank]
+        whose = " and ".join(bodies[k][0] for k in np.unique(owner[node[inside]]) if k >= 0)
+        moved = 0
+        for axis in range(d):
+            rigid = inside & (structure.free < mesh.points.size) & (structure.free % d == axis)
+            unit = rigid / max(float(np.linalg.norm(rigid)), 1e-300)
+            if np.linalg.norm(basis.T @ unit) > 1 - FREE:
+                names.append(f"translation along {'xyz'[axis]} of {whose}")
+                moved += 1
+        names += [f"rotation of {whose}"] * (rank - moved)
+    return tuple(names)
+
+
+def _named_bodies(mesh: FiniteElementMesh) -> list[tuple[str, Indices]]:
+    """Bodies by the smallest element set that holds all of each, else by number; and their nodes."""
+    sets = {name: np.unique(elements) for name, elements in mesh.element_sets.items()}
+    out = []
+    for k, nodes in enumerate(mesh.bodies):
+        own = _elements_at(mesh, nodes)
+        holding = {n: len(e) for n, e in sets.items() if np.isin(own, e).all()}
+        alone = [name for name, size in holding.items() if size == len(own)]
+        out.append((alone[0] if alone else f"body {k + 1}", nodes))
+    return out
+
+
+def _elements_at(mesh: FiniteElementMesh, nodes: Indices) -> Indices:
+    inside = np.zeros(len(mesh.points), dtype=bool)
+    inside[nodes] = True
+    first = np.concatenate([block.nodes[:, 0] for block in mesh.blocks])
+    return np.flatnonzero(inside[first])
+
+
+def bodies_said(mesh: FiniteElementMesh) -> list[str]:
+    """Bodies with their names and sizes: a row of ``microslip check``."""
+    return [
+        f"{name} ({len(_elements_at(mesh, nodes))} elements, {len(nodes)} nodes)"
+        for name, nodes in _named_bodies(mesh)
+    ]
+
+
+def interface_said(entry: MeshInterface, coupling: MortarCoupling) -> tuple[str, str]:
+    """Area, pairs and gaps of an interface: a row of ``microslip check``."""
+    unit = "m²" if coupling.dimension == 3 else "m²/m"
+    gaps = coupling.gap + entry.gap
+    return (
+        f"interface {entry.name}",
+        f"{coupling.area.sum():.4g} {unit}, {coupling.pairs} pairs on {coupling.slave}, "
+        f"{coupling.covered:.0%} of it facing {coupling.master}, gaps {gaps.min():.3g} to {gaps.max():.3g} m",
+    )

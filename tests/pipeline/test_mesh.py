@@ -1,0 +1,407 @@
+"""A joint from a mesh: the lap joint again, an extruded section, two bolted plates, and mistakes."""
+
+from __future__ import annotations
+
+import runpy
+import shutil
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from mesh_files import lap_document, plates_document, section_document
+from typer.testing import CliRunner
+
+from microslip.analyses.statics.cycle import quasi_static_cycle
+from microslip.cli.check import app as check
+from microslip.cli.run import app as command
+from microslip.contact.pairs import normal, tangential
+from microslip.describe.reading import parse_joint
+from microslip.errors import InputError
+from microslip.pipeline.prepare import assemble
+from microslip.pipeline.run import run
+from microslip.results.store import load_run
+
+ROOT = Path(__file__).parents[2]
+EXAMPLE = ROOT / "examples" / "mesh_plates.toml"
+
+SAME = 1e-8
+"""What the reference joint may differ as a mesh from itself as dimensions."""
+
+REQUESTS = {
+    "cycle": {"moment": ["2 kN*m/m", "15 kN*m/m"], "drives": ["load", "mode"], "steps": 100},
+    "response": {"count": 101},
+    "reduced": {"amplitudes": 8},
+    "harmonic": {"frequencies": [172.0, 176.0], "harmonics": 3, "stability": False},
+    "time": {"frequencies": [174.0]},
+    "backbone": {"count": 3, "methods": ["quasi_static", "prescribed"]},
+}
+LOAD = {"moment": ["20 N*m/m", "200 N*m/m"]}
+
+
+def differ(a, b):
+    """Largest difference over the largest value."""
+    a, b = np.asarray(a), np.asarray(b)
+    return np.abs(a - b).max() / np.abs(a).max()
+
+
+@pytest.fixture(scope="module")
+def lap_file():
+    text = (ROOT / "src/microslip/templates/reference_joint.toml").read_text("utf-8")
+    document = tomllib.loads(text)
+    document["contact"]["pairs"] = 49  # so that elements end where the clamp does
+    return document | {"analysis": REQUESTS, "load": LOAD, "output": [{"name": "deflection"}]}
+
+
+@pytest.fixture(scope="module")
+def both(lap_file, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("mesh")
+    lap = parse_joint(lap_file)
+    document = lap_document(lap, folder) | {"analysis": REQUESTS, "load": LOAD}
+    return run(lap), run(parse_joint(document, "mesh", folder))
+
+
+def test_reference_joint_as_a_mesh_has_the_same_states(both):
+    lap, mesh = both
+    for name in ("sliding_omega", "stuck_omega", "overlap"):
+        assert differ(getattr(lap.mode, name), getattr(mesh.mode, name)) < SAME
+    assert differ(lap.prestress.pressure, mesh.prestress.pressure) < SAME
+    assert differ(lap.assembly.opening_moment, mesh.assembly.opening_moment) < SAME
+    assert differ(lap.model.residual, mesh.model.residual) < SAME
+
+
+def test_reference_joint_as_a_mesh_has_the_same_cycles(both):
+    lap, mesh = both
+    assert not lap.failures
+    assert not mesh.failures
+    for drive, cycles in lap.cycles.items():
+        for a, b in zip(cycles, mesh.cycles[drive], strict=True):
+            assert differ(a.r, b.r) < SAME
+            assert differ(a.dissipated, b.dissipated) < SAME
+    for drive, table in lap.tables.items():
+        assert differ(table.k_eq, mesh.tables[drive].k_eq) < SAME
+        assert differ(table.gamma_eq, mesh.tables[drive].gamma_eq) < SAME
+
+
+def test_reference_joint_as_a_mesh_answers_the_same(both):
+    """At resonance a difference of frequency counts 1 / (2 zeta) times."""
+    lap, mesh = both
+    quality = 1 / (lap.joint.damping.beta * lap.mode.sliding_omega)
+    for a, b in zip(lap.responses, mesh.responses, strict=True):
+        assert differ(a.frequency, b.frequency) < SAME
+        assert differ(a.outputs["deflection"], b.outputs["deflection"]) < SAME * quality
+    for a, b in zip(lap.harmonic, mesh.harmonic, strict=True):
+        for one, other in zip(a.points, b.points, strict=True):
+            assert differ(one.amplitude, other.amplitude) < SAME * quality
+    for a, b in zip(lap.time_domain, mesh.time_domain, strict=True):
+        assert differ(a.steady.amplitude, b.steady.amplitude) < SAME * quality
+    for a, b in zip(lap.backbones, mesh.backbones, strict=True):
+        for one, other in zip(a.points, b.points, strict=True):
+            assert differ(one.omega, other.omega) < SAME
+            assert differ(one.damping_ratio, other.damping_ratio) < SAME
+
+
+# -- an extruded section is the section ------------------------------------------------------------
+
+OTHER_MODES = 1e-5
+"""What modes across the section, kept in place of some in its plane, may change: (omega / omega_kept)²."""
+
+PLACE = 1e-7
+"""What springs that hold the place of a free body may change: (1e-4 of the lowest frequency)² in each of its
+directions."""
+
+OF_SECTION = {
+    "cycle": {"count": 3, "steps": 80},
+    "response": {"count": 51},
+    "reduced": {"amplitudes": 6},
+    "backbone": {"count": 3, "steps": 60},
+}
+
+
+@pytest.fixture(scope="module")
+def sections(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("section")
+    documents = [
+        section_document(folder, depth) | {"analysis": OF_SECTION} for depth in (None, 8.0)
+    ]
+    return [run(parse_joint(document, "section", folder)) for document in documents]
+
+
+def test_extruded_section_has_the_states_of_the_plane_one(sections):
+    plane, extruded = sections
+    assert extruded.model.dimension == 3
+    assert extruded.model.pairs == 2 * plane.model.pairs
+    for name in ("sliding_omega", "stuck_omega", "overlap"):
+        assert differ(getattr(plane.mode, name), getattr(extruded.mode, name)) < SAME
+    both_sides = np.repeat(plane.prestress.pressure, 2)
+    assert differ(both_sides, extruded.prestress.pressure) < SAME
+    assert differ(plane.assembly.opening_moment, extruded.assembly.opening_moment) < SAME
+
+
+def test_extruded_section_answers_as_the_plane_one(sections):
+    plane, extruded = sections
+    assert not plane.failures
+    assert not extruded.failures
+    for a, b in zip(plane.responses, extruded.responses, strict=True):
+        assert differ(a.peak_frequency, b.peak_frequency) < OTHER_MODES
+        peaks = (np.abs(each.outputs["tip"]).max() for each in (a, b))
+        assert differ(*peaks) < 1e-3  # frequencies of both are apart by a part of a step
+    for a, b in zip(plane.backbones, extruded.backbones, strict=True):
+        for one, other in zip(a.points, b.points, strict=True):
+            assert differ(one.omega, other.omega) < OTHER_MODES
+            # near opening the error of the load steps, see the next test
+            assert differ(one.damping_ratio, other.damping_ratio) < 1e-3
+
+
+@pytest.mark.parametrize(("share", "steps", "lost"), [(0.1, 80, PLACE), (0.8, 320, 1e-4)])
+def test_extruded_section_has_the_cycles_of_the_plane_one(sections, share, steps, lost):
+    """Near opening the two solvers halve other load steps, and dissipation has the error of steps."""
+    load = share * sections[0].assembly.opening_moment
+    plane, extruded = (
+        quasi_static_cycle(each.prepared, "tip", load, steps=steps) for each in sections
+    )
+    both_sides = extruded.r.reshape(steps + 1, -1, 2, 3).sum(axis=2)
+    assert differ(normal(plane.r), both_sides[..., 0]) < PLACE
+    across = np.abs(both_sides[..., 2]).max()
+    assert across < SAME * np.abs(both_sides).max()
+    assert differ(np.abs(tangential(plane.r)), np.abs(both_sides[..., 1])) < PLACE
+    assert differ(plane.dissipated, extruded.dissipated) < lost
+
+
+# -- two plates and a bolt -------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("plates")
+
+
+def assembled(document, folder):
+    return assemble(parse_joint(document, "plates", folder))
+
+
+def cycles_alone(document):
+    return document | {"analysis": {"cycle": {"force": [1e3]}}}
+
+
+@pytest.fixture(scope="module")
+def bolted(folder):
+    return assembled(cycles_alone(plates_document(folder)), folder)
+
+
+def test_bolted_plates_are_in_equilibrium(bolted):
+    """The force of the bolt is carried by the contact, and no motion of the free plate gains energy."""
+    start, structure = bolted.prestress, bolted.structure
+    pressed = normal(start.solution.r, 3)
+    assert (pressed >= 0).all()
+    assert pressed.sum() == pytest.approx(12e3 / 0.02, rel=1e-8)
+    load = start.preload["bolt"] * structure.loads["bolt"]
+    force = load - structure.interface.relative.T @ start.solution.r
+    motions = structure.motions
+    assert motions.shape[1] == 6
+    size = np.abs(motions).T @ np.abs(load)
+    assert (np.abs(motions.T @ force) <= 1e-8 * size.max()).all()
+
+
+def test_bolted_plates_open_where_statics_says(bolted):
+    """The free plate turns about an edge of the overlap: F (80 + 15) = P 15, with the tip at 80 mm."""
+    assert bolted.opening_moment == pytest.approx(12e3 / 0.02 * 15 / 95, rel=1e-6)
+
+
+def test_motions_that_nothing_holds_have_names(bolted):
+    names = bolted.imported.zero_modes
+    translations = [f"translation along {axis} of upper" for axis in "xyz"]
+    assert list(names) == [*translations, *["rotation of upper"] * 3]
+
+
+def test_dissipation_of_bolted_plates_converges_with_the_load_steps(bolted):
+    """Steps are implicit: the error goes at least with the step where the way of the slip turns."""
+    load = 0.2 * bolted.opening_moment
+    cycles = [
+        quasi_static_cycle(bolted.prepared, "tip", load, steps=n) for n in (50, 100, 200, 800)
+    ]
+    found = np.array([cycle.dissipated for cycle in cycles])
+    errors = np.abs(found[:-1] / found[-1] - 1)
+    assert (errors[1:] < 0.6 * errors[:-1]).all()
+    assert errors[-1] < 1e-3
+    work = cycles[-1].dissipated + cycles[-1].normal_work
+    assert cycles[-1].external_work == pytest.approx(work, rel=1e-6)
+
+
+@pytest.mark.parametrize("turn", [0.5, 2.0])
+def test_turning_the_mesh_about_the_normal_changes_nothing(bolted, folder, turn):
+    document = cycles_alone(plates_document(folder, f"turned_{turn}.inp", turn))
+    turned = assembled(document, folder)
+    for name in ("sliding_omega", "stuck_omega"):
+        assert differ(getattr(bolted.mode, name), getattr(turned.mode, name)) < SAME
+    c, s = np.cos(turn), np.sin(turn)
+    R = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+    apart = np.linalg.norm((bolted.imported.points @ R.T)[:, None] - turned.imported.points, axis=2)
+    same = np.argmin(apart, axis=1)
+    assert apart.min(axis=1).max() < 1e-12
+    assert differ(bolted.prestress.pressure, turned.prestress.pressure[same]) < SAME
+    load = 0.2 * bolted.opening_moment
+    a, b = (quasi_static_cycle(j.prepared, "tip", load, steps=100) for j in (bolted, turned))
+    assert differ(a.dissipated, b.dissipated) < SAME
+    assert differ(a.friction_work, b.friction_work[same]) < SAME
+    for name in ("output tip", "output slip"):
+        ports = bolted.model.port(name), turned.model.port(name)
+        assert differ(a.output[:, ports[0]], b.output[:, ports[1]]) < SAME
+
+
+def test_width_only_says_what_results_are_per(bolted, folder):
+    document = cycles_alone(plates_document(folder))
+    document["mesh"] = document["mesh"] | {"width": "1 m"}
+    document["preload"] = document["preload"] | {"force": "12 kN/m"}
+    whole = assembled(document, folder)
+    assert differ(bolted.prestress.pressure, whole.prestress.pressure) < SAME
+    load = 0.2 * bolted.opening_moment
+    a = quasi_static_cycle(bolted.prepared, "tip", load, steps=60)
+    b = quasi_static_cycle(whole.prepared, "tip", load * 0.02, steps=60)
+    assert differ(a.dissipated * 0.02, b.dissipated) < SAME
+
+
+def split(document, **aft):
+    """Contact before and behind the bolt, and nothing under it."""
+    faces = {"first": "lower_{}", "second": "upper_{}"}
+    fore, behind = (
+        {"name": name} | {key: text.format(name) for key, text in faces.items()}
+        for name in ("fore", "aft")
+    )
+    return document | {"interface": [fore | {"friction": 0.2}, behind | {"friction": 0.4} | aft]}
+
+
+def test_each_interface_has_its_own_friction_gap_and_stiffness(folder):
+    """Both carry the bolt, without a moment about the middle, whatever the gap of one of them."""
+    stiffness = {"tangential_stiffness": 1e13, "normal_stiffness": 5e12}
+    document = split(cycles_alone(plates_document(folder)), gap=1e-6, **stiffness)
+    found = assembled(document, folder)
+    law, pairs = found.prepared.law, found.imported.pairs
+    behind = found.imported.points[:, 0] > 0
+    assert set(law.friction[behind]) == {0.4}
+    assert set(law.friction[~behind]) == {0.2}
+    assert (pairs.gap == np.where(behind, 1e-6, 0.0)).all()
+    compliance = law.compliance.reshape(-1, 3)
+    assert not compliance[~behind].any()
+    per_area = 1 / (np.array([5e12, 1e13, 1e13]) * found.model.area[behind, None])
+    np.testing.assert_allclose(compliance[behind], per_area, rtol=1e-14)
+    pressed = normal(found.prestress.solution.r, 3)
+    assert pressed.sum() == pytest.approx(6e5, rel=1e-8)
+    assert abs(pressed @ found.imported.points[:, 0]) < 1e-8 * 6e5 * 0.01
+    assert pressed[behind].sum() > 0
+
+
+def test_what_is_tied_is_not_free(folder):
+    document = split(cycles_alone(plates_document(folder)))
+    document["interface"] = document["interface"][1]
+    document["tie"] = {"slave": "upper_fore", "master": "lower_fore"}
+    assert assembled(document, folder).imported.zero_modes == ()
+
+
+def test_a_base_moves_the_mass(folder):
+    """The inertia load does the work of the mass of the free plate on its translation, per metre of width."""
+    document = cycles_alone(plates_document(folder))
+    document["port"] = {"name": "wall", "kind": "base", "direction": "z"}
+    document["load"] = {"acceleration": [1.0]}
+    document["analysis"] = {"cycle": {"acceleration": [1.0]}}
+    found = assembled(document, folder)
+    structure = found.structure
+    moved = structure.motions @ np.linalg.lstsq(structure.motions, _lifted(found), rcond=None)[0]
+    mass = 0.095 * 0.02 * 0.005 * 7850 / 0.02
+    assert structure.loads["wall"] @ moved == pytest.approx(-mass, rel=1e-8)
+
+
+def _lifted(found):
+    """Unit translation along z of the plate that nothing holds."""
+    free = np.abs(found.structure.motions).max(axis=1) > 1e-12
+    return (free & (found.structure.free % 3 == 2)).astype(float)
+
+
+# -- through the command line ----------------------------------------------------------------------
+
+
+def test_the_example_is_checked_run_and_read_again(tmp_path):
+    out = tmp_path / "out"
+    shutil.copytree(EXAMPLE.with_suffix(""), tmp_path / "mesh_plates")
+    small = EXAMPLE.read_text("utf-8").replace("count = 12", "count = 3")
+    (tmp_path / "plates.toml").write_text(small)
+    shown = CliRunner().invoke(check, [str(tmp_path / "plates.toml")])
+    assert shown.exit_code == 0, shown.output
+    said = " ".join(shown.output.split())
+    for fact in ("LOWER (96 elements", "rotation of UPPER (3)", "54 pairs on UPPER_CONTACT"):
+        assert fact in said
+    done = CliRunner().invoke(
+        command, [str(tmp_path / "plates.toml"), "--out", str(out), "--format", "png"]
+    )
+    assert done.exit_code == 0, done.output
+    again = load_run(out)
+    assert again.model.dimension == 3
+    assert again.responses[0].peak_frequency > 0
+    with xr.open_dataset(out / "results.nc", group="cycles_load", engine="h5netcdf") as cycles:
+        assert cycles["slip"].dims == ("cycle", "step", "pair", "tangent")
+        assert cycles["point"].shape == (again.model.pairs, 3)
+    assert (out / "figures" / "response.png").is_file()
+    assert not (out / "figures" / "tractions.png").exists()
+    deck = tmp_path / "mesh_plates" / "plates.inp"
+    deck.write_text(deck.read_text().replace("210000.", "200000."))
+    with pytest.raises(InputError, match="have changed since"):
+        load_run(out)
+
+
+def test_the_mesh_of_the_example_is_what_its_script_writes(tmp_path):
+    script = tmp_path / "make.py"
+    shutil.copy(EXAMPLE.with_suffix("") / "make.py", script)
+    runpy.run_path(str(script), run_name="__main__")
+    written = EXAMPLE.with_suffix("") / "plates.inp"
+    assert (tmp_path / "plates.inp").read_text() == written.read_text()
+
+
+# -- mistakes --------------------------------------------------------------------------------------
+
+
+def refused(document, folder):
+    with pytest.raises(InputError) as caught:
+        assembled(document, folder)
+    return str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("section", "change", "said"),
+    [
+        ("mesh", {"width": None}, "mesh.width is missing"),
+        ("support", {"on": "wall"}, "no node set and no surface 'wall'"),
+        ("interface", {"first": "lower", "second": "upper_contact"}, "no surface 'lower'"),
+        ("interface", {"first": "nut", "second": "head"}, "overlap by"),
+        ("preload", {"on": ["head", "washer"]}, "'washer'"),
+        ("preload", {"on": ["nut", "head"], "direction": [0, 0, -1.0]}, "pulls the sides"),
+        ("port", {"on": "left"}, "it moves nothing"),
+        ("output", {"on": "tip"}, "'tip'"),
+        ("output", {"on": "left"}, "it does not move"),
+    ],
+)
+def test_a_mistake_is_named(folder, section, change, said):
+    document = cycles_alone(plates_document(folder))
+    own = document[section]
+    own = {**(own[0] if isinstance(own, list) else own), **change}
+    document[section] = {key: value for key, value in own.items() if value is not None}
+    assert said in refused(document, folder)
+
+
+@pytest.mark.parametrize(
+    ("analysis", "said"),
+    [
+        ({"time": {"frequencies": [160.0]}, "cycle": {}, "response": {}}, "analysis.time"),
+        ({"harmonic": {"frequencies": [160.0]}}, "analysis.harmonic"),
+        ({"backbone": {"methods": ["harmonic"]}}, "analysis.backbone.methods"),
+        ({"cycle": {}, "response": {"method": "auto"}}, "analysis.response.method"),
+    ],
+)
+def test_analyses_of_plane_contact_are_refused_in_space(folder, analysis, said):
+    assert said in refused(plates_document(folder) | {"analysis": analysis}, folder)
+
+
+def test_a_response_that_friction_alone_holds_is_refused(folder):
+    document = plates_document(folder)
+    document["port"] = document["port"] | {"direction": "y"}
+    assert "friction alone holds the bodies" in refused(document, folder)
