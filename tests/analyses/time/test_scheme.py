@@ -309,13 +309,17 @@ def test_bouncing_for_long(reference, share, free):
             assert worst <= 1e-9
 
 
-@pytest.mark.parametrize("load", [1e-5, 1e-4, 3e-4])
-def test_energy_of_a_steady_cycle_balances(small_reference, load):
-    """Work of the load = friction + damping of the modes and of the residual part + scheme."""
+@pytest.mark.parametrize(("load", "tolerance"), [(1e-5, 1e-7), (1e-4, 1e-5), (3e-4, 1e-5)])
+def test_energy_of_a_steady_cycle_balances(small_reference, load, tolerance):
+    """Work of the load = friction + damping of the modes and of the residual part + scheme.
+
+    A joint that sticks loses a hundredth of its energy in a cycle: a transient of 1e-6 of the motion is
+    half a per cent of that.
+    """
     frequency = small_reference.joint.mode.sliding_frequency + 1.0
     amplitude = load * small_reference.moment
     scheme = quiet(small_reference.joint, FRICTION, 300, frequency)
-    found = steady_state(scheme, frequency, amplitude)
+    found = steady_state(scheme, frequency, amplitude, tolerance=tolerance)
     assert found.converged
     c = found.cycle
     lost = c.dissipated + c.modal_damping + c.residual_damping + c.normal_work
