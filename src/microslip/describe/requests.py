@@ -254,7 +254,7 @@ class TimeAnalysis(AscendingBand):
     tolerance: Number = Field(default=1e-5, gt=0, lt=0.1)
     """The state repeats to this part of its motion. How steady a steady state is."""
     search: Literal["accelerated", "marched"] = "accelerated"
-    """Anderson's acceleration, or cycle after cycle as in the laboratory. Marching shows what a
+    """Newton's method, or cycle after cycle as in the laboratory. Marching shows what a
     slow sweep would reach."""
 
 
