@@ -36,7 +36,12 @@ from microslip.model.mesh.loads import (
     spring_stiffness,
 )
 from microslip.model.mesh.read import read_mesh
-from microslip.model.mesh_in_words import bodies_said, interface_said, names_of_motions
+from microslip.model.mesh_in_words import (
+    bodies_said,
+    doubtful_materials,
+    interface_said,
+    names_of_motions,
+)
 from microslip.model.meshed import MeshedStructure, structure_from_mesh
 from microslip.model.mortar.coupling import MortarCoupling, couple
 from microslip.model.pair_table import Pairs
@@ -137,7 +142,7 @@ def _built(described: _Described, changed: int, size: int) -> Imported:
         preload=preload,
         zero_modes=names,
         first_frequency=zero.first,
-        cautions=found.cautions,
+        cautions=(*found.cautions, *([] if joint.material else doubtful_materials(mesh, given))),
         points=np.concatenate([c.points for c in couplings]),
         facts=facts,
     )
