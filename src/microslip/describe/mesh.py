@@ -180,7 +180,7 @@ class MeshPreload(Section):
     """A load that is held through every analysis, `[[preload]]`: the force of a bolt."""
 
     name: str = Field(default="clamp", pattern=NAME, max_length=40)
-    """What it is called."""
+    """What it is called. Messages and the joint model name it so."""
     on: OnNames
     """Surfaces or node sets it acts on: two of a force, which draws them towards each other, as a bolt does
     with head and nut; any number of surfaces of a pressure. All contact pressure."""
@@ -236,7 +236,7 @@ class MeshOutput(NamedOutput, Place):
     """A quantity of the motion, `[[output]]`."""
 
     interface: str | None = None
-    """Interface of a slip or a gap; left out, the nearest."""
+    """Interface of a slip or a gap; left out, the nearest. Where several lie close together."""
     at: tuple[Length, ...] | None = None
     """Point whose nearest contact pair a slip or a gap is of: [x, y], or [x, y, z]. In m or with a unit."""
 
