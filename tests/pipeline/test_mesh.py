@@ -338,6 +338,28 @@ def test_each_interface_has_its_own_friction_gap_and_stiffness(folder):
     assert pressed[behind].sum() > 0
 
 
+def test_a_measured_surface_is_linear_between_its_points(folder):
+    """A plane of gaps, measured at random: what rigid plates do of it is to lie down on it."""
+    rng = np.random.default_rng(3)
+    x, y = rng.uniform(-20, 20, (2, 60))
+    x[:4], y[:4] = [-20, 20, 20, -20], [-20, -20, 20, 20]
+    gap = 1e-3 + 1e-5 * x - 2e-5 * y
+    rows = zip(x, y, 0 * x, gap, strict=True)
+    text = "x,y,z,gap\n" + "".join(",".join(map(repr, map(float, row))) + "\n" for row in rows)
+    (folder / "plane.csv").write_text(text)
+    document = cycles_alone(plates_document(folder))
+    flat = assembled(document, folder)
+    document["interface"] = document["interface"] | {"topography": "plane.csv"}
+    found = assembled(document, folder)
+    at = found.imported.points
+    expected = 1e-3 * (1e-3 + 1e-2 * at[:, 0] - 2e-2 * at[:, 1])
+    np.testing.assert_allclose(found.imported.pairs.gap, expected, atol=1e-15)
+    assert differ(flat.prestress.pressure, found.prestress.pressure) < PLACE
+    (folder / "short.csv").write_text("x,y,z,gap\n0,0,0,1\n1,0,0,1\n0,1,0,1\n")
+    document["interface"] = document["interface"] | {"topography": "short.csv"}
+    assert "contact pairs lie outside of its points" in refused(document, folder)
+
+
 def test_what_is_tied_is_not_free(folder):
     document = split(cycles_alone(plates_document(folder)))
     document["interface"] = document["interface"][1]

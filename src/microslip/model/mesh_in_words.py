@@ -86,11 +86,12 @@ def bodies_said(mesh: FiniteElementMesh) -> list[str]:
 def interface_said(entry: MeshInterface, coupling: MortarCoupling) -> tuple[str, str]:
     """Area, pairs and gaps of an interface: a row of ``microslip check``."""
     unit = "m²" if coupling.dimension == 3 else "m²/m"
-    gaps = coupling.gap + entry.gap
+    gaps = coupling.gap
     return (
         f"interface {entry.name}",
         f"{coupling.area.sum():.4g} {unit}, {coupling.pairs} pairs on {coupling.slave}, "
-        f"{coupling.covered:.0%} of it facing {coupling.master}, gaps {gaps.min():.3g} to {gaps.max():.3g} m",
+        f"{coupling.covered:.0%} of it facing {coupling.master}, "
+        f"{gaps.min():.3g} to {gaps.max():.3g} m apart in the mesh",
     )
 
 
