@@ -14,6 +14,7 @@ from pydantic import Field
 from microslip.describe.keys import Key, key_of, sections
 from microslip.describe.lap import LapJoint
 from microslip.describe.matrices import MatricesJoint
+from microslip.describe.mesh import MeshJoint
 from microslip.describe.plausible import TABLE
 from microslip.describe.quantities import Count, Section
 from microslip.describe.reading import load_joint, parse_joint
@@ -171,24 +172,27 @@ def test_the_reference_lists_every_key():
     assert LapJoint.model_fields["title"].description.split(".")[0] in text
 
 
-# -- matrices ------------------------------------------------------------------------------------
+# -- matrices and meshes -------------------------------------------------------------------------
 
 SHARED = {section.keys for section in sections()}
-OF_MATRICES = [
-    (section, key)
-    for section in sections(MatricesJoint)
+OWN = [
+    (kind, section.path, key)
+    for kind, model in (("matrices", MatricesJoint), ("mesh", MeshJoint))
+    for section in sections(model)
     if section.keys not in SHARED
     for key in section.keys
 ]
 
 
 @pytest.mark.parametrize(
-    ("section", "key"), OF_MATRICES, ids=[f"{s.path}.{k.name}" for s, k in OF_MATRICES]
+    ("kind", "key"),
+    [(kind, key) for kind, _, key in OWN],
+    ids=[f"{kind}.{path}.{key.name}" for kind, path, key in OWN],
 )
-def test_template_of_matrices_has_every_key_and_its_meaning(section, key):
+def test_template_of_other_joints_has_every_key_and_its_meaning(kind, key):
     assert key.meaning
     assert key.matters
-    text = " ".join(template("matrices").replace("#", " ").split())
+    text = " ".join(template(kind).replace("#", " ").split())
     assert f"{key.name} = " in text
     assert key.meaning in text
 

@@ -15,9 +15,10 @@ from typer.testing import CliRunner
 
 from microslip.analyses.statics.cycle import quasi_static_cycle
 from microslip.cli.check import app as check
+from microslip.cli.new import app as new
 from microslip.cli.run import app as command
 from microslip.contact.pairs import normal, tangential
-from microslip.describe.reading import parse_joint
+from microslip.describe.reading import load_joint, parse_joint
 from microslip.errors import InputError
 from microslip.pipeline.prepare import assemble
 from microslip.pipeline.run import run
@@ -209,6 +210,51 @@ def test_bolted_plates_open_where_statics_says(bolted):
     assert bolted.opening_moment == pytest.approx(12e3 / 0.02 * 15 / 95, rel=1e-6)
 
 
+def test_a_moment_opens_them_where_statics_says(folder):
+    """About either edge of the overlap, M = P 15 mm."""
+    document = cycles_alone(plates_document(folder))
+    document["port"] = {"name": "twist", "kind": "moment", "on": "right", "direction": "y"}
+    document["load"] = {"moment": [1.0]}
+    document["analysis"] = {"cycle": {"moment": [1.0]}}
+    document["output"] = {
+        "name": "tilt",
+        "quantity": "rotation",
+        "on": "right",
+        "direction": "y",
+    }
+    found = assembled(document, folder)
+    assert found.opening_moment == pytest.approx(12e3 / 0.02 * 0.015, rel=1e-6)
+    same = [found.structure.loads[name] for name in ("twist", "output tilt")]
+    np.testing.assert_array_equal(*same)
+
+
+def test_a_mesh_that_has_changed_is_read_again(folder):
+    document = cycles_alone(plates_document(folder, "changing.inp"))
+    before = assembled(document, folder).mode.stuck_omega
+    deck = folder / "changing.inp"
+    deck.write_text(deck.read_text().replace("210000.0", "105000.0"))
+    after = assembled(document, folder).mode.stuck_omega
+    assert after == pytest.approx(before * np.sqrt(0.5), rel=1e-9)
+
+
+def test_another_unit_of_length_is_doubted(folder):
+    document = cycles_alone(plates_document(folder))
+    document["mesh"] = document["mesh"] | {"length_unit": "m", "width": "20 m"}
+    said = " ".join(map(str, assembled(document, folder).doubts))
+    assert "E = 2.1e+05 Pa" in said
+    assert "are these the units of the file?" in said
+
+
+def test_the_template_is_a_joint_file(tmp_path):
+    made = CliRunner().invoke(new, ["mesh", str(tmp_path / "joint.toml")])
+    assert made.exit_code == 0, made.output
+    (tmp_path / "joint.inp").write_text("*NODE\n")
+    joint = load_joint(tmp_path / "joint.toml")
+    assert joint.preload[0].on == ("head", "nut")
+    with pytest.raises(InputError, match=r"joint\.inp: there are no nodes"):
+        assemble(joint)
+
+
 def test_motions_that_nothing_holds_have_names(bolted):
     names = bolted.imported.zero_modes
     translations = [f"translation along {axis} of upper" for axis in "xyz"]
@@ -290,6 +336,28 @@ def test_each_interface_has_its_own_friction_gap_and_stiffness(folder):
     assert pressed.sum() == pytest.approx(6e5, rel=1e-8)
     assert abs(pressed @ found.imported.points[:, 0]) < 1e-8 * 6e5 * 0.01
     assert pressed[behind].sum() > 0
+
+
+def test_a_measured_surface_is_linear_between_its_points(folder):
+    """A plane of gaps, measured at random: what rigid plates do of it is to lie down on it."""
+    rng = np.random.default_rng(3)
+    x, y = rng.uniform(-20, 20, (2, 60))
+    x[:4], y[:4] = [-20, 20, 20, -20], [-20, -20, 20, 20]
+    gap = 1e-3 + 1e-5 * x - 2e-5 * y
+    rows = zip(x, y, 0 * x, gap, strict=True)
+    text = "x,y,z,gap\n" + "".join(",".join(map(repr, map(float, row))) + "\n" for row in rows)
+    (folder / "plane.csv").write_text(text)
+    document = cycles_alone(plates_document(folder))
+    flat = assembled(document, folder)
+    document["interface"] = document["interface"] | {"topography": "plane.csv"}
+    found = assembled(document, folder)
+    at = found.imported.points
+    expected = 1e-3 * (1e-3 + 1e-2 * at[:, 0] - 2e-2 * at[:, 1])
+    np.testing.assert_allclose(found.imported.pairs.gap, expected, atol=1e-15)
+    assert differ(flat.prestress.pressure, found.prestress.pressure) < PLACE
+    (folder / "short.csv").write_text("x,y,z,gap\n0,0,0,1\n1,0,0,1\n0,1,0,1\n")
+    document["interface"] = document["interface"] | {"topography": "short.csv"}
+    assert "contact pairs lie outside of its points" in refused(document, folder)
 
 
 def test_what_is_tied_is_not_free(folder):

@@ -164,6 +164,9 @@ class MeshInterface(Section):
     comes of it."""
     gap: Length = Field(default=0.0)
     """Added to the distance that the mesh has, negative where the bodies interfere. Shims and press fits."""
+    topography: Source | None = None
+    """Table of measured distances that are added as well, CSV or NPZ: columns x, y (and z) and gap, in the
+    unit of length of the mesh. Where contact is made, of surfaces that are not flat."""
     reach: Length | None = Field(default=None, gt=0)
     """Distance up to which facets face each other; left out, two facets. Wide gaps."""
     overlap: Length | None = Field(default=None, ge=0)
@@ -180,7 +183,7 @@ class MeshPreload(Section):
     """A load that is held through every analysis, `[[preload]]`: the force of a bolt."""
 
     name: str = Field(default="clamp", pattern=NAME, max_length=40)
-    """What it is called."""
+    """What it is called. Messages and the joint model name it so."""
     on: OnNames
     """Surfaces or node sets it acts on: two of a force, which draws them towards each other, as a bolt does
     with head and nut; any number of surfaces of a pressure. All contact pressure."""
@@ -236,7 +239,7 @@ class MeshOutput(NamedOutput, Place):
     """A quantity of the motion, `[[output]]`."""
 
     interface: str | None = None
-    """Interface of a slip or a gap; left out, the nearest."""
+    """Interface of a slip or a gap; left out, the nearest. Where several lie close together."""
     at: tuple[Length, ...] | None = None
     """Point whose nearest contact pair a slip or a gap is of: [x, y], or [x, y, z]. In m or with a unit."""
 
@@ -353,8 +356,9 @@ class MeshJoint(Joint):
 
     @property
     def files(self) -> tuple[str, ...]:
-        """The file of the mesh."""
-        return (split_source(self.mesh.file)[0],)
+        """The file of the mesh, and those of measured distances."""
+        sources = (self.mesh.file, *(each.topography for each in self.interface))
+        return tuple(dict.fromkeys(split_source(each)[0] for each in sources if each is not None))
 
     def __repr__(self) -> str:
         title = [repr(self.title)] if self.title else []

@@ -36,12 +36,18 @@ from microslip.model.mesh.loads import (
     spring_stiffness,
 )
 from microslip.model.mesh.read import read_mesh
-from microslip.model.mesh_in_words import bodies_said, interface_said, names_of_motions
+from microslip.model.mesh_in_words import (
+    bodies_said,
+    doubtful_materials,
+    interface_said,
+    names_of_motions,
+)
 from microslip.model.meshed import MeshedStructure, structure_from_mesh
 from microslip.model.mortar.coupling import MortarCoupling, couple
 from microslip.model.pair_table import Pairs
 from microslip.model.soundness import zero_modes
 from microslip.model.structure import Structure
+from microslip.model.topography import gaps_from
 from microslip.typing import Array, Indices
 
 COMPONENTS = {"x": 0, "y": 1, "z": 2}
@@ -62,9 +68,9 @@ def read_described_mesh(joint: MeshJoint) -> Imported:
         Where the file cannot be read, a name is not in it, or what is asked for is not known of it.
     """
     file = Path(joint.mesh.file)
-    stat = file.stat()
+    stats = [Path(name).stat() for name in joint.files]
     try:
-        return _built(_Described(joint), stat.st_mtime_ns, stat.st_size)
+        return _built(_Described(joint), tuple((s.st_mtime_ns, s.st_size) for s in stats))
     except ModelError as error:
         raise InputError(f"{file.name}: {error}") from None
 
@@ -83,7 +89,7 @@ class _Described:
 
 
 @lru_cache(maxsize=1)
-def _built(described: _Described, changed: int, size: int) -> Imported:
+def _built(described: _Described, changed: tuple[tuple[int, int], ...]) -> Imported:
     joint = described.joint
     given = joint.mesh
     mesh = read_mesh(
@@ -137,7 +143,7 @@ def _built(described: _Described, changed: int, size: int) -> Imported:
         preload=preload,
         zero_modes=names,
         first_frequency=zero.first,
-        cautions=found.cautions,
+        cautions=(*found.cautions, *([] if joint.material else doubtful_materials(mesh, given))),
         points=np.concatenate([c.points for c in couplings]),
         facts=facts,
     )
@@ -417,6 +423,8 @@ def _pairs(joint: MeshJoint, structure: Structure, couplings: Sequence[MortarCou
         # what rounding leaves of surfaces that touch is no gap
         near = np.abs(coupling.gap) <= TOUCHING * np.ptp(coupling.points, axis=0).max()
         gap.append(np.where(near, 0.0, coupling.gap) + entry.gap)
+        if entry.topography is not None:
+            gap[-1] += gaps_from(entry.topography, coupling, LENGTHS[joint.mesh.length_unit])
         for key, values in springs.items():
             stiffness = getattr(entry, key)
             values.append(np.full(coupling.pairs, np.inf if stiffness is None else stiffness))

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import scipy.sparse.csgraph as csgraph
 
-from microslip.describe.mesh import MeshInterface
+from microslip.describe.mesh import MeshFile, MeshInterface
+from microslip.describe.plausible import TABLE
+from microslip.errors import Caution
 from microslip.model.mesh.finite_elements import FiniteElementMesh
 from microslip.model.meshed import MeshedStructure
 from microslip.model.mortar.coupling import MortarCoupling
@@ -84,9 +86,26 @@ def bodies_said(mesh: FiniteElementMesh) -> list[str]:
 def interface_said(entry: MeshInterface, coupling: MortarCoupling) -> tuple[str, str]:
     """Area, pairs and gaps of an interface: a row of ``microslip check``."""
     unit = "m²" if coupling.dimension == 3 else "m²/m"
-    gaps = coupling.gap + entry.gap
+    gaps = coupling.gap
     return (
         f"interface {entry.name}",
         f"{coupling.area.sum():.4g} {unit}, {coupling.pairs} pairs on {coupling.slave}, "
-        f"{coupling.covered:.0%} of it facing {coupling.master}, gaps {gaps.min():.3g} to {gaps.max():.3g} m",
+        f"{coupling.covered:.0%} of it facing {coupling.master}, "
+        f"{gaps.min():.3g} to {gaps.max():.3g} m apart in the mesh",
     )
+
+
+def doubtful_materials(mesh: FiniteElementMesh, given: MeshFile) -> list[Caution]:
+    """That a material of the file is not usual, as where the file is in other units."""
+    usual = {row.key: row for row in TABLE}
+    E, rho = usual["material.youngs_modulus"], usual["material.density"]
+    return [
+        Caution(
+            "input",
+            f"mesh.length_unit = {given.length_unit}, mesh.force_unit = {given.force_unit}",
+            f"material {name!r} has E = {own.youngs_modulus:.3g} Pa and {own.density:.3g} kg/m³",
+            "are these the units of the file? Densities go with N and mm in tonnes/mm³",
+        )
+        for name, own in mesh.materials.items()
+        if not (E.low <= own.youngs_modulus <= E.high and rho.low <= own.density <= rho.high)
+    ]
