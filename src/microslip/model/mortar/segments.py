@@ -16,7 +16,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
+from scipy import spatial
 
 from microslip.brief import Brief
 from microslip.errors import ModelError
@@ -201,7 +201,7 @@ def _simplices(facets: Facets, group: FacetGroup) -> _Simplices:
 
 def _near(mine: _Simplices, theirs: _Simplices, reach: float) -> tuple[Indices, Indices]:
     """Pairs of simplices that may be within reach."""
-    tree = cKDTree(theirs.centre)
+    tree = spatial.cKDTree(theirs.centre)
     radii = mine.radius + theirs.radius.max() + reach
     lists = tree.query_ball_point(mine.centre, radii)
     first = np.repeat(np.arange(len(lists)), [len(found) for found in lists])

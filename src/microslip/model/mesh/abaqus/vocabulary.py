@@ -123,4 +123,4 @@ NAMED_SUPPORTS = {
     "YSYMM": (1, 3, 5),
     "ZSYMM": (2, 3, 4),
 }
-"""Components that named supports of *BOUNDARY hold."""
+"""Components that the named supports of a deck hold."""
