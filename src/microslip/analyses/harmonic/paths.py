@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -34,6 +35,9 @@ CONTROL = StepControl(
     first=0.02, smallest=1e-6, largest=0.5, good_iterations=6, tolerance=0.1 * ACCEPTED
 )
 """Steps along a response; a step of length one changes every reaction by the prestress's largest."""
+
+RAISED_BY = (1.0, 0.1)
+"""Shares of those steps by which a load is raised, one after the other where it is not reached."""
 
 
 class EquationsAt:
@@ -155,7 +159,11 @@ def raise_load(
     """
     path = LoadPath(problem, frequency, load)
     start = first_point(path, problem.rest(), 0.0, control)
-    branch = trace(path, start, (min(0.0, load), max(0.0, load)), control)
+    for share in RAISED_BY:
+        finer = replace(control, first=share * control.first, largest=share * control.largest)
+        branch = trace(path, start, (min(0.0, load), max(0.0, load)), finer)
+        if branch.points[-1].p == load:
+            break
     if branch.points[-1].p != load:
         raise ContinuationError(
             f"harmonic balance at {frequency:.6g} Hz: the load got to {branch.points[-1].p:.4g} of "
