@@ -11,20 +11,11 @@ unsolved or a residual beyond 1e-9.
 
 from __future__ import annotations
 
-import argparse
-from dataclasses import dataclass, field
-from itertools import pairwise
-from pathlib import Path
+from collections.abc import Iterator
 
 import numpy as np
+from solver_table import Study, asked_parser, steps_by_seed
 from spatial_problems import Array, problems
-
-from microslip.contact.pairs import STICK
-from microslip.contact.solver import ContactSolver
-from microslip.errors import ContactError
-from microslip.model.flexibility import Flexibility
-
-ASKED = 1e-9
 
 BOUNDS = (0.03, 0.1, 0.3, 0.6, 1.0, 3.0)
 
@@ -55,15 +46,6 @@ Steps by the way that solved them, each by the dearest that it needed, and Newto
 """
 
 
-@dataclass
-class Found:
-    """Steps of one range of friction."""
-
-    count: Array = field(default_factory=lambda: np.zeros(len(WAYS), dtype=int))
-    iterations: list[int] = field(default_factory=list)
-    residual: float = 0.0
-
-
 def natural_residual(W: Array, mu: float, v_free: Array, vt_old: Array, r: Array) -> float:
     """Largest violation of the contact laws, ``|r - proj(r + rho v)|`` with each pair's own rho."""
     v = (v_free - W @ r).reshape(-1, 3)
@@ -76,73 +58,27 @@ def natural_residual(W: Array, mu: float, v_free: Array, vt_old: Array, r: Array
     return float(max(np.abs(normal).max(), tangential.max()))
 
 
-def take(found: Found, W: Array, mu: float, loads: Array) -> None:
-    """Solve all steps of one problem; after an unsolved one the pairs stick where they were."""
-    m = len(W) // 3
-    none = np.zeros((3 * m, 0)), np.zeros(0), np.zeros((3 * m, 0)), np.zeros((0, 0))
-    flexibility = Flexibility(W, *none, np.zeros((0, 0)))
-    solver = ContactSolver(flexibility, mu, np.ones(m), np.full(m, STICK, np.int8))
-    vt_old = np.zeros((m, 2))
-    for v_free in loads:
-        try:
-            solution = solver.solve(v_free, np.zeros(0), vt_old)
-        except ContactError:
-            found.count += solver.memory.solved
-            solver = ContactSolver(flexibility, mu, np.ones(m), np.full(m, STICK, np.int8))
-            continue
-        residual = natural_residual(W, mu, v_free, vt_old, solution.r)
-        found.residual = max(found.residual, residual)
-        found.iterations.append(solution.iterations)
-        vt_old = solution.v.reshape(-1, 3)[:, 1:].copy()
-    found.count += solver.memory.solved
+STUDY = Study(3, WAYS, BOUNDS, natural_residual)
 
 
-def table(bands: list[Found]) -> list[str]:
-    """Rows by friction, and all of them."""
-    lines = [
-        f"| friction | steps | {' | '.join(WAYS)} | iterations: mean | 99 % | largest residual |",
-        "|" + "---|" * (len(WAYS) + 5),
-    ]
-    whole = Found(
-        sum(band.count for band in bands),
-        [n for band in bands for n in band.iterations],
-        max(band.residual for band in bands),
-    )
-    names = [f"{a:g} to {b:g}" for a, b in pairwise(BOUNDS)]
-    for name, band in zip([*names, "all"], [*bands, whole], strict=True):
-        if not band.iterations:
-            continue
-        counts = " | ".join(f"{n:,}" for n in band.count)
-        mean, most = np.mean(band.iterations), np.percentile(band.iterations, 99)
-        row = f"| {name} | {int(band.count.sum()):,} | {counts} | {mean:.1f} | {most:.0f} "
-        lines.append(row + f"| {band.residual:.0e} |")
-    return lines
+def shuffled(seed: int, count: int) -> Iterator[tuple[Array, float, Array]]:
+    """The problems of a seed with three times their friction and their loads in random order."""
+    order = np.random.default_rng(seed)
+    for W, mu, loads in problems(seed, count):
+        yield W, 3 * mu, loads[order.permutation(len(loads))]
 
 
 def main() -> int:
     """Solve, print the table, and judge it."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seeds", type=int, nargs=2, default=[10, 60], metavar=("FROM", "TO"))
-    parser.add_argument("--count", type=int, default=40)
+    parser = asked_parser(__doc__.splitlines()[0], 40)
     parser.add_argument("--jumps", action="store_true")
-    parser.add_argument("--page", type=Path)
     asked = parser.parse_args()
-    bands = [Found() for _ in BOUNDS[1:]]
-    for seed in range(*asked.seeds):
-        order = np.random.default_rng(seed)
-        for W, mu, loads in problems(seed, asked.count):
-            if asked.jumps:
-                mu, loads = 3 * mu, loads[order.permutation(len(loads))]
-            take(bands[int(np.searchsorted(BOUNDS[1:-1], mu))], W, mu, loads)
-        print(f"seed {seed}: {sum(int(band.count.sum()) for band in bands):,} steps", flush=True)
-    lines = table(bands)
-    print("\n".join(lines))
-    if asked.page:
-        command = "python benchmarks/population/spatial_solver.py"
-        command += f" --seeds {asked.seeds[0]} {asked.seeds[1]} --count {asked.count}"
-        asked.page.write_text(PAGE.format(command=command) + "\n".join(lines) + "\n")
-    good = all(band.count[-1] == 0 and band.residual <= ASKED for band in bands)
-    return 0 if good else 1
+    drawn = shuffled if asked.jumps else problems
+    bands = steps_by_seed(STUDY, range(*asked.seeds), lambda seed: drawn(seed, asked.count))
+    command = "python benchmarks/population/spatial_solver.py"
+    command += f" --seeds {asked.seeds[0]} {asked.seeds[1]} --count {asked.count}"
+    command += " --jumps" if asked.jumps else ""
+    return STUDY.finish(bands, asked.page, PAGE.format(command=command))
 
 
 if __name__ == "__main__":

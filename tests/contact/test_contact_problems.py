@@ -14,7 +14,7 @@ POPULATION = ROOT / "benchmarks" / "population"
 sys.path.insert(0, str(POPULATION))
 
 from contact_problems import problems  # noqa: E402
-from contact_solver import Found, natural_residual, take  # noqa: E402
+from contact_solver import STUDY, natural_residual  # noqa: E402
 
 CYCLING = ((1, 8), (1, 26))
 """Problems, by seed and number, on which the active set cycles again and again."""
@@ -22,9 +22,9 @@ CYCLING = ((1, 8), (1, 26))
 
 @pytest.mark.parametrize("seed", [2, 3, 104])
 def test_every_step_is_solved(seed):
-    found = Found()
+    found = STUDY.nothing()
     for W, mu, loads in problems(seed, 10):
-        take(found, W, mu, loads)
+        STUDY.take(found, W, mu, loads)
     assert found.count.sum() == 1000
     assert found.count[-1] == 0
     assert found.residual <= 1e-9
@@ -32,9 +32,9 @@ def test_every_step_is_solved(seed):
 
 @pytest.mark.parametrize(("seed", "number"), CYCLING)
 def test_where_the_active_set_cycles_lemke_solves(seed, number):
-    found = Found()
+    found = STUDY.nothing()
     W, mu, loads = list(problems(seed, number + 1))[number]
-    take(found, W, mu, loads)
+    STUDY.take(found, W, mu, loads)
     assert found.count[-1] == 0
     assert found.count[-2] > 0
     assert found.residual <= 1e-9

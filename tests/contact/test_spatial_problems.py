@@ -12,14 +12,14 @@ POPULATION = ROOT / "benchmarks" / "population"
 sys.path.insert(0, str(POPULATION))
 
 from spatial_problems import problems  # noqa: E402
-from spatial_solver import Found, natural_residual, take  # noqa: E402
+from spatial_solver import STUDY, natural_residual  # noqa: E402
 
 
 @pytest.mark.parametrize("seed", [101, 102])
 def test_every_step_is_solved(seed):
-    found = Found()
+    found = STUDY.nothing()
     for W, mu, loads in problems(seed, 10):
-        take(found, W, mu, loads)
+        STUDY.take(found, W, mu, loads)
     assert found.count.sum() == 1000
     assert found.count[-1] == 0
     assert found.residual <= 1e-9
@@ -27,10 +27,10 @@ def test_every_step_is_solved(seed):
 
 def test_jumps_of_load_and_strong_friction_need_other_ways_and_are_solved():
     """Loads in random order, friction to 3: beyond joints, where Newton's method alone may fail."""
-    found = Found()
+    found = STUDY.nothing()
     order = np.random.default_rng(5)
     for W, mu, loads in problems(2, 60):
-        take(found, W, 3 * mu, loads[order.permutation(len(loads))])
+        STUDY.take(found, W, 3 * mu, loads[order.permutation(len(loads))])
     assert found.count.sum() == 6000
     assert found.count[-1] == 0
     assert found.count[0] < 6000
