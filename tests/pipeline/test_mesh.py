@@ -14,15 +14,21 @@ from mesh_files import lap_document, plates_document, section_document
 from typer.testing import CliRunner
 
 from microslip.analyses.statics.cycle import quasi_static_cycle
+from microslip.analyses.time.scheme import time_scheme
+from microslip.analyses.time.steady import steady_state
+from microslip.analyses.time.unreduced import full_scheme, march_full
 from microslip.cli.check import app as check
 from microslip.cli.new import app as new
 from microslip.cli.run import app as command
-from microslip.contact.pairs import normal, tangential
+from microslip.contact.pairs import SLIP, normal, tangential
 from microslip.describe.reading import load_joint, parse_joint
 from microslip.errors import InputError
 from microslip.pipeline.prepare import assemble
 from microslip.pipeline.run import run
+from microslip.results.history import history_datasets
 from microslip.results.store import load_run
+from microslip.results.time import time_datasets
+from microslip.show.figures import save_figures
 
 ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / "examples" / "mesh_plates.toml"
@@ -170,6 +176,43 @@ def test_extruded_section_has_the_cycles_of_the_plane_one(sections, share, steps
     assert differ(plane.dissipated, extruded.dissipated) < lost
 
 
+def test_extruded_section_has_the_time_point_of_the_plane_one(sections):
+    """On the flank of the resonance, in wide slip; both solvers end at the tolerance of the search."""
+    load = 0.02 * sections[0].assembly.opening_moment
+    frequency = 1.01 * sections[0].mode.sliding_frequency
+    plane, extruded = (
+        steady_state(
+            time_scheme(each.prepared, 1 / (100 * frequency), frequency=frequency),
+            frequency,
+            load,
+            tolerance=1e-7,
+        )
+        for each in sections
+    )
+    assert plane.converged
+    assert extruded.converged
+    assert (extruded.cycle.status == SLIP).any()
+    quality = 1 / (sections[0].joint.damping.beta * sections[0].mode.sliding_omega)
+    assert differ(plane.amplitude, extruded.amplitude) < min(1e-2, OTHER_MODES * quality)
+    assert differ(plane.cycle.dissipated, extruded.cycle.dissipated) < 1e-2
+
+
+def test_extruded_section_marched_in_every_degree_of_freedom(sections):
+    """From rest into slip: the same motion, reactions of the plane section shared by both sides."""
+    load = 0.05 * sections[0].assembly.opening_moment
+    dt = 1 / (60 * sections[0].mode.sliding_frequency)
+    wave = load * np.sin(2 * np.pi * np.arange(91) / 60)
+    plane, extruded = (
+        march_full(full_scheme(each.structure, each.prepared, dt, port="tip"), wave)
+        for each in sections
+    )
+    assert (extruded.status == SLIP).any()
+    assert differ(plane.output["tip"], extruded.output["tip"]) < PLACE
+    both_sides = extruded.r.reshape(len(wave), -1, 2, 3).sum(axis=2)
+    assert differ(normal(plane.r), both_sides[..., 0]) < 1e-6
+    assert differ(plane.dissipated, extruded.dissipated) < 1e-6
+
+
 # -- two plates and a bolt -------------------------------------------------------------------------
 
 
@@ -253,6 +296,36 @@ def test_the_template_is_a_joint_file(tmp_path):
     assert joint.preload[0].on == ("head", "nut")
     with pytest.raises(InputError, match=r"joint\.inp: there are no nodes"):
         assemble(joint)
+
+
+def test_bolted_plates_in_time(folder, tmp_path):
+    """A steady state is that of the reduced model at a light load; histories and results hold both slips."""
+    document = plates_document(folder)
+    light = {
+        "analysis": {"cycle": {"count": 6, "steps": 60}, "response": {"count": 41}},
+        "load": {"force": [5.0]},
+    }
+    mode = assembled(document | light, folder).mode
+    frequency = round(1.002 * mode.stuck_frequency, 1)
+    light["analysis"] |= {
+        "time": {"frequencies": [frequency], "steps": 100},
+        "history": [
+            {"signal": "sine", "frequency": frequency, "cycles": 2, "steps": 60, "force": 20.0}
+        ],
+    }
+    found = run(parse_joint(document | light, "plates", folder))
+    assert not found.failures
+    (point,), (history,) = found.time_domain, found.histories
+    reduced = next(r for r in found.responses if r.variant == "refined")
+    wanted = np.interp(frequency, reduced.frequency, np.abs(reduced.amplitude))
+    assert abs(point.steady.amplitude) == pytest.approx(wanted, rel=1e-2)
+    assert history.slip.shape[1:] == (1, 2)
+    stored = time_datasets(found)["time_domain"]
+    assert stored["local_slip"].dims == ("point", "step", "position", "tangent")
+    assert history_datasets(found)["history/sine"]["local_slip"].dims[-1] == "tangent"
+    drawn = save_figures(found, tmp_path)
+    assert not any("steady_state" in file.name for file in drawn)
+    assert any("history_sine" in file.name for file in drawn)
 
 
 def test_motions_that_nothing_holds_have_names(bolted):
@@ -459,7 +532,6 @@ def test_a_mistake_is_named(folder, section, change, said):
 @pytest.mark.parametrize(
     ("analysis", "said"),
     [
-        ({"time": {"frequencies": [160.0]}, "cycle": {}, "response": {}}, "analysis.time"),
         ({"harmonic": {"frequencies": [160.0]}}, "analysis.harmonic"),
         ({"backbone": {"methods": ["harmonic"]}}, "analysis.backbone.methods"),
         ({"cycle": {}, "response": {"method": "auto"}}, "analysis.response.method"),
