@@ -14,7 +14,7 @@ from mesh_files import lap_document, plates_document, section_document
 from typer.testing import CliRunner
 
 from microslip.analyses.statics.cycle import quasi_static_cycle
-from microslip.analyses.time.scheme import time_scheme
+from microslip.analyses.time.scheme import march, prestressed_state, time_scheme
 from microslip.analyses.time.steady import steady_state
 from microslip.analyses.time.unreduced import full_scheme, march_full
 from microslip.cli.check import app as check
@@ -311,6 +311,21 @@ def test_bolted_plates_that_stick_answer_as_the_bonded_ones(bolted):
     found = steady_state(scheme, frequency, load, tolerance=1e-6)
     assert found.converged
     assert abs(found.amplitude / load - wanted) < 1e-3 * abs(wanted)
+
+
+def test_turned_plates_move_as_before(folder, bolted):
+    """Turned about the normal of the interface, three cycles at a load that slips widely."""
+    other = assembled(cycles_alone(plates_document(folder, "turned_in_time.inp", turn=0.6)), folder)
+    dt = 1 / (60 * bolted.mode.stuck_frequency)
+    load = 2e3 * np.sin(2 * np.pi * np.arange(181) / 60)
+    found = []
+    for each in (bolted, other):
+        scheme = time_scheme(each.prepared, dt)
+        found.append(march(scheme, prestressed_state(scheme), load, keep=True))
+    port = bolted.model.port("tip")
+    assert (found[0].status[1:] == SLIP).any()
+    assert differ(found[0].output[:, port], found[1].output[:, port]) < SAME
+    assert differ(found[0].dissipated, found[1].dissipated) < SAME
 
 
 def test_bolted_plates_in_time(folder, tmp_path):
