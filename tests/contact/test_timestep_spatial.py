@@ -10,6 +10,7 @@ from microslip.analyses.time.scheme import march, prestressed_state, time_scheme
 from microslip.contact.pairs import SEPARATED, SLIP, STICK, at_rest, slip_history
 from microslip.contact.problem import contact_problem
 from microslip.contact.spatial_tableau import memory
+from microslip.contact.tangent import Tangents
 from microslip.contact.timestep import (
     EXTERNAL,
     FRICTION,
@@ -18,8 +19,8 @@ from microslip.contact.timestep import (
     Motion,
     Records,
     StepConstants,
+    step_through,
 )
-from microslip.contact.timestep_spatial import step_through_spatial
 
 
 def step(constants, flexibilities, friction, force, motion, load):
@@ -49,7 +50,9 @@ def step(constants, flexibilities, friction, force, motion, load):
     )
     records.r[0], records.v[0], records.status[0] = motion.r, motion.v, motion.status
     memories = memory(m, 0), memory(m, 0)
-    failed = step_through_spatial(problems, memories, constants, load, motion, records)
+    k = len(motion.eta)
+    none_moves = Tangents(*(np.zeros((0, size)) for size in (k, k, k, N, N, N)))
+    failed = step_through(problems, memories, constants, load, motion, records, none_moves)
     assert failed == -1
     assert records.residual.max() <= 1e-9
     return records

@@ -14,15 +14,22 @@ from mesh_files import lap_document, plates_document, section_document
 from typer.testing import CliRunner
 
 from microslip.analyses.statics.cycle import quasi_static_cycle
+from microslip.analyses.time.scheme import march, prestressed_state, time_scheme
+from microslip.analyses.time.steady import steady_state
+from microslip.analyses.time.unreduced import full_scheme, march_full
 from microslip.cli.check import app as check
 from microslip.cli.new import app as new
 from microslip.cli.run import app as command
-from microslip.contact.pairs import normal, tangential
+from microslip.contact.pairs import SLIP, normal, tangential
 from microslip.describe.reading import load_joint, parse_joint
 from microslip.errors import InputError
+from microslip.model.joint import bonded_modes
 from microslip.pipeline.prepare import assemble
 from microslip.pipeline.run import run
+from microslip.results.history import history_datasets
 from microslip.results.store import load_run
+from microslip.results.time import time_datasets
+from microslip.show.figures import save_figures
 
 ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / "examples" / "mesh_plates.toml"
@@ -170,6 +177,43 @@ def test_extruded_section_has_the_cycles_of_the_plane_one(sections, share, steps
     assert differ(plane.dissipated, extruded.dissipated) < lost
 
 
+def test_extruded_section_has_the_time_point_of_the_plane_one(sections):
+    """On the flank of the resonance, in wide slip; both solvers end at the tolerance of the search."""
+    load = 0.02 * sections[0].assembly.opening_moment
+    frequency = 1.01 * sections[0].mode.sliding_frequency
+    plane, extruded = (
+        steady_state(
+            time_scheme(each.prepared, 1 / (100 * frequency), frequency=frequency),
+            frequency,
+            load,
+            tolerance=1e-7,
+        )
+        for each in sections
+    )
+    assert plane.converged
+    assert extruded.converged
+    assert (extruded.cycle.status == SLIP).any()
+    quality = 1 / (sections[0].joint.damping.beta * sections[0].mode.sliding_omega)
+    assert differ(plane.amplitude, extruded.amplitude) < min(1e-2, OTHER_MODES * quality)
+    assert differ(plane.cycle.dissipated, extruded.cycle.dissipated) < 1e-2
+
+
+def test_extruded_section_marched_in_every_degree_of_freedom(sections):
+    """From rest into slip: the same motion, reactions of the plane section shared by both sides."""
+    load = 0.05 * sections[0].assembly.opening_moment
+    dt = 1 / (60 * sections[0].mode.sliding_frequency)
+    wave = load * np.sin(2 * np.pi * np.arange(91) / 60)
+    plane, extruded = (
+        march_full(full_scheme(each.structure, each.prepared, dt, port="tip"), wave)
+        for each in sections
+    )
+    assert (extruded.status == SLIP).any()
+    assert differ(plane.output["tip"], extruded.output["tip"]) < PLACE
+    both_sides = extruded.r.reshape(len(wave), -1, 2, 3).sum(axis=2)
+    assert differ(normal(plane.r), both_sides[..., 0]) < 1e-6
+    assert differ(plane.dissipated, extruded.dissipated) < 1e-6
+
+
 # -- two plates and a bolt -------------------------------------------------------------------------
 
 
@@ -253,6 +297,64 @@ def test_the_template_is_a_joint_file(tmp_path):
     assert joint.preload[0].on == ("head", "nut")
     with pytest.raises(InputError, match=r"joint\.inp: there are no nodes"):
         assemble(joint)
+
+
+def test_bolted_plates_that_stick_answer_as_the_bonded_ones(bolted):
+    """Under a load too light for slip: the sum over the modes of the joint with its touching pairs bonded."""
+    joint, frequency, load = bolted.prepared, 1.002 * bolted.mode.stuck_frequency, 0.1
+    model, turn = joint.model, 2 * np.pi * frequency
+    omega, shapes = bonded_modes(model, joint.prestress.bonded(3), joint.law.compliance)
+    alpha, beta = model.rayleigh
+    driven, read = (model.port_modes[:, model.port(p)] @ shapes for p in ("tip", joint.coordinate))
+    wanted = (driven * read / (omega**2 - turn**2 + 1j * turn * (alpha + beta * omega**2))).sum()
+    scheme = time_scheme(joint, 1 / (100 * frequency), frequency=frequency)
+    found = steady_state(scheme, frequency, load, tolerance=1e-6)
+    assert found.converged
+    assert abs(found.amplitude / load - wanted) < 1e-3 * abs(wanted)
+
+
+def test_turned_plates_move_as_before(folder, bolted):
+    """Turned about the normal of the interface, three cycles at a load that slips widely."""
+    other = assembled(cycles_alone(plates_document(folder, "turned_in_time.inp", turn=0.6)), folder)
+    dt = 1 / (60 * bolted.mode.stuck_frequency)
+    load = 2e3 * np.sin(2 * np.pi * np.arange(181) / 60)
+    found = []
+    for each in (bolted, other):
+        scheme = time_scheme(each.prepared, dt)
+        found.append(march(scheme, prestressed_state(scheme), load, keep=True))
+    port = bolted.model.port("tip")
+    assert (found[0].status[1:] == SLIP).any()
+    assert differ(found[0].output[:, port], found[1].output[:, port]) < SAME
+    assert differ(found[0].dissipated, found[1].dissipated) < SAME
+
+
+def test_bolted_plates_in_time(folder, tmp_path):
+    """Below resonance a steady state is that of the reduced model; histories and results hold both slips."""
+    document = plates_document(folder)
+    frequency = 112.0
+    document |= {
+        "analysis": {
+            "cycle": {"count": 6, "steps": 60},
+            "response": {"from": frequency, "to": 180.0, "count": 41},
+            "time": {"frequencies": [frequency], "steps": 100},
+            "history": [
+                {"signal": "sine", "frequency": frequency, "cycles": 2, "steps": 60, "force": 20.0}
+            ],
+        }
+    }
+    found = run(parse_joint(document, "plates", folder))
+    assert not found.failures
+    (point,), (history,) = found.time_domain, found.histories
+    reduced = next(r for r in found.responses if r.variant == "refined")
+    wanted = reduced.amplitude[reduced.frequency == frequency][0]
+    assert abs(point.steady.amplitude) == pytest.approx(abs(wanted), rel=1e-2)
+    assert history.slip.shape[1:] == (1, 2)
+    stored = time_datasets(found)["time_domain"]
+    assert stored["local_slip"].dims == ("point", "step", "position", "tangent")
+    assert history_datasets(found)["history/sine"]["local_slip"].dims[-1] == "tangent"
+    drawn = save_figures(found, tmp_path)
+    assert not any("steady_state" in file.name for file in drawn)
+    assert any("history_sine" in file.name for file in drawn)
 
 
 def test_motions_that_nothing_holds_have_names(bolted):
@@ -459,7 +561,6 @@ def test_a_mistake_is_named(folder, section, change, said):
 @pytest.mark.parametrize(
     ("analysis", "said"),
     [
-        ({"time": {"frequencies": [160.0]}, "cycle": {}, "response": {}}, "analysis.time"),
         ({"harmonic": {"frequencies": [160.0]}}, "analysis.harmonic"),
         ({"backbone": {"methods": ["harmonic"]}}, "analysis.backbone.methods"),
         ({"cycle": {}, "response": {"method": "auto"}}, "analysis.response.method"),

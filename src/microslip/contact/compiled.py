@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import numba as nb
 
-jit = nb.njit(
-    cache=True, nogil=True, fastmath={"contract", "reassoc", "arcp", "nsz"}, error_model="numpy"
-)
+FASTMATH = {"contract", "reassoc", "arcp", "nsz"}
+"""What `jit` assumes of numbers."""
+
+jit = nb.njit(cache=True, nogil=True, fastmath=FASTMATH, error_model="numpy")
 
 strict_jit = nb.njit(cache=True, error_model="numpy")

@@ -1,7 +1,4 @@
-"""Load path: one contact problem after another, halving a step that does not solve.
-
-`march` takes planar pairs, `spatial_path.march_spatial` spatial ones.
-"""
+"""Load path: one contact problem after another, halving a step that does not solve."""
 
 from __future__ import annotations
 
@@ -11,20 +8,40 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip.contact.active_set import FULL, HALVED, NOT_SOLVED, search
+from microslip.contact import active_set, spatial
+from microslip.contact.by_dimension import dimension_of, other_ways, restart, search
 from microslip.contact.compiled import jit
 from microslip.contact.fallbacks import Counts, fallbacks
-from microslip.contact.planar import last_resort
 from microslip.contact.problem import Given
 from microslip.contact.solver import CERTIFICATE, PLANAR, ContactSolver, singularity_named
-from microslip.contact.spatial_path import FRICTION, NORMAL, march_spatial
-from microslip.contact.spatial_tableau import RULES
-from microslip.contact.tableau import restart
 from microslip.errors import ContactError
 from microslip.model.flexibility import Flexibility
 from microslip.typing import Array, Status
 
-MAX_HALVINGS = 8
+FRICTION, NORMAL = 0, 1
+"""Places in the last direction of `PathRecord.work`."""
+
+PLAIN = 0
+"""Rule by which most problems are solved, in the plane and in space."""
+
+
+class Halving(NamedTuple):
+    """How steps that do not solve are halved.
+
+    Attributes
+    ----------
+    rule : int
+        Its number among the rules.
+    most : int
+        Halvings of a step; then the solver's other ways are tried.
+    """
+
+    rule: int
+    most: int
+
+
+HALVINGS = {2: Halving(active_set.HALVED, 8), 3: Halving(spatial.HALVED, 4)}
+"""By components per pair."""
 
 
 class PathRecord(NamedTuple):
@@ -64,8 +81,8 @@ class PathRecord(NamedTuple):
     @property
     def fallbacks(self) -> Counts:
         """Steps by how they were solved."""
-        planar = self.dimension == PLANAR.dimension
-        count = np.bincount(self.rule[1:], minlength=NOT_SOLVED + 1 if planar else RULES)
+        rules = active_set if self.dimension == PLANAR.dimension else spatial
+        count = np.bincount(self.rule[1:], minlength=rules.NOT_SOLVED + 1)
         return fallbacks(count, self.dimension)
 
     @property
@@ -123,9 +140,8 @@ def follow_path(
     )
     record.r[0], record.v[0], record.q[0] = solver.r, solver.v, solver.q
     record.status[0] = solver.status
-    take = march if solver.dimension == PLANAR.dimension else march_spatial
     with singularity_named():
-        failed = take(
+        failed = march(
             solver.problem,
             solver.memory,
             np.ascontiguousarray(flexibility.loads_v),
@@ -134,6 +150,7 @@ def follow_path(
             vt_old,
             solver.contact,
             record,
+            HALVINGS[solver.dimension],
         )
     if failed >= 0 or not record.residual.max() <= CERTIFICATE:
         step = failed if failed >= 0 else int(np.argmax(record.residual))
@@ -147,28 +164,29 @@ def follow_path(
 
 
 @jit
-def march(problem, memory, loads_v, loads_q, path, vt_old, contact, record):
+def march(problem, memory, loads_v, loads_q, path, vt_old, contact, record, halving):
     """Solve along the rows of `path` (port amplitudes); row 0 is the state at entry.
 
-    Friction work ``(r_t + r_t_old)/2 (v_t - v_t_old)`` and the work of the normal reactions are
+    Friction work ``(r_t + r_t_old)/2 . (v_t - v_t_old)`` and the work of the normal reactions are
     accumulated per step and pair in ``record.work``. Returns the first unsolved step, or -1.
     """
-    status, r, v = contact.status, contact.r, contact.v
+    status, r, q, v = contact.status, contact.r, contact.q, contact.v
     work = record.work
     m = status.shape[0]
-    v_free = np.empty(2 * m)
-    f_q = np.empty(contact.q.shape[0])
+    d = dimension_of(memory)
+    sticks_at = vt_old.reshape(m, d - 1)
+    not_solved = memory.solved.shape[0] - 1
+    v_free = np.empty(d * m)
+    f_q = np.empty(q.shape[0])
     given = Given(v_free, f_q, vt_old)
-    r_old = r.copy()
-    v_old = v.copy()
-    status_old = status.copy()
+    r_old, q_old, v_old, status_old = r.copy(), q.copy(), v.copy(), status.copy()
     for step in range(1, path.shape[0]):
         done = 0.0
         part = 1.0
         halvings = 0
         count = 0
         worst = 0.0
-        top_rule = FULL
+        top_rule = PLAIN
         work[step] = 0.0
         while done < 1.0:
             target = min(1.0, done + part)
@@ -177,39 +195,42 @@ def march(problem, memory, loads_v, loads_q, path, vt_old, contact, record):
             f_q[:] = np.dot(loads_q, load)
             its, residual, rule = search(problem, memory, given, contact)
             count += its
-            if rule == NOT_SOLVED and halvings == MAX_HALVINGS:
-                its, residual, rule = last_resort(problem, memory, given, contact)
+            if rule == not_solved and halvings == halving.most:
+                its, residual, rule = other_ways(problem, memory, given, contact)
                 count += its
-                if rule == NOT_SOLVED:
+                if rule == not_solved:
                     record.residual[step] = residual
                     record.iterations[step] = count
-                    record.rule[step] = NOT_SOLVED
-                    memory.solved[NOT_SOLVED] += 1
+                    record.rule[step] = not_solved
+                    memory.solved[not_solved] += 1
                     return step
-            elif rule == NOT_SOLVED:
+            elif rule == not_solved:
                 halvings += 1
                 part *= 0.5
                 status[:] = status_old
                 r[:] = r_old
+                q[:] = q_old
                 v[:] = v_old
                 restart(problem, memory, status)
-                top_rule = max(top_rule, HALVED)
+                top_rule = max(top_rule, halving.rule)
                 continue
             top_rule = max(top_rule, rule)
             worst = max(worst, residual)
             for i in range(m):
-                mean_t = 0.5 * (r[2 * i + 1] + r_old[2 * i + 1])
-                work[step, i, FRICTION] += mean_t * (v[2 * i + 1] - v_old[2 * i + 1])
-                mean_n = 0.5 * (r[2 * i] + r_old[2 * i])
-                work[step, i, NORMAL] += mean_n * (v[2 * i] - v_old[2 * i])
-                vt_old[i] = v[2 * i + 1]
+                n = d * i
+                for a in range(d - 1):
+                    t = n + 1 + a
+                    work[step, i, FRICTION] += 0.5 * (r[t] + r_old[t]) * (v[t] - v_old[t])
+                    sticks_at[i, a] = v[t]
+                work[step, i, NORMAL] += 0.5 * (r[n] + r_old[n]) * (v[n] - v_old[n])
             r_old[:] = r
+            q_old[:] = q
             v_old[:] = v
             status_old[:] = status
             done = target
         record.r[step] = r
         record.v[step] = v
-        record.q[step] = contact.q
+        record.q[step] = q
         record.status[step] = status
         record.iterations[step] = count
         record.residual[step] = worst

@@ -93,6 +93,15 @@ def load_spatial_kernels() -> None:
     _solve_nothing(SPATIAL)
 
 
+def loaded(dimension: int) -> Kernels:
+    """The kernels for as many components per pair, loaded."""
+    if dimension == SPATIAL.dimension:
+        load_spatial_kernels()
+        return SPATIAL
+    load_kernels()
+    return PLANAR
+
+
 def _solve_nothing(kernels: Kernels) -> None:
     d = kernels.dimension
     nothing = np.zeros((d, 0))
@@ -231,13 +240,11 @@ class ContactSolver:
 
 def _kernels_for(W: Array, pairs: int) -> Kernels:
     """The kernels for as many rows as W has for each pair, loaded."""
-    if W.shape == (3 * pairs, 3 * pairs):
-        load_spatial_kernels()
-        return SPATIAL
-    if W.shape != (2 * pairs, 2 * pairs):
-        raise ContactError(
-            f"flexibility is {W.shape}: {pairs} planar pairs need {2 * pairs} rows, spatial ones "
-            f"{3 * pairs}"
-        )
-    load_kernels()
-    return PLANAR
+    for kernels in (PLANAR, SPATIAL):
+        rows = kernels.dimension * pairs
+        if W.shape == (rows, rows):
+            return loaded(kernels.dimension)
+    raise ContactError(
+        f"flexibility is {W.shape}: {pairs} planar pairs need {2 * pairs} rows, spatial ones "
+        f"{3 * pairs}"
+    )

@@ -126,7 +126,7 @@ def read_states(problem, memory, vt_old, contact, stretch):
 
 
 @jit
-def _unknowns(held, mu, memory, status, F):
+def unknowns(held, status, F):
     """Components of g that are unknown, into F; returns how many."""
     k = 0
     for i in range(status.shape[0]):
@@ -141,8 +141,8 @@ def _unknowns(held, mu, memory, status, F):
 
 
 @jit
-def _equations(problem, memory, status, c, F, A, y):
-    """The laws of the pairs with unknowns as ``A g_F = y``, with ``x_F = c_F - D_FF g_F``."""
+def coupling(problem, memory, status, F, A):
+    """Matrix of the laws of the pairs with unknowns, ``A g_F = y``, with ``x_F = c_F - D_FF g_F``."""
     mu, mean = problem.friction, problem.mean
     Dt, held = memory.transposed, memory.held
     direction, resistance = memory.direction, memory.resistance
@@ -151,25 +151,21 @@ def _equations(problem, memory, status, c, F, A, y):
         row = Dt[F[b]]
         for a in range(k):
             A[a, b] = row[F[a]]
-    for a in range(k):
-        y[a] = c[F[a]]
     a = 0
     while a < k:
         i = F[a] // 3
         if status[i] != SLIP:
             a += 1
             continue
+        d1, d2 = direction[i, 0], direction[i, 1]
+        k1 = mean * resistance[i]
         if held[3 * i]:
             # mu r_n d has r_n among the x: its row of D, minus mu d times
             t = a
             for b in range(k):
                 normal = Dt[F[b], 3 * i]
-                A[t, b] -= mu[i] * direction[i, 0] * normal
-                A[t + 1, b] -= mu[i] * direction[i, 1] * normal
-            y[t] -= mu[i] * direction[i, 0] * c[3 * i]
-            y[t + 1] -= mu[i] * direction[i, 1] * c[3 * i]
-            k1 = mean * resistance[i]
-            d1, d2 = direction[i, 0], direction[i, 1]
+                A[t, b] -= mu[i] * d1 * normal
+                A[t + 1, b] -= mu[i] * d2 * normal
             A[t, t] += k1 * d2 * d2
             A[t, t + 1] -= k1 * d1 * d2
             A[t + 1, t] -= k1 * d1 * d2
@@ -178,21 +174,42 @@ def _equations(problem, memory, status, c, F, A, y):
             continue
         # a free pair: g are its reactions, g_t - mu d g_n = k (I - d d^T) x_t, over 1 + k
         t = a + 1
-        d1, d2 = direction[i, 0], direction[i, 1]
-        k1 = mean * resistance[i]
         inverse = 1.0 / (1.0 + k1)
         k1 *= inverse
         for b in range(k):
             across = d1 * A[t + 1, b] - d2 * A[t, b]
             A[t, b] = -k1 * d2 * across
             A[t + 1, b] = k1 * d1 * across
-        across = d1 * y[t + 1] - d2 * y[t]
-        y[t] = -k1 * d2 * across
-        y[t + 1] = k1 * d1 * across
         A[t, t] += inverse
         A[t + 1, t + 1] += inverse
         A[t, a] -= inverse * mu[i] * d1
         A[t + 1, a] -= inverse * mu[i] * d2
+        a += 3
+
+
+@jit
+def right_side(problem, memory, status, c, F, y):
+    """Right side of the equations of `coupling` for one c."""
+    mu, held, direction = problem.friction, memory.held, memory.direction
+    k = F.shape[0]
+    for a in range(k):
+        y[a] = c[F[a]]
+    a = 0
+    while a < k:
+        i = F[a] // 3
+        if status[i] != SLIP:
+            a += 1
+            continue
+        d1, d2 = direction[i, 0], direction[i, 1]
+        if held[3 * i]:
+            y[a] -= mu[i] * d1 * c[3 * i]
+            y[a + 1] -= mu[i] * d2 * c[3 * i]
+            a += 2
+            continue
+        k1 = problem.mean * memory.resistance[i]
+        across = k1 / (1.0 + k1) * (d1 * y[a + 2] - d2 * y[a + 1])
+        y[a + 1] = -d2 * across
+        y[a + 2] = d1 * across
         a += 3
 
 
@@ -206,7 +223,8 @@ def _solve_states(problem, memory, status, c, F, x, g):
         return True
     A = np.empty((k, k))
     y = np.empty((k, 1))
-    _equations(problem, memory, status, c, F, A, y[:, 0])
+    coupling(problem, memory, status, F, A)
+    right_side(problem, memory, status, c, F, y[:, 0])
     if k < LARGE:
         if not solve_small(A, y):
             return False
@@ -251,7 +269,7 @@ def newton(problem, memory, given, contact, limit, stretch, known):
     tried first; else both are read off r and q.
     Returns ``(iterations, residual)``; accepted where that is at most `ACCEPTED`.
     """
-    R, mu, vt_old = problem.R, problem.friction, given.vt_old
+    R, vt_old = problem.R, given.vt_old
     held, flags = memory.held, memory.flags
     status = contact.status
     size = R.shape[0] + R.shape[1]
@@ -275,7 +293,7 @@ def newton(problem, memory, given, contact, limit, stretch, known):
                 and memory.direction[i, 1] == 0.0
             ):
                 status[i] = STICK
-        k = _unknowns(held, mu, memory, status, J)
+        k = unknowns(held, status, J)
         if not _solve_states(problem, memory, status, c, J[:k], x, g):
             return iteration, np.inf
         _scatter(problem, held, vt_old, x, g, contact)

@@ -92,6 +92,12 @@ def memory(pairs: int, coordinates: int) -> Memory:
 
 
 @jit
+def dimension_of(memory):
+    """Components per pair."""
+    return 3
+
+
+@jit
 def pending(held, status, J):
     """Components of the pairs that touch or not other than in the tableau, into J; returns how many."""
     k = 0
@@ -136,6 +142,14 @@ def restart(problem, memory, status):
     """Make the tableau afresh for given states; raises numpy's error where that is singular."""
     if not make(problem, memory, status):
         raise np.linalg.LinAlgError("Matrix is singular to machine precision.")
+
+
+@jit
+def follow(problem, memory, status):
+    """Make the memory fit for other states than those it was left with; the tableau follows by itself."""
+    memory.flags[WARM] = False
+    if not memory.flags[MADE]:
+        restart(problem, memory, status)
 
 
 @jit

@@ -86,6 +86,12 @@ def memory(pairs: int, coordinates: int) -> Memory:
 
 
 @jit
+def dimension_of(memory):
+    """Components per pair."""
+    return 2
+
+
+@jit
 def add_rows(M, weights, out):
     """``out += weights @ M``, zero weights skipped, four rows of M at a time."""
     n = out.shape[0]

@@ -1,13 +1,8 @@
 """Compiled linearisation of a step: how small deviations of a state are carried along a motion.
 
-Once the contact states of a step are known, its equations (`timestep.py`) are linear: a pair that is
-open keeps ``dr = 0``, one that sticks ``dv_n = 0`` and ``dv_t`` as it was, one that slips ``dv_n = 0``
-and ``dr_t = s mu dr_n``. Deviations therefore follow, with the states as they are and the factors that
-the solver has already,
-
-    dv = dv_free - W dr,    x = c - D g
-
-(`tableau.py`), all columns at once. What a pair that opens inside a step still pushes,
+Once the contact states of a step are known, its equations (`timestep.py`) are linear, and small deviations
+follow with the factors that the solver has already, all columns at once (`linearised.py`, in space
+`spatial_linearised.py`). What a pair that opens inside a step still pushes,
 ``theta² r_0``-wise, depends on the gap it would have left, and is differentiated too. The product of
 the steps of a cycle is the derivative of the period map, exact wherever no pair is just on the verge
 of another state: there it is that of one side.
@@ -19,9 +14,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from microslip.contact.by_dimension import dimension_of, gaps, solve_states
 from microslip.contact.compiled import jit
-from microslip.contact.pairs import FORWARD, SEPARATED, STICK
-from microslip.contact.tableau import pending
+from microslip.contact.pairs import SEPARATED, SLIP, STICK
 from microslip.typing import Array
 
 
@@ -32,7 +27,7 @@ class Tangents(NamedTuple):
     ----------
     eta, rate, acceleration : (p, k) arrays
         Of modal coordinates and their derivatives.
-    residual_v, r, v : (p, 2 m) arrays
+    residual_v, r, v : (p, d m) arrays
         Of the residual part of the relative displacement, reactions, relative displacements.
     """
 
@@ -50,7 +45,7 @@ class Workspace(NamedTuple):
     Attributes
     ----------
     start, predicted : (p, k) arrays
-    v_free, dr, dv, carried : (p, 2 m) arrays
+    v_free, dr, dv, carried : (p, d m) arrays
         `carried` is what is left of the reactions of the step before.
     """
 
@@ -83,7 +78,7 @@ def followed(problem, status):
     states = status.copy()
     for i in range(status.shape[0]):
         if status[i] == STICK and problem.friction[i] == 0.0:
-            states[i] = FORWARD
+            states[i] = SLIP
     return states
 
 
@@ -100,6 +95,7 @@ def predict(memory, constants, tangents, space):
     eta, rate, acceleration = tangents.eta, tangents.rate, tangents.acceleration
     p, k = eta.shape
     N = v_free.shape[1]
+    d = dimension_of(memory)
     for a in range(p):
         for j in range(k):
             quarter = 0.25 * h[j] ** 2
@@ -115,74 +111,28 @@ def predict(memory, constants, tangents, space):
     for a in range(p):
         for i in range(N):
             v_free[a, i] += kept * s[a, i]
-        for i in range(N // 2):
-            v_free[a, 2 * i + 1] -= v_old[a, 2 * i + 1]
+        for i in range(N // d):
+            for t in range(d * i + 1, d * i + d):
+                v_free[a, t] -= v_old[a, t]
         for i in range(N):
             held[a, i] = v_free[a, i] if memory.held[i] else 0.0
-
-
-@jit
-def solve_states(problem, memory, status, v_old, v_free, dr, dv):
-    """Solve ``dv = dv_free - W dr`` for given states, by the tableau of their last solution.
-
-    `dr` holds the part of `v_free` of the components that the tableau holds; `v_free` is without
-    the tangential displacement `v_old` at which pairs stick.
-    """
-    Dt, held, sign = memory.transposed, memory.held, memory.sign
-    mu, inverse = problem.friction, 1.0 / problem.mean
-    p, N = v_free.shape
-    np.dot(dr, Dt, dv)
-    for a in range(p):
-        for i in range(N):
-            if not held[i]:
-                dv[a, i] += v_free[a, i]
-    J = np.empty(N, np.int64)
-    k = pending(held, status, J)
-    if k > 0:
-        rows = np.empty((k, N))
-        C = np.empty((k, k))
-        Y = np.empty((k, p))
-        for b in range(k):
-            rows[b] = Dt[J[b]]
-            for a in range(k):
-                C[a, b] = rows[b, J[a]]
-            for a in range(p):
-                Y[b, a] = dv[a, J[b]]
-        Y = np.ascontiguousarray(np.linalg.solve(C, Y).T)
-        dv -= np.dot(Y, rows)
-        for b in range(k):
-            for a in range(p):
-                dv[a, J[b]] = Y[a, b]
-    for a in range(p):
-        for i in range(status.shape[0]):
-            n, t = 2 * i, 2 * i + 1
-            xn, xt = dv[a, n], dv[a, t]
-            if status[i] == SEPARATED:
-                dr[a, n], dr[a, t] = 0.0, 0.0
-                dv[a, t] = xt + v_old[a, t]
-                continue
-            dr[a, n] = xn * inverse
-            dr[a, t] = sign[i] * mu[i] * dr[a, n]
-            dv[a, n] = 0.0
-            if status[i] == STICK:
-                dr[a, t] += xt * inverse
-                dv[a, t] = v_old[a, t]
-            else:
-                dv[a, t] = xt + v_old[a, t]
 
 
 @jit
 def ease(problem, memory, status, constants, r_old, v, tangents, space):
     """Take back what pairs that open inside the step push after they have, as `timestep.opened` does."""
     predict(memory, constants, tangents, space)
-    opened = np.empty(v.shape[0], np.int64)
+    d = dimension_of(memory)
+    opened = np.empty(status.shape[0], np.int64)
     count = 0
     for i in range(status.shape[0]):
-        if status[i] == SEPARATED and r_old[2 * i] > 0.0 and v[2 * i] < 0.0:
-            opened[count] = 2 * i
+        n = d * i
+        if status[i] == SEPARATED and r_old[n] > 0.0 and v[n] < 0.0:
+            opened[count] = n
             count += 1
     opened = opened[:count]
-    gap = gaps(memory, followed(problem, status), opened, space)
+    states = followed(problem, status)
+    gap = gaps(problem, memory, states, opened, space.v_free, space.dr, space.dv)
     dr_old, lost = tangents.r, space.dr
     lost[:] = 0.0
     for b in range(count):
@@ -193,47 +143,9 @@ def ease(problem, memory, status, constants, r_old, v, tangents, space):
         for a in range(lost.shape[0]):
             change = -gap[a, b] / problem.W[n, n]
             dafter = (r_old[n] * change - pull * dr_old[a, n]) / whole**2
-            lost[a, n] = after * dr_old[a, n] + dafter * r_old[n]
-            lost[a, n + 1] = after * dr_old[a, n + 1] + dafter * r_old[n + 1]
+            for i in range(n, n + d):
+                lost[a, i] = after * dr_old[a, i] + dafter * r_old[i]
     take_back(constants, tangents, space)
-
-
-@jit
-def gaps(memory, status, opened, space):
-    """Normal displacements of the pairs that are open in this step, of those components alone."""
-    Dt, held = memory.transposed, memory.held
-    N = Dt.shape[0]
-    J = np.empty(N, np.int64)
-    k = pending(held, status, J)
-    count = opened.shape[0]
-    rows = np.empty((count + k, N))
-    for b in range(count + k):
-        i = opened[b] if b < count else J[b - count]
-        for j in range(N):
-            rows[b, j] = Dt[j, i]
-    x = np.dot(space.dr, rows.T)
-    for a in range(x.shape[0]):
-        for b in range(count + k):
-            i = opened[b] if b < count else J[b - count]
-            if not held[i]:
-                x[a, b] += space.v_free[a, i]
-    if k == 0:
-        return x
-    C = np.empty((k, k))
-    for a in range(k):
-        for b in range(k):
-            C[a, b] = Dt[J[b], J[a]]
-    y = np.linalg.solve(C, np.ascontiguousarray(x[:, count:].T))
-    for b in range(count):
-        for c in range(k):
-            # a gap that is pending is the unknown itself
-            if J[c] == opened[b]:
-                x[:, b] = y[c]
-                break
-        else:
-            for c in range(k):
-                x[:, b] -= Dt[J[c], opened[b]] * y[c]
-    return x
 
 
 @jit
@@ -258,7 +170,12 @@ def carry(problem, memory, status, constants, full, tangents, space):
     """Carry deviations over a step whose states are known; `full` is 1 in a dissipative step."""
     predict(memory, constants, tangents, space)
     states = followed(problem, status)
-    solve_states(problem, memory, states, tangents.v, space.v_free, space.dr, space.dv)
+    solve_states(problem, memory, states, space.v_free, space.dr, space.dv, space.dr)
+    d = dimension_of(memory)
+    for a in range(space.dv.shape[0]):
+        for i in range(status.shape[0]):
+            for t in range(d * i + 1, d * i + d):
+                space.dv[a, t] += tangents.v[a, t]
     h, c, omega = constants.mode_step, constants.mode_damping, constants.omega
     eta, rate, acceleration = tangents.eta, tangents.rate, tangents.acceleration
     force = np.dot(space.dr, constants.psi_t.T)

@@ -46,11 +46,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from microslip.contact.by_dimension import dimension_of, follow, solve
 from microslip.contact.compiled import jit
 from microslip.contact.pairs import SEPARATED
-from microslip.contact.planar import NOT_SOLVED, solve
 from microslip.contact.problem import Contact, Given
-from microslip.contact.tableau import add_rows, follow
+from microslip.contact.tableau import add_rows
 from microslip.contact.tangent import carry, ease, take_back_all, workspace
 from microslip.typing import Array, Mask, Status
 
@@ -67,7 +67,7 @@ class StepConstants(NamedTuple):
 
     Attributes
     ----------
-    psi_t : (k, 2 m) array
+    psi_t : (k, d m) array
         Relative displacements of the modes, transposed.
     omega : (k,) array
         Circular frequency of each mode, rad/s.
@@ -78,11 +78,11 @@ class StepConstants(NamedTuple):
         Share of the residual part's stiffness in its damping, s.
     dt : float
         Step, s.
-    drive_modes, drive_v : (k,) and (2 m,) arrays
+    drive_modes, drive_v : (k,) and (d m,) arrays
         Forces on the modes and relative displacements per unit load.
-    constant_modes, constant_v : (k,) and (2 m,) arrays
+    constant_modes, constant_v : (k,) and (d m,) arrays
         The same of the loads that are held.
-    out_modes, out_v : (k, p) and (p, 2 m) arrays
+    out_modes, out_v : (k, p) and (p, d m) arrays
         Outputs of all ports per unit of the modes and of minus the reactions.
     out_load : (2, p) array
         Outputs of the loads that are held, and per unit load.
@@ -114,11 +114,11 @@ class Motion(NamedTuple):
     ----------
     eta, rate, acceleration : (k,) arrays
         Modal coordinates and their derivatives.
-    residual_v, r, v : (2 m,) arrays
+    residual_v, r, v : (d m,) arrays
         Residual part s of the relative displacement, reactions, relative displacements.
     taken : (1,) array
         Energy that contact has taken and not given back, J per metre of width.
-    vt_old : (m,) array
+    vt_old : (m,) or (m, 2) array
         Tangential displacement at which each pair sticks.
     status : (m,) int8 array
     """
@@ -145,7 +145,7 @@ class Records(NamedTuple):
         Works since the start, at `EXTERNAL` to `RESIDUAL`, J per metre of width.
     friction_work : (m,) array
         Friction work of each pair.
-    r, v : (n + 1, 2 m) arrays, or (0, 2 m)
+    r, v : (n + 1, d m) arrays, or (0, d m)
     status : (n + 1, m) int8 array, or (0, m)
         Histories, not kept where they have no rows.
     iterations, residual : (n + 1,) arrays
@@ -171,31 +171,39 @@ open, with the reactions of the end all through."""
 
 
 @jit
-def opened(problem, status, r_old, v, reduced):
+def opened(problem, memory, status, r_old, v, reduced):
     """Whether pairs open in a step; what they would push after they have, into `reduced`.
 
-    By their states: the gap of one that touches is zero to rounding only.
+    By their states: the gap of one that touches is zero to rounding only. Push and traction are given up in
+    the same share, so that they stay within the cone.
     """
+    d = dimension_of(memory)
     any_opened = False
-    for i in range(v.shape[0] // 2):
-        n, t = 2 * i, 2 * i + 1
-        reduced[n], reduced[t] = 0.0, 0.0
+    for i in range(status.shape[0]):
+        n = d * i
+        reduced[n] = 0.0
+        for t in range(n + 1, n + d):
+            reduced[t] = 0.0
         if status[i] == SEPARATED and r_old[n] > 0.0 and v[n] < 0.0:
             any_opened = True
             pull = -v[n] / problem.W[n, n]
             after = pull / (r_old[n] + pull)
-            reduced[n], reduced[t] = after * r_old[n], after * r_old[t]
+            reduced[n] = after * r_old[n]
+            for t in range(n + 1, n + d):
+                reduced[t] = after * r_old[t]
     return any_opened
 
 
 @jit
-def contact_work(r, carried, v, v_old):
+def contact_work(memory, r, carried, v, v_old):
     """Work of normal contact and of friction over a step."""
+    d = dimension_of(memory)
     normal_work, slip_work = 0.0, 0.0
-    for i in range(v.shape[0] // 2):
-        n, t = 2 * i, 2 * i + 1
+    for i in range(v.shape[0] // d):
+        n = d * i
         normal_work += 0.5 * (r[n] + carried[n]) * (v[n] - v_old[n])
-        slip_work += 0.5 * (r[t] + carried[t]) * (v[t] - v_old[t])
+        for t in range(n + 1, n + d):
+            slip_work += 0.5 * (r[t] + carried[t]) * (v[t] - v_old[t])
     return normal_work, slip_work
 
 
@@ -223,7 +231,7 @@ def step_through(problems, memories, constants, load, motion, records, tangents)
 
     `problems` are those of a step and of a dissipative step, each with its memory. `tangents` are
     small deviations of the motion, carried along with it.
-    Returns the failed step, or -1.
+    Planar or spatial, as the memories are. Returns the failed step, or -1.
     """
     problem, dissipative_problem = problems
     memory, dissipative_memory = memories
@@ -241,7 +249,10 @@ def step_through(problems, memories, constants, load, motion, records, tangents)
     iterations, residuals, again = records.iterations, records.residual, records.dissipative
     k = eta.shape[0]
     N = v.shape[0]
-    m = vt_old.shape[0]
+    m = status.shape[0]
+    d = dimension_of(memory)
+    sticks_at = vt_old.reshape(m, d - 1)
+    not_solved = memory.solved.shape[0] - 1
     decay = tau / dt
     keep = r_out.shape[0] == load.shape[0]
     linearised = tangents.eta.shape[0] > 0
@@ -260,7 +271,7 @@ def step_through(problems, memories, constants, load, motion, records, tangents)
     v_old = v.copy()
     slight = 0.0
     for i in range(m):
-        slight = max(slight, SLIGHT * problem.force[i] ** 2 * problem.W[2 * i, 2 * i])
+        slight = max(slight, SLIGHT * problem.force[i] ** 2 * problem.W[d * i, d * i])
     for j in range(k):
         denominator[j] = 1.0 + 0.5 * h[j] * c[j] + 0.25 * h[j] ** 2 * omega[j] ** 2
     for step in range(1, load.shape[0]):
@@ -283,14 +294,14 @@ def step_through(problems, memories, constants, load, motion, records, tangents)
             else:
                 its, residual, rule = solve(problem, memory, given, contact)
             iterations[step] += its
-            if rule == NOT_SOLVED or stage == DISSIPATIVE:
+            if rule == not_solved or stage == DISSIPATIVE:
                 break
-            if stage == WHOLE and opened(problem, status, r_old, v, reduced):
+            if stage == WHOLE and opened(problem, memory, status, r_old, v, reduced):
                 stage = EASED
                 if linearised:
                     ease(problem, memory, status, constants, r_old, v, tangents, space)
             else:
-                normal_work, slip_work = contact_work(r, carried, v, v_old)
+                normal_work, slip_work = contact_work(memory, r, carried, v, v_old)
                 left = taken[0] + normal_work + slip_work
                 if stage == EASED:
                     reduced[:] = r_old - carried
@@ -311,7 +322,7 @@ def step_through(problems, memories, constants, load, motion, records, tangents)
                 eta2[j] += gain[j] * x
             carried[:] = carried - reduced
         residuals[step] = residual
-        if rule == NOT_SOLVED:
+        if rule == not_solved:
             return step
         full = 0.0
         if stage == DISSIPATIVE:
@@ -345,11 +356,12 @@ def step_through(problems, memories, constants, load, motion, records, tangents)
         for i in range(N):
             works[RESIDUAL] -= 0.5 * (r[i] + r_old[i]) * s[i]
         for i in range(m):
-            t = 2 * i + 1
-            friction[i] += 0.5 * (r[t] + carried[t]) * (v[t] - v_old[t])
-            vt_old[i] = v[t]
+            for a in range(d - 1):
+                t = d * i + 1 + a
+                friction[i] += 0.5 * (r[t] + carried[t]) * (v[t] - v_old[t])
+                sticks_at[i, a] = v[t]
         if stage == DISSIPATIVE:
-            normal_work, slip_work = contact_work(r, carried, v, v_old)
+            normal_work, slip_work = contact_work(memory, r, carried, v, v_old)
             left = taken[0] + normal_work + slip_work
         works[FRICTION] += slip_work
         works[NORMAL] += normal_work

@@ -52,7 +52,7 @@ from microslip.typing import Array, Indices
 
 COMPONENTS = {"x": 0, "y": 1, "z": 2}
 TURNS = {"rx": 0, "ry": 1, "rz": 2}
-PLANAR_ONLY = ("time", "harmonic", "history")
+PLANAR_ONLY = ("harmonic",)
 """Analyses whose contact has one tangential direction."""
 
 TOUCHING = 1e-9
@@ -167,7 +167,9 @@ def _width(joint: MeshJoint, dimension: int) -> float:
 def _check_planar_analyses(joint: MeshJoint) -> None:
     """Raise `InputError` where an analysis is asked for that spatial contact does not have."""
     asked = joint.analysis
-    remedy = "contact in three dimensions has cycles, backbones and reduced responses"
+    remedy = (
+        "contact in three dimensions has cycles, backbones, reduced responses and time integration"
+    )
     for name in PLANAR_ONLY:
         if getattr(asked, name, None) not in (None, ()):
             raise InputError(f"analysis.{name}: is for plane meshes; {remedy}: remove it")

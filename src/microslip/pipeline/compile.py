@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
+from microslip.analyses.prepared.joint import prepare_joint
+from microslip.analyses.time.scheme import march, no_tangents, prestressed_state, time_scheme
 from microslip.contact.aft_spatial import spatial_cycle
+from microslip.contact.law import contact_law
 from microslip.contact.pairs import STICK
 from microslip.contact.path import follow_path
 from microslip.contact.samples import sample_table
 from microslip.contact.solver import ContactSolver
 from microslip.describe.reading import parse_joint
 from microslip.model.flexibility import Flexibility
+from microslip.model.joint import JointModel
 from microslip.numerics.execute import each, processes
 from microslip.pipeline.run import run
 
@@ -39,7 +43,7 @@ def compile_kernels() -> None:
 
 
 def compile_spatial_kernels() -> None:
-    """Take one spatial pair along a path and through a cycle; no joint file describes one."""
+    """Take one spatial pair along a path, through a cycle and in time; no joint file describes one."""
     none = np.zeros((3, 0))
     flexibility = Flexibility(
         np.eye(3), none, np.zeros(0), np.eye(3), np.zeros((0, 3)), np.zeros((3, 3))
@@ -49,6 +53,23 @@ def compile_spatial_kernels() -> None:
     follow_path(solver, flexibility, path, np.zeros((1, 2)), where=str, remedy="")
     solver.solve(path[0], np.zeros(0), np.zeros((1, 2)))
     spatial_cycle(sample_table(1, 8), np.ones((1, 3, 3)), np.ones(1), np.zeros((1, 2)))
+    model = JointModel(
+        position=np.zeros(1),
+        area=np.ones(1),
+        dimension=3,
+        omega=np.ones(2),
+        equilibrium_modes=0,
+        mode_v=np.eye(3)[:, 1:],
+        residual=np.eye(3),
+        ports=("press", "drive"),
+        port_modes=np.array([[0.0, 1.0], [0.0, 1.0]]),
+        port_v=np.array([[1.0, 0.0], [0.0, 0.0], [0.0, 0.0]]),
+        port_port=np.zeros((2, 2)),
+        rayleigh=(0.01, 0.0),
+    )
+    joint = prepare_joint(model, contact_law(1, 0.3, None, 3), {"press": 1.0}, "drive")
+    scheme = time_scheme(joint, 0.1)
+    march(scheme, prestressed_state(scheme), np.ones(3), tangents=no_tangents(scheme, 1))
 
 
 def compile_all() -> None:

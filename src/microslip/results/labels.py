@@ -145,9 +145,9 @@ def output_label(port: str, run: Run | None = None) -> tuple[str, str]:
 
 
 def local_variables(dims: tuple[str, ...], slip: Array, gap: Array) -> dict[str, xr.Variable]:
-    """Slip and gap at the positions that were asked for."""
+    """Slip and gap at the chosen positions; spatial slips have two components, along ``tangent``."""
     return {
-        "local_slip": variable(dims, slip, "m", SLIP),
+        "local_slip": variable((*dims, "tangent")[: slip.ndim], slip, "m", SLIP),
         "local_gap": variable(dims, gap, "m", "gap"),
     }
 

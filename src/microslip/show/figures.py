@@ -30,6 +30,7 @@ ALONG = (
     "tractions",
     "dissipation",
     "hysteresis",
+    "steady_state",
 )
 """Figures of fields along one planar interface."""
 

@@ -25,7 +25,7 @@ import numpy as np
 
 from microslip.analyses.prepared.joint_modes import walking_modes
 from microslip.analyses.time.scheme import State, TimeScheme, no_tangents, prestressed_state
-from microslip.contact.pairs import tangential
+from microslip.contact.pairs import normal_rows
 from microslip.contact.tangent import Tangents
 from microslip.typing import Array, Complex, Indices
 
@@ -140,7 +140,8 @@ def _together(scheme: TimeScheme, sideways: Indices) -> Array:
     model = scheme.joint.model
     found = np.zeros((0, len(model.omega)))
     if len(sideways):
-        _, size, turned = np.linalg.svd(tangential(model.mode_v.T)[sideways].T)
+        slips = np.delete(model.mode_v, normal_rows(model.dimension), axis=0)
+        _, size, turned = np.linalg.svd(slips[:, sideways])
         still = size < STILL * size[0]
         found = np.zeros((int(still.sum()), len(model.omega)))
         found[:, sideways] = turned[still]

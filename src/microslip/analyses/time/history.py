@@ -23,7 +23,7 @@ from microslip.analyses.time.energy import (
 from microslip.analyses.time.readings import opening_of
 from microslip.analyses.time.scheme import March, State, TimeScheme, contact_memory, march
 from microslip.brief import Brief
-from microslip.contact.pairs import normal, tangential
+from microslip.contact.pairs import normal, slip_history
 from microslip.errors import MicroslipError
 from microslip.typing import Array, Indices, Status
 
@@ -50,7 +50,7 @@ class History(Brief):
     watched : (w,) int array
         Pairs whose slip and gap are kept at every step.
     slip, gap : (n, w) arrays
-        m, from prestress; slip of the upper body over the lower.
+        m, from prestress; slip of the upper body over the lower, (n, w, 2) of spatial pairs.
     energies : Energies
     kept : (f,) int array
         Steps at which the contact of all pairs is kept.
@@ -208,7 +208,9 @@ class _Book:
         self.rest = scheme.joint.prestress.solution.v
         n, w, f = len(load), len(what.watched), len(what.kept)
         self.output = np.zeros((n, len(scheme.joint.model.ports)))
-        self.slip, self.gap = np.zeros((n, w)), np.zeros((n, w))
+        self.dimension = scheme.joint.model.dimension
+        self.slip0 = slip_history(self.rest, self.dimension)[what.watched]
+        self.slip, self.gap = np.zeros((n, *self.slip0.shape)), np.zeros((n, w))
         self.status = np.zeros((f, scheme.joint.model.pairs), np.int8)
         self.r, self.v = np.zeros((f, len(self.rest))), np.zeros((f, len(self.rest)))
         self.friction_work = np.zeros(scheme.joint.model.pairs)
@@ -223,8 +225,8 @@ class _Book:
         rows = slice(begin, begin + len(part.load))
         self.output[rows] = part.output
         watched = self.what.watched
-        self.slip[rows] = tangential(part.v)[:, watched] - tangential(self.rest)[watched]
-        self.gap[rows] = -normal(part.v)[:, watched]
+        self.slip[rows] = slip_history(part.v, self.dimension)[:, watched] - self.slip0
+        self.gap[rows] = -normal(part.v, self.dimension)[:, watched]
         first, last = np.searchsorted(self.what.kept, [begin, begin + len(part.load)])
         local = self.what.kept[first:last] - begin
         self.status[first:last] = part.status[local]

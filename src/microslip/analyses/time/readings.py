@@ -155,7 +155,8 @@ def opening_of(part: March, position: Array, start: float = 0.0) -> str:
     advice = "lower the load or raise the clamp force"
     if i == 0:
         return f"{when}: no pair touches; {advice}"
-    force = np.where(touching[i - 1], normal(part.r[i - 1]), -np.inf)
+    dimension = part.r.shape[1] // len(position)
+    force = np.where(touching[i - 1], normal(part.r[i - 1], dimension), -np.inf)
     k = int(np.argmax(force))
     return (
         f"{when}: the last pair to separate is {k} at x = {position[k]:.4g} m, which carried "

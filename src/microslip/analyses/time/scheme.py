@@ -15,10 +15,10 @@ import numpy as np
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.time.poles import ModeSteps, driven_steps, matched_steps
 from microslip.brief import Brief
-from microslip.contact import tableau
-from microslip.contact.pairs import normal, tangential
+from microslip.contact import spatial_tableau, tableau
+from microslip.contact.pairs import normal, slip_history
 from microslip.contact.problem import contact_problem
-from microslip.contact.solver import CERTIFICATE, TOLERANCE, load_kernels, singularity_named
+from microslip.contact.solver import CERTIFICATE, TOLERANCE, loaded, singularity_named
 from microslip.contact.tangent import Tangents
 from microslip.contact.timestep import (
     EXTERNAL,
@@ -281,14 +281,17 @@ def _unit_rate(joint: PreparedJoint) -> Array:
     return g if joint.mode is not None or square == 0 else g / square
 
 
-ContactMemory = tuple[tableau.Memory, tableau.Memory]
-"""Of the contact problems of a step and of a dissipative step."""
+ContactMemory = (
+    tuple[tableau.Memory, tableau.Memory] | tuple[spatial_tableau.Memory, spatial_tableau.Memory]
+)
+"""Of the contact problems of a step and of a dissipative step, planar or spatial."""
 
 
 def contact_memory(scheme: TimeScheme) -> ContactMemory:
     """Working memory of the contact solver for marches on one scheme, one at a time."""
-    pairs = scheme.joint.model.pairs
-    return tableau.memory(pairs, 0), tableau.memory(pairs, 0)
+    model = scheme.joint.model
+    kernels = loaded(model.dimension)
+    return kernels.tableau.memory(model.pairs, 0), kernels.tableau.memory(model.pairs, 0)
 
 
 @singularity_named()
@@ -325,20 +328,21 @@ def march(
     ContactError
         Where a step does not solve: names the time and the load.
     """
-    load_kernels()
+    model = scheme.joint.model
+    kernels = loaded(model.dimension)
     load = np.ascontiguousarray(load, dtype=float)
     if not np.isfinite(load).all():
         raise MicroslipError(f"the load is not finite at step {int(np.argmin(np.isfinite(load)))}")
     n = len(load)
-    motion = _motion(state)
-    force = np.full(scheme.joint.model.pairs, scheme.joint.prestress.largest_reaction)
+    motion = _motion(state, model.dimension)
+    force = np.full(model.pairs, scheme.joint.prestress.largest_reaction)
     nothing = np.zeros((len(state.v), 0))
     problem, dissipative = (
         contact_problem(W, nothing, np.zeros(0), scheme.joint.law.friction, force, TOLERANCE)
         for W in (scheme.W, scheme.W_dissipative)
     )
     memory = contact_memory(scheme) if memory is None else memory
-    tableau.follow(problem, memory[0], motion.status)
+    kernels.tableau.follow(problem, memory[0], motion.status)
     rest = _output(scheme, prestressed_state(scheme), 0.0)
     records = _records(scheme, n, n if keep else 0)
     records.output[0] = _output(scheme, state, load[0])
@@ -351,10 +355,10 @@ def march(
     residual = records.residual
     if failed >= 0 or not residual.max() <= CERTIFICATE:
         step = failed if failed >= 0 else int(np.argmax(residual))
-        worst = int(np.argmax(np.abs(normal(motion.r))))
+        worst = int(np.argmax(np.abs(normal(motion.r, model.dimension))))
         raise ContactError(
             f"contact not solved at t = {start_time + step * scheme.dt:.6g} s (step {step}, load "
-            f"{load[step]:.4g}, pair {worst} at x = {scheme.joint.model.position[worst]:.4g} m carries "
+            f"{load[step]:.4g}, pair {worst} at x = {model.position[worst]:.4g} m carries "
             "most): try more steps per cycle"
         )
     if not np.isfinite(motion.eta).all():
@@ -389,10 +393,10 @@ def _copied(tangents: Tangents) -> Tangents:
     return Tangents(*(np.array(a, dtype=float, order="C") for a in tangents))
 
 
-def _motion(state: State) -> Motion:
+def _motion(state: State, dimension: int) -> Motion:
     """Copy of a state that may be changed in place."""
     own = {f.name: getattr(state, f.name).copy() for f in fields(state)}
-    return Motion(**own, vt_old=tangential(state.v).copy())
+    return Motion(**own, vt_old=slip_history(state.v, dimension))
 
 
 def _records(scheme: TimeScheme, n: int, rows: int) -> Records:

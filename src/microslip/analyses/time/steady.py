@@ -25,7 +25,7 @@ from microslip.analyses.time.scheme import (
 from microslip.analyses.time.search import Search
 from microslip.analyses.time.starts import Start, end_of, placed
 from microslip.brief import Brief
-from microslip.contact.pairs import tangential
+from microslip.contact.pairs import by_pair
 from microslip.errors import ContactError
 from microslip.numerics.fourier import harmonic
 from microslip.typing import Array, Complex
@@ -183,11 +183,13 @@ def walk_of(scheme: TimeScheme, steady: SteadyState) -> float:
     """Drift of the bodies past each other over the last cycle, over the range of the slip.
 
     Median over the pairs of the change of slip from start to end of the cycle, over the largest
-    range of a slip.
+    range of a slip. Spatial pairs have one in each tangential direction: the length of both together.
     """
-    slip = tangential(steady.cycle.v)
-    span = float(np.ptp(slip, axis=0).max())
-    return float(np.median(slip[-1] - slip[0])) / span if span > 0 else 0.0
+    slip = by_pair(steady.cycle.v, scheme.joint.model.dimension)[..., 1:]
+    span = float(np.linalg.norm(np.ptp(slip, axis=0), axis=-1).max())
+    drift = np.median(slip[-1] - slip[0], axis=0)
+    size = float(drift[0] if len(drift) == 1 else np.linalg.norm(drift))
+    return size / span if span > 0 else 0.0
 
 
 def raised_state(scheme: TimeScheme, frequency: float, load: float, cycles: int) -> State:

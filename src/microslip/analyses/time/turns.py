@@ -26,7 +26,7 @@ from microslip.analyses.time.scheme import (
     time_scheme,
 )
 from microslip.brief import Brief
-from microslip.contact.pairs import STICK, tangential
+from microslip.contact.pairs import STICK, by_pair
 from microslip.errors import MicroslipError
 from microslip.typing import Array
 
@@ -75,19 +75,20 @@ class TurningCycle(Brief):
 
 
 def first_turn(part: March, before: Array) -> int | None:
-    """First step in which a pair begins or ends to stick, or its rate of slip changes sign.
+    """Step in which first a pair begins or ends to stick, or its rate of slip turns by a right angle or more.
 
     Parameters
     ----------
     part : March
         Histories kept.
-    before : (m,) array
+    before : (m, d - 1) array
         Slip one step before the first sample.
     """
-    state, x = part.status, tangential(part.v)
-    earlier = np.vstack([before, x[:-2]]) if len(x) > 1 else x[:0]
+    state = part.status
+    x = by_pair(part.v, part.v.shape[1] // state.shape[1])[..., 1:]
+    earlier = np.concatenate([before[None], x[:-2]]) if len(x) > 1 else x[:0]
     rate = 3 * x[1:] - 4 * x[:-1] + earlier
-    turned = (rate * np.diff(x, axis=0) < 0) & (state[1:] != STICK)
+    turned = (np.sum(rate * np.diff(x, axis=0), axis=-1) < 0) & (state[1:] != STICK)
     found = np.flatnonzero(((state[1:] != state[:-1]) | turned).any(axis=1))
     return int(found[0]) if len(found) else None
 
@@ -131,7 +132,7 @@ def turning_cycle(
     if len(fine.joint.model.omega) != len(coarse.joint.model.omega):
         fine = time_scheme(coarse.joint, fine.dt, port=port, frequency=frequency)
     state = prestressed_state(coarse)
-    before = tangential(state.v)
+    before = _slip(state.v, coarse)
     extremes: list[Array] = []
     change = np.inf
     for _ in range(max_cycles):
@@ -180,13 +181,13 @@ def _cycle(
         if turn is not None and turn > 0:
             part = march(coarse, state, wave[: turn + 1], keep=True)
         if turn != 0:
-            state, before = part.state, tangential(part.v)[-2]
+            state, before = part.state, _slip(part.v[-2], coarse)
             times.append(np.asarray((k + np.arange(1, len(part.load))) * coarse.dt, dtype=float))
             outputs.append(part.output[1:])
             k += len(part.load) - 1
         if turn is not None:
             wave = load * np.sin(2 * np.pi * (k + np.arange(parts + 1) / parts) / steps)
-            before = tangential(state.v)
+            before = _slip(state.v, coarse)
             part = march(fine, state, wave)
             state = part.state
             times.append(np.asarray(k * coarse.dt + np.arange(1, parts + 1) * fine.dt, dtype=float))
@@ -198,3 +199,8 @@ def _cycle(
                     "this joint better than refined turns"
                 )
     return state, before, np.concatenate(times), np.concatenate(outputs)
+
+
+def _slip(v: Array, scheme: TimeScheme) -> Array:
+    """Tangential displacements, (m, d - 1), of one instant."""
+    return by_pair(v, scheme.joint.model.dimension)[:, 1:]

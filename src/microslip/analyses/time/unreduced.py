@@ -27,7 +27,7 @@ import scipy.sparse as sp
 
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.brief import Brief
-from microslip.contact.pairs import by_pair, normal, tangential
+from microslip.contact.pairs import by_pair, normal, slip_history
 from microslip.contact.solver import ContactSolver
 from microslip.errors import ContactError, ModelError
 from microslip.model.flexibility import Flexibility
@@ -60,7 +60,7 @@ class FullScheme(Brief):
         Driven port.
     outputs : mapping of str to (n,) array
         Vectors that the displacement is projected on.
-    W : (2 m, 2 m) array
+    W : (d m, d m) array
         Flexibility over one step, m/N.
     """
 
@@ -82,7 +82,7 @@ class FullState(Brief):
     ----------
     x, rate, acceleration : (n,) arrays
         Displacement (prestress included) and its derivatives.
-    r, v : (2 m,) arrays
+    r, v : (d m,) arrays
     r_before : (m,) array
         Normal reactions one step before `r`.
     status : (m,) int8 array
@@ -106,7 +106,7 @@ class FullMarch(Brief):
     time, load : (s,) arrays
     output : mapping of str to (s,) array
         Projections of the displacement, change from prestress.
-    r, v : (s, 2 m) arrays
+    r, v : (s, d m) arrays
     status : (s, m) int8 array
     state : FullState
         At the end.
@@ -157,7 +157,7 @@ def full_scheme(
     Parameters
     ----------
     structure : Structure
-        Planar, with loads of the names of the joint's ports.
+        With loads of the names of the joint's ports.
     joint : PreparedJoint
         Its prestress, friction and Rayleigh damping are taken; of rigid contact (no compliance).
     dt : float
@@ -172,12 +172,10 @@ def full_scheme(
     Raises
     ------
     ModelError
-        Where the step is not positive, the port is unknown or the interface is not planar.
+        Where the step is not positive or the port is unknown, or where the contact is not rigid.
     """
     if not dt > 0:
         raise ModelError(f"time step {dt:g} s must be positive")
-    if structure.interface.dimension != 2:
-        raise ModelError("marching every degree of freedom needs a planar interface")
     if not joint.law.exact:
         raise ModelError("marching every degree of freedom needs rigid contact, without compliance")
     port, rayleigh = port or joint.drive, joint.model.rayleigh
@@ -241,7 +239,7 @@ def prestressed_full_state(scheme: FullScheme, rate: Array | None = None) -> Ful
         acceleration=np.zeros(s.dofs),
         r=solution.r.copy(),
         v=solution.v.copy(),
-        r_before=normal(solution.r).copy(),
+        r_before=normal(solution.r, s.interface.dimension).copy(),
         status=scheme.joint.prestress.status,
     )
 
@@ -281,6 +279,7 @@ def march_full(scheme: FullScheme, load: Array, state: FullState | None = None) 
     True
     """
     s, dt, alpha = scheme.structure, scheme.dt, scheme.alpha
+    d = s.interface.dimension
     gamma, beta, a = scheme_constants(alpha)
     B, K, M = s.interface.relative, s.stiffness, s.mass
     load = np.asarray(load, dtype=float)
@@ -295,7 +294,7 @@ def march_full(scheme: FullScheme, load: Array, state: FullState | None = None) 
     before = state.r_before
     for step in range(1, len(load)):
         external = held + drive * load[step]
-        last = record.r[step - 1]
+        last, sticks_at = record.r[step - 1], slip_history(record.v[step - 1], d)
         dropped = np.zeros(len(before), dtype=bool)
         while True:
             position = x + dt * rate + dt**2 * (0.5 - beta) * acceleration
@@ -304,22 +303,20 @@ def march_full(scheme: FullScheme, load: Array, state: FullState | None = None) 
                 a * (external - _internal(scheme, position, velocity)) + alpha * unbalanced
             )
             try:
-                found = contact.solve(
-                    B @ (position + beta * dt**2 * start), none, tangential(record.v[step - 1])
-                )
+                found = contact.solve(B @ (position + beta * dt**2 * start), none, sticks_at)
             except ContactError as error:
                 raise ContactError(
                     f"contact not solved at t = {step * dt:.6g} s (load {load[step]:.4g}): {error}"
                 ) from error
-            strong = normal(last) > IMPACT * contact.force
-            sudden = strong & (normal(last) >= before) & (normal(found.r) <= 0) & ~dropped
+            strong = normal(last, d) > IMPACT * contact.force
+            sudden = strong & (normal(last, d) >= before) & (normal(found.r, d) <= 0) & ~dropped
             if not sudden.any():
                 break
             dropped |= sudden
-            remainder = B.T @ np.where(sudden[:, None], by_pair(last), 0.0).ravel()
+            remainder = B.T @ np.where(sudden[:, None], by_pair(last, d), 0.0).ravel()
             unbalanced = unbalanced + remainder
             acceleration = acceleration + a * scheme.solve(remainder)
-        before = normal(last)
+        before = normal(last, d)
         acceleration = start - a * scheme.solve(B.T @ found.r)
         new = position + beta * dt**2 * acceleration
         mean_rate = (new - x) / dt
@@ -349,12 +346,12 @@ def _internal(scheme: FullScheme, x: Array, rate: Array) -> Array:
 
 
 def _contact(scheme: FullScheme, state: FullState) -> ContactSolver:
-    n = len(state.v)
+    n, pairs = len(state.v), len(state.status)
     empty = np.zeros((n, 0))
     flexibility = Flexibility(
         scheme.W, empty, np.zeros(0), empty, np.zeros((0, 0)), np.zeros((0, 0))
     )
-    force = np.full(n // 2, scheme.joint.prestress.largest_reaction)
+    force = np.full(pairs, scheme.joint.prestress.largest_reaction)
     return ContactSolver(flexibility, scheme.joint.law.friction, force, state.status)
 
 
@@ -363,8 +360,8 @@ class _Record:
 
     def __init__(self, scheme: FullScheme, load: Array, state: FullState) -> None:
         self.scheme, self.load = scheme, load
-        rows, m = len(load), len(state.status)
-        self.r, self.v = np.zeros((rows, 2 * m)), np.zeros((rows, 2 * m))
+        rows, m, n = len(load), len(state.status), len(state.v)
+        self.r, self.v = np.zeros((rows, n)), np.zeros((rows, n))
         self.status = np.zeros((rows, m), dtype=np.int8)
         self.residual = np.zeros(rows)
         self.vectors = np.vstack(list(scheme.outputs.values()))
@@ -376,6 +373,7 @@ class _Record:
     def result(self, damping: float, state: FullState) -> FullMarch:
         """Works by the trapezoidal rule: mean force times increment of displacement."""
         mean_r, dv = 0.5 * (self.r[1:] + self.r[:-1]), np.diff(self.v, axis=0)
+        work = by_pair(np.sum(mean_r * dv, axis=0), self.scheme.structure.interface.dimension)
         mean_load = 0.5 * (self.load[1:] + self.load[:-1])
         names = list(self.scheme.outputs)
         output = dict(zip(names, (self.output - self.rest).T, strict=True))
@@ -387,9 +385,9 @@ class _Record:
             v=self.v,
             status=self.status,
             state=state,
-            friction_work=np.sum(tangential(mean_r) * tangential(dv), axis=0),
+            friction_work=work[:, 1:].sum(axis=1),
             external=float(mean_load @ np.diff(output[self.scheme.port])),
             damping=damping,
-            normal_work=float(np.sum(normal(mean_r) * normal(dv))),
+            normal_work=float(work[:, 0].sum()),
             residual=self.residual,
         )

@@ -39,13 +39,18 @@ def history_figures(run: Run) -> dict[str, Figure]:
 
 @house_style
 def history_figure(run: Run, history: History) -> Figure:
-    """First output, slip at the first chosen position, energies, all over time."""
+    """First output, slip at the first chosen position, energies, all over time.
+
+    Slip along the first tangential direction of a spatial pair in green, along the second in orange.
+    """
     figure = new_figure(DOUBLE, 145 * MM)
     axes = figure.subplots(3, 1, sharex=True)
     draw_motion(axes[0], run, history)
     axes[0].set_title(f"{primary(run).name} and its envelope", loc="left")
     x = unit_position(run)[history.watched[0]]
-    _draw_trace(axes[1], history, 1e6 * history.slip[:, 0], GREEN)
+    ways = history.slip[:, 0].reshape(len(history.time), -1)
+    for slip, colour in zip(ways.T, (GREEN, ORANGE), strict=False):
+        _draw_trace(axes[1], history, 1e6 * slip, colour)
     axes[1].set_ylabel("slip (µm)")
     axes[1].set_title(rf"slip at $x$ = {x:.3g} ${run.assembly.measures.symbol}$", loc="left")
     _draw_energies(axes[2], history)

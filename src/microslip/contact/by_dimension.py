@@ -1,0 +1,65 @@
+"""What planar and spatial pairs both have, under one name for the kernels that serve either.
+
+A step of time, a load path and the deviations of a motion are the same whatever the number of tangential
+directions; how a contact problem is solved is not. Compiled functions that take the memory of a solver call
+the names below; which solver they mean is decided when they are compiled, by the type of the memory.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from numba.extending import overload
+
+from microslip.contact import (
+    active_set,
+    linearised,
+    planar,
+    spatial,
+    spatial_linearised,
+    spatial_tableau,
+    tableau,
+)
+from microslip.contact.compiled import FASTMATH
+
+
+def _by_memory(place: int, flat: Callable[..., Any], round_cone: Callable[..., Any]) -> Any:
+    """A name that means one function or the other, by the type of the memory among its arguments."""
+
+    def either(*arguments: Any) -> Any:
+        spatially = isinstance(arguments[place], spatial_tableau.Memory)
+        return (round_cone if spatially else flat)(*arguments)
+
+    @overload(either, jit_options={"fastmath": FASTMATH, "error_model": "numpy"}, strict=False)
+    def pick(*arguments: Any) -> Callable[..., Any]:
+        spatially = arguments[place].instance_class is spatial_tableau.Memory
+        function = round_cone if spatially else flat
+        return lambda *arguments: function(*arguments)
+
+    return either
+
+
+dimension_of = _by_memory(0, tableau.dimension_of, spatial_tableau.dimension_of)
+"""``dimension_of(memory)``: components per pair, a constant to the compiler."""
+
+restart = _by_memory(1, tableau.restart, spatial_tableau.restart)
+"""``restart(problem, memory, status)``: make the tableau afresh."""
+
+follow = _by_memory(1, tableau.follow, spatial_tableau.follow)
+"""``follow(problem, memory, status)``: make the memory fit for other states than it was left with."""
+
+search = _by_memory(1, active_set.search, spatial.search)
+"""``search(problem, memory, given, contact)``: solve from the last solution, without a guarantee."""
+
+other_ways = _by_memory(1, planar.last_resort, spatial.other_starts)
+"""``other_ways(problem, memory, given, contact)``: solve where that fails."""
+
+solve = _by_memory(1, planar.solve, spatial.solve)
+"""``solve(problem, memory, given, contact)``: one after the other."""
+
+solve_states = _by_memory(1, linearised.solve_states, spatial_linearised.solve_states)
+"""``solve_states(problem, memory, status, w, weights, x, r)``: changes of a solution with its states."""
+
+gaps = _by_memory(1, linearised.gaps, spatial_linearised.gaps)
+"""``gaps(problem, memory, status, opened, w, weights, x)``: those of a few separated pairs alone."""
