@@ -1,16 +1,6 @@
-"""Compiled alternating frequency–time evaluation of spatial Signorini–Coulomb contact.
+"""Compiled friction of spatial pairs over a cycle; what it is for stands in `aft.py`.
 
-As `aft.py`, with two tangential directions and the round cone: of the coefficients of the augmented forces
-
-    x_n = r_n + eps_n v_n,        x_t = r_t + eps_t v_t
-
-(one eps_t for both directions) the exact laws on N equal steps of the cycle are projections,
-
-    r_n[k] = max(0, x_n[k])
-    r_t[k] = P_b(r_t[k-1] + x_t[k] - x_t[k-1]),    b = mu r_n[k]
-
-with P_b the projection on the disc of radius b. A fixed point, ``r`` in equal to ``r`` out, obeys the
-laws whatever eps is.
+With two tangential directions P_b is the projection on the disc of radius b: the cone is round.
 
 Memory. The map Phi of r_t over a period is a chain of shifts and projections, none of which takes two
 tractions further apart. A pair that opens forgets its traction at once; one that slips forgets it by
@@ -27,23 +17,17 @@ sticks and zero where it is open, the derivatives S of r_t obey along the cycle
 and close to ``S_0 = Phi' S_0 + T``, two equations for every column. Where a pair has come to rest,
 ``Phi' = I``, and S is carried along with the cycles that brought it there.
 
-Reference: as `aft.py`, and M. Krack & J. Gross, Harmonic Balance for Nonlinear Vibration Problems,
-Springer 2019.
+Reference: M. Krack & J. Gross, Harmonic Balance for Nonlinear Vibration Problems, Springer 2019.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
-from numpy.typing import NDArray
 
-from microslip.contact.aft import CHANGING, LINEAR, OPEN, _normal
+from microslip.contact.aft_normal import CHANGING, press, stick
 from microslip.contact.compiled import jit
 from microslip.contact.pairs import SEPARATED, SLIP, STICK
-from microslip.contact.samples import SampleTable, analyse, synthesise
-from microslip.errors import ContactError
-from microslip.typing import Array, Status
+from microslip.contact.samples import analyse, synthesise
 
 SETTLED = 1e-13
 """Change of a traction over a cycle, relative to the largest limit of friction, that is none."""
@@ -63,97 +47,11 @@ RESTS, ROUND, UNSETTLED = 0, 1, 2
 """How a pair's periodic traction was found: it sticks in the end, it slips in every cycle, not at all."""
 
 
-class SpatialCycle(NamedTuple):
-    """Reactions of all pairs over the cycle and their derivatives.
-
-    Attributes
-    ----------
-    r : (m, 3, c) array
-        Coefficients of the reactions.
-    nn : (m, c, c) array
-        Derivative of ``r_n`` by ``x_n``.
-    tn : (m, 2, c, c) array
-        Of each component of ``r_t`` by ``x_n``.
-    tt : (m, 2, 2, c, c) array
-        Of each component of ``r_t`` by each of ``x_t``.
-    td : (m, 2, 2, c) array
-        Of each component of ``r_t`` by each of `drift`.
-    kind : (m, 2) int8 array
-        `OPEN`, `LINEAR` or `CHANGING` of `aft.py`, normal and tangential.
-    status : (m, N) int8 array
-        Contact state at every sample.
-    """
-
-    r: Array
-    nn: Array
-    tn: Array
-    tt: Array
-    td: Array
-    kind: NDArray[np.int8]
-    status: Status
-
-
-def spatial_cycle(
-    table: SampleTable, x: Array, friction: Array, held: Array, drift: Array | None = None
-) -> SpatialCycle:
-    """Apply the contact laws over one cycle to all spatial pairs.
-
-    Parameters
-    ----------
-    table : SampleTable
-    x : (m, 3, c) array
-        Coefficients of the augmented forces, N.
-    friction : (m,) array
-        Coefficient of friction.
-    held : (m, 2) array
-        ``eps_t v_t`` at which a pair sticks that never slips.
-    drift : (m, 2) array, optional
-        ``eps_t`` times the change of ``v_t`` over a cycle; none by default.
-
-    Raises
-    ------
-    ContactError
-        Where a pair's periodic traction was not found; names the pair.
-
-    Examples
-    --------
-    A slider pressed by 1 with mu = 0.5, taken round a wide circle: its traction has the size 0.5 and
-    turns with the way it goes, ``(-sin, cos)`` for ``(cos, sin)``.
-
-    >>> from microslip.contact.samples import sample_table
-    >>> table = sample_table(1, 256)
-    >>> x = np.zeros((1, 3, 3)); x[0, 0, 0] = 1.0; x[0, 1, 2] = x[0, 2, 1] = 1e4
-    >>> cycle = spatial_cycle(table, x, np.array([0.5]), np.zeros((1, 2)))
-    >>> np.round(cycle.r[0, 1:, 1:], 1).tolist()
-    [[-0.5, 0.0], [0.0, 0.5]]
-    """
-    m, c = len(friction), table.coefficients
-    out = SpatialCycle(
-        r=np.empty((m, 3, c)),
-        nn=np.empty((m, c, c)),
-        tn=np.zeros((m, 2, c, c)),
-        tt=np.zeros((m, 2, 2, c, c)),
-        td=np.zeros((m, 2, 2, c)),
-        kind=np.empty((m, 2), np.int8),
-        status=np.empty((m, table.samples), np.int8),
-    )
-    along = np.zeros((m, 2)) if drift is None else np.ascontiguousarray(drift)
-    lost = all_spatial_pairs(
-        table, np.ascontiguousarray(x), friction, np.ascontiguousarray(held), along, out
-    )
-    if lost >= 0:
-        raise ContactError(
-            f"the periodic traction of pair {lost} was not found in {MOST_CYCLES} cycles: it slips "
-            "by next to nothing; take another amplitude or more samples"
-        )
-    return out
-
-
 @jit
 def all_spatial_pairs(table, x, mu, held, drift, cycle):
     """Evaluate every pair into `cycle`; returns the first whose periodic traction was not found, or -1."""
-    basis, projection, sums = table.basis, table.projection, table.sums
-    r, nn, kind, status = cycle.r, cycle.nn, cycle.kind, cycle.status
+    basis, projection = table.basis, table.projection
+    r, kind, status = cycle.r, cycle.kind, cycle.status
     N, c = basis.shape[1], basis.shape[0]
     transposed = np.ascontiguousarray(basis.T)
     xn, bound = np.empty(N), np.empty(N)
@@ -163,37 +61,19 @@ def all_spatial_pairs(table, x, mu, held, drift, cycle):
     S = np.empty((2, 3 * c + 2))
     rows = np.empty((N, 2, 3 * c + 2))
     for i in range(x.shape[0]):
-        synthesise(basis, x[i, 0], xn)
+        state = status[i]
+        if press(table, x, mu[i], i, cycle, xn, bound) == 0:
+            continue
         synthesise(basis, x[i, 1], one)
         synthesise(basis, x[i, 2], other)
         xt[:, 0], xt[:, 1] = one, other
-        state = status[i]
-        closed = _normal(xn, sums, nn[i], state, bound)
-        kind[i, 0] = LINEAR if closed == N else (OPEN if closed == 0 else CHANGING)
-        analyse(projection, bound, r[i, 0])
-        if closed == N:
-            r[i, 0] = x[i, 0]
-        if closed == 0 or mu[i] == 0.0:
-            kind[i, 1] = OPEN
-            r[i, 1:] = 0.0
-            for k in range(N):
-                if state[k] != SEPARATED:
-                    state[k] = SLIP
-            continue
-        for k in range(N):
-            bound[k] *= mu[i]
         cycles, end = periodic(xt, bound, held[i], drift[i], traction, state, factor, way)
         if end == UNSETTLED:
             return i
         if end == RESTS and cycles == 0:
-            kind[i, 1] = LINEAR
-            for a in range(2):
-                r[i, 1 + a] = x[i, 1 + a]
-                r[i, 1 + a, 0] -= held[i, a]
-                for j in range(c):
-                    cycle.tt[i, a, a, j, j] = 1.0
+            stick(x, held, i, cycle)
             continue
-        kind[i, 1] = CHANGING
+        kind[i, 1:] = CHANGING
         if end == ROUND:
             _closed_derivative(transposed, mu[i], state, factor, way, S, rows)
         else:
@@ -408,14 +288,3 @@ def _project(projection, rows, tn, tt, td):
             for b in range(2):
                 tt[a, b, h] = line[(1 + b) * c : (2 + b) * c]
                 td[a, b, h] = line[3 * c + b]
-
-
-@jit
-def times_spatial_derivative(nn, tn, tt, x, out):
-    """Write the derivative of all reactions along `x`, (m, 3, c), into `out`."""
-    for i in range(x.shape[0]):
-        out[i, 0] = np.dot(nn[i], x[i, 0])
-        for a in range(2):
-            out[i, 1 + a] = np.dot(tn[i, a], x[i, 0])
-            for b in range(2):
-                out[i, 1 + a] += np.dot(tt[i, a, b], x[i, 1 + b])

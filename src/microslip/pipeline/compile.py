@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from microslip.contact.aft_spatial import spatial_cycle
+from microslip.contact.aft import contact_cycle
 from microslip.contact.pairs import STICK
 from microslip.contact.path import follow_path
 from microslip.contact.samples import sample_table
@@ -48,7 +48,7 @@ def compile_spatial_kernels() -> None:
     path = np.array([[1.0, 0.0, 0.0], [1.0, 1.0, 0.0]])
     follow_path(solver, flexibility, path, np.zeros((1, 2)), where=str, remedy="")
     solver.solve(path[0], np.zeros(0), np.zeros((1, 2)))
-    spatial_cycle(sample_table(1, 8), np.ones((1, 3, 3)), np.ones(1), np.zeros((1, 2)))
+    contact_cycle(sample_table(1, 8), np.ones((1, 3, 3)), np.ones(1), np.zeros((1, 2)))
 
 
 def compile_all() -> None:
