@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from microslip.contact.aft import CHANGING, LINEAR, OPEN, contact_cycle, times_derivative
-from microslip.contact.pairs import SEPARATED, SLIP
+from microslip.contact.pairs import SEPARATED, SLIP, STICK
 from microslip.contact.samples import sample_table
 
 
@@ -35,16 +35,82 @@ def written_out(table, x, friction, held, cycles=200):
     return table.projection @ rn, (table.projection @ rt).T
 
 
+def locked(cycle):
+    """Pairs that stick all cycle, if not where they have stuck from the beginning."""
+    return (cycle.kind[:, 1] == CHANGING) & (cycle.status == STICK).all(axis=1)
+
+
 @pytest.mark.parametrize("mean", [-4.0, 0.0, 1.0, 3.0, 20.0])
 def test_laws_written_out(mean):
     """Lift-off, mixed, always touching: marched for 200 cycles, which forget the start to rounding."""
     table, x, friction, held = random_cycle(1, mean=mean)
     cycle = contact_cycle(table, x, friction, held)
+    free = locked(cycle)
     for i in range(len(x)):
         rn, rt = written_out(table, x[i], friction[i], held[i])
         if cycle.kind[i, 0] != LINEAR:
             assert cycle.r[i, 0] == pytest.approx(rn, abs=1e-12)
-        assert cycle.r[i, 1:] == pytest.approx(rt, abs=1e-10)
+        if free[i]:
+            # which of the tractions that it can lock in is open: marching ends in one of them, too
+            rest = cycle.r[i, 1:] - rt
+            assert np.abs(rest[:, 1:]).max() <= 1e-10
+        else:
+            assert cycle.r[i, 1:] == pytest.approx(rt, abs=1e-10)
+
+
+@pytest.mark.parametrize("mean", [6.0, 12.0])
+def test_locked_pairs_stick_at_the_nearest_place(mean):
+    """Within the cone at every sample, and nearer to `held` than any other such place of a fine net."""
+    seen = 0
+    for seed in range(20, 26):
+        table, x, friction, held = random_cycle(seed, pairs=60, mean=mean)
+        held *= 30.0
+        cycle = contact_cycle(table, x, friction, held)
+        for i in np.flatnonzero(locked(cycle)):
+            place = x[i, 1:, 0] - cycle.r[i, 1:, 0]
+            assert np.abs(cycle.r[i, 1:, 1:] - x[i, 1:, 1:]).max() == 0.0
+            limit = friction[i] * (x[i, 0] @ table.basis)
+            xt = (x[i, 1:] @ table.basis).T
+
+            def beyond(h, xt=xt, limit=limit):
+                return (np.linalg.norm(xt - h[..., None, :], axis=-1) - limit).max(axis=-1)
+
+            assert beyond(place) <= 1e-11 * limit.max()
+            angle = np.linspace(0, 2 * np.pi, 721)
+            ring = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+            radius = np.linalg.norm(place - held[i])
+            for share in (1 - 1e-6, 0.99, 0.9):
+                assert (beyond(held[i] + share * radius * ring) > 0).all()
+            seen += 1
+    assert seen > 10
+
+
+def test_two_discs_that_hardly_meet():
+    """Pulled to and fro by a little less, and a little more, than twice the limit: both sides meet there."""
+    table = sample_table(1, 128)
+    found = []
+    for pull in (0.5 * (1 - 1e-9), 0.5 * (1 + 1e-9)):
+        x = np.zeros((1, 3, 3))
+        x[0, 0, 0], x[0, 1, 1] = 1.0, pull
+        cycle = contact_cycle(table, x, np.array([0.5]), np.array([[0.0, 0.3]]))
+        found.append(cycle)
+    assert (found[0].status == STICK).all()
+    assert (found[1].status == SLIP).any()
+    for cycle in found:
+        assert np.isfinite(cycle.tt).all()
+        assert np.abs(cycle.r[0, 1:] - [[0, 0.5, 0], [0, 0, 0]]).max() <= 1e-4
+
+
+def test_a_body_that_has_gone_far_slips_as_near_by():
+    """A large mean of x_t, as of a body that soft springs stop, costs no digits of those that slip."""
+    table, x, friction, held = random_cycle(31, mean=1.0)
+    far = x.copy()
+    far[:, 1:, 0] += 2.0**40
+    near, away = (contact_cycle(table, each, friction, held).r for each in (x, far))
+    slips = (contact_cycle(table, x, friction, held).kind[:, 1] == CHANGING) & (
+        contact_cycle(table, x, friction, held).status != STICK
+    ).any(axis=1)
+    assert np.abs(near - away)[slips].max() <= 1e-10
 
 
 def test_kinds_are_what_they_say():

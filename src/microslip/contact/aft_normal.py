@@ -41,12 +41,12 @@ def press(table, x, mu, i, cycle, xn, bound):
 
 
 @jit
-def stick(x, held, i, cycle):
-    """Tractions of pair i, which never slips: ``r_t = x_t - held``."""
-    for a in range(held.shape[1]):
+def stick(x, place, i, cycle):
+    """Tractions of pair i, which never slips from its `place`: ``r_t = x_t - place``."""
+    for a in range(place.shape[0]):
         cycle.kind[i, 1 + a] = LINEAR
         cycle.r[i, 1 + a] = x[i, 1 + a]
-        cycle.r[i, 1 + a, 0] -= held[i, a]
+        cycle.r[i, 1 + a, 0] -= place[a]
         for j in range(x.shape[2]):
             cycle.tt[i, a, a, j, j] = 1.0
 

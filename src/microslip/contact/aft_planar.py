@@ -51,7 +51,7 @@ def all_planar_pairs(table, x, mu, held, drift, cycle):
             while state[anchor] != SEPARATED:
                 anchor += 1
         if anchor < 0:
-            stick(x, held, i, cycle)
+            stick(x, held[i], i, cycle)
             continue
         kind[i, 1] = CHANGING
         _friction(xt, bound, anchor, side, step, traction, state)
