@@ -460,8 +460,6 @@ def test_a_mistake_is_named(folder, section, change, said):
     ("analysis", "said"),
     [
         ({"time": {"frequencies": [160.0]}, "cycle": {}, "response": {}}, "analysis.time"),
-        ({"harmonic": {"frequencies": [160.0]}}, "analysis.harmonic"),
-        ({"backbone": {"methods": ["harmonic"]}}, "analysis.backbone.methods"),
         ({"cycle": {}, "response": {"method": "auto"}}, "analysis.response.method"),
     ],
 )

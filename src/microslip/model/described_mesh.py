@@ -52,7 +52,7 @@ from microslip.typing import Array, Indices
 
 COMPONENTS = {"x": 0, "y": 1, "z": 2}
 TURNS = {"rx": 0, "ry": 1, "rz": 2}
-PLANAR_ONLY = ("time", "harmonic", "history")
+PLANAR_ONLY = ("time", "history")
 """Analyses whose contact has one tangential direction."""
 
 TOUCHING = 1e-9
@@ -167,15 +167,12 @@ def _width(joint: MeshJoint, dimension: int) -> float:
 def _check_planar_analyses(joint: MeshJoint) -> None:
     """Raise `InputError` where an analysis is asked for that spatial contact does not have."""
     asked = joint.analysis
-    remedy = "contact in three dimensions has cycles, backbones and reduced responses"
+    remedy = (
+        "contact in three dimensions has cycles, backbones, reduced responses and harmonic balance"
+    )
     for name in PLANAR_ONLY:
         if getattr(asked, name, None) not in (None, ()):
             raise InputError(f"analysis.{name}: is for plane meshes; {remedy}: remove it")
-    if asked.backbone is not None and "harmonic" in asked.backbone.methods:
-        raise InputError(
-            'analysis.backbone.methods: "harmonic" is for plane meshes: take "quasi_static" or '
-            '"prescribed"'
-        )
     if asked.response is not None and asked.response.method != "reduced":
         raise InputError(
             f'analysis.response.method = "{asked.response.method}": is for plane meshes: take "reduced"'

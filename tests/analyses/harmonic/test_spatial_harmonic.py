@@ -1,4 +1,4 @@
-"""Harmonic balance of pairs with two tangential directions: the planar joint turned, axes turned, march, limits."""
+"""Harmonic balance with two tangential directions: the planar joint turned, axes turned, march, limits."""
 
 from __future__ import annotations
 
