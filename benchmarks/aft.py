@@ -50,7 +50,7 @@ def displacements(count):
 def compiled(v, samples):
     """Reactions and Jacobians of all pairs in one call."""
     table = sample_table(HARMONICS, samples)
-    friction, held = np.full(len(v), FRICTION), np.zeros(len(v))
+    friction, held = np.full(len(v), FRICTION), np.zeros((len(v), 1))
     return lambda: contact_cycle(table, PENALTY * v, friction, held)
 
 

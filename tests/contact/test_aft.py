@@ -17,7 +17,7 @@ def random_cycle(seed, harmonics=3, samples=128, pairs=40, mean=1.0):
     x = rng.standard_normal((pairs, 2, table.coefficients))
     x[:, 0, 0] += mean
     friction = rng.uniform(0.1, 0.6, pairs)
-    held = 0.1 * rng.standard_normal(pairs)
+    held = 0.1 * rng.standard_normal((pairs, 1))
     return table, x, friction, held
 
 
@@ -26,7 +26,7 @@ def written_out(table, x, friction, held, cycles=3):
     xn, xt = x[0] @ table.basis, x[1] @ table.basis
     rn = np.maximum(0.0, xn)
     rt = np.empty_like(rn)
-    value, before = xt[0] - held, xt[0]
+    value, before = xt[0] - held[0], xt[0]
     for _ in range(cycles):
         for k in range(table.samples):
             value = np.clip(value + xt[k] - before, -friction * rn[k], friction * rn[k])
@@ -79,7 +79,7 @@ def derivative_error(table, x, friction, held, step=1e-6):
             slope = contact_cycle(table, ahead, friction, held).r
             slope = (slope - contact_cycle(table, behind, friction, held).r) / (2 * step)
             normal = cycle.nn[:, :, j] if component == 0 else np.zeros_like(slope[:, 0])
-            tangential = (cycle.tn if component == 0 else cycle.tt)[:, :, j]
+            tangential = (cycle.tn[:, 0] if component == 0 else cycle.tt[:, 0, 0])[:, :, j]
             error = np.maximum(
                 np.abs(slope[:, 0] - normal).max(1), np.abs(slope[:, 1] - tangential).max(1)
             )
@@ -112,7 +112,7 @@ def test_elastic_law_derivative_against_differences():
             ahead[:, component, j] += step
             behind[:, component, j] -= step
             slope = (force(ahead).r - force(behind).r) / (2 * step)
-            block = (cycle.tn if component == 0 else cycle.tt)[:, :, j]
+            block = (cycle.tn[:, 0] if component == 0 else cycle.tt[:, 0, 0])[:, :, j]
             analytic = block * stiffness[0, component]
             assert slope[:, 1] == pytest.approx(analytic, abs=1e-7 * 7.0)
             if component == 0:
@@ -126,7 +126,7 @@ def driven_slider(amplitude, stiffness, limit, samples=4096, harmonics=3):
     x = np.zeros((pairs, 2, table.coefficients))
     x[:, 0, 0] = 1.0
     x[:, 1, 1] = stiffness * amplitude
-    return contact_cycle(table, x, np.asarray(limit, dtype=float), np.zeros(pairs))
+    return contact_cycle(table, x, np.asarray(limit, dtype=float), np.zeros((pairs, 1)))
 
 
 @pytest.mark.parametrize("ratio", [1.01, 1.5, 3.0, 50.0])
@@ -164,7 +164,9 @@ def test_iwan_element(published):
     x = np.zeros((len(spring), 2, table.coefficients))
     x[:, 0, 0] = 1.0
     x[:, 1, 1] = spring * u
-    force = contact_cycle(table, x, strength * spring, np.zeros(len(spring))).r[:, 1].sum(axis=0)
+    force = (
+        contact_cycle(table, x, strength * spring, np.zeros((len(spring), 1))).r[:, 1].sum(axis=0)
+    )
     energy = np.pi * u * force[2]
     peak = force @ table.basis[:, 256]
     print(f"energy {energy / data['dissipation'] - 1:+.1e}, force {peak / data['force'] - 1:+.1e}")
@@ -190,7 +192,7 @@ def test_more_samples_converge(mean, least):
 def test_drift_of_a_walking_pair():
     """Against many cycles written out, in which v_t advances a little; and its derivative."""
     table, x, friction, held = random_cycle(11, mean=2.0)
-    drift = 0.3 * np.random.default_rng(1).standard_normal(len(x))
+    drift = 0.3 * np.random.default_rng(1).standard_normal((len(x), 1))
     cycle = contact_cycle(table, x, friction, held, drift)
     for i in range(len(x)):
         xn, xt = x[i] @ table.basis
@@ -198,13 +200,13 @@ def test_drift_of_a_walking_pair():
         value, before, rt = 0.0, xt[0], np.empty(table.samples)
         for _ in range(40):
             for k in range(table.samples):
-                value = np.clip(value + xt[k] - before + drift[i] / 128, -limit[k], limit[k])
+                value = np.clip(value + xt[k] - before + drift[i, 0] / 128, -limit[k], limit[k])
                 rt[k], before = value, xt[k]
         assert cycle.r[i, 1] == pytest.approx(table.projection @ rt, abs=1e-12)
     step = 1e-6
     slope = contact_cycle(table, x, friction, held, drift + step).r
     slope = (slope - contact_cycle(table, x, friction, held, drift - step).r) / (2 * step)
-    assert slope[:, 1] == pytest.approx(cycle.td, abs=1e-7)
+    assert slope[:, 1] == pytest.approx(cycle.td[:, 0, 0], abs=1e-7)
     assert not slope[:, 0].any()
 
 

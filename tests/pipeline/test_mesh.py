@@ -558,16 +558,10 @@ def test_a_mistake_is_named(folder, section, change, said):
     assert said in refused(document, folder)
 
 
-@pytest.mark.parametrize(
-    ("analysis", "said"),
-    [
-        ({"harmonic": {"frequencies": [160.0]}}, "analysis.harmonic"),
-        ({"backbone": {"methods": ["harmonic"]}}, "analysis.backbone.methods"),
-        ({"cycle": {}, "response": {"method": "auto"}}, "analysis.response.method"),
-    ],
-)
-def test_analyses_of_plane_contact_are_refused_in_space(folder, analysis, said):
-    assert said in refused(plates_document(folder) | {"analysis": analysis}, folder)
+def test_method_auto_is_refused_in_space(folder):
+    analysis = {"cycle": {}, "response": {"method": "auto"}}
+    said = refused(plates_document(folder) | {"analysis": analysis}, folder)
+    assert "analysis.response.method" in said
 
 
 def test_a_response_that_friction_alone_holds_is_refused(folder):

@@ -1,217 +1,92 @@
-"""Compiled alternating frequency–time evaluation of spatial Signorini–Coulomb contact.
+"""Compiled friction of spatial pairs over a cycle; what it is for stands in `aft.py`.
 
-As `aft.py`, with two tangential directions and the round cone: of the coefficients of the augmented forces
-
-    x_n = r_n + eps_n v_n,        x_t = r_t + eps_t v_t
-
-(one eps_t for both directions) the exact laws on N equal steps of the cycle are projections,
-
-    r_n[k] = max(0, x_n[k])
-    r_t[k] = P_b(r_t[k-1] + x_t[k] - x_t[k-1]),    b = mu r_n[k]
-
-with P_b the projection on the disc of radius b. A fixed point, ``r`` in equal to ``r`` out, obeys the
-laws whatever eps is.
+With two tangential directions P_b is the projection on the disc of radius b: the cone is round.
 
 Memory. The map Phi of r_t over a period is a chain of shifts and projections, none of which takes two
-tractions further apart. A pair that opens forgets its traction at once; one that slips forgets it by
-and by, the more the further it goes. Its periodic traction is found by cycles from the state in which
-it has stuck since the beginning (`held`), and by Newton's method on ``Phi(z) = z``, two equations.
-One that never slips keeps ``r_t = x_t - held``; one that slips at first and then sticks for good keeps
-what its slip has left.
+tractions further apart. A pair that opens forgets its traction at once. One that can stick all cycle does;
+`aft_locked.py` says where. One that cannot slips in every cycle and forgets its traction by and by, the
+more the further it goes: its periodic traction is found by cycles, and by Newton's method on
+``Phi(z) = z``, two equations. A step of Newton's method is judged some cycles later: what it leaves along
+the slip is gone after one of them, what is across stays.
 
 Derivative. With ``J = (b/|y|)(I - d d^T)``, ``d = y/|y|``, where a pair slips, the identity where it
 sticks and zero where it is open, the derivatives S of r_t obey along the cycle
 
     S[k] = J (S[k-1] + dx_t[k] - dx_t[k-1]) + mu d dr_n[k]
 
-and close to ``S_0 = Phi' S_0 + T``, two equations for every column. Where a pair has come to rest,
-``Phi' = I``, and S is carried along with the cycles that brought it there.
+and close to ``S_0 = Phi' S_0 + T``, two equations for every column.
 
-Reference: as `aft.py`, and M. Krack & J. Gross, Harmonic Balance for Nonlinear Vibration Problems,
-Springer 2019.
+Reference: M. Krack & J. Gross, Harmonic Balance for Nonlinear Vibration Problems, Springer 2019.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
-from numpy.typing import NDArray
 
-from microslip.contact.aft import CHANGING, LINEAR, OPEN, _normal
+from microslip.contact.aft_locked import lock, nearest_place
+from microslip.contact.aft_normal import CHANGING, press
 from microslip.contact.compiled import jit
 from microslip.contact.pairs import SEPARATED, SLIP, STICK
-from microslip.contact.samples import SampleTable, analyse, synthesise
-from microslip.errors import ContactError
-from microslip.typing import Array, Status
+from microslip.contact.samples import analyse, synthesise
 
 SETTLED = 1e-13
 """Change of a traction over a cycle, relative to the largest limit of friction, that is none."""
 
-MOST_CYCLES = 2000
+MOST_CYCLES = 4000
 
-PATIENCE, MOST_PATIENCE = 20, 400
-"""Cycles that are gone round before Newton's method is tried, at first and again."""
+PATIENCE = 20
+"""Cycles that are gone round before Newton's method is tried."""
 
-FORGETS, HARDLY_FORGETS = 1e-4, 1e-12
-"""Determinant of ``I - Phi'`` from which on it is."""
+JUDGED = 3
+"""Cycles after which a step of Newton's method must have brought the traction nearer to its place."""
+
+FORGETS = 1e-12
+"""Determinant of ``I - Phi'`` from which on it is tried."""
 
 AT_LIMIT = 1.0 - 1e-13
 """Share of a traction within its limit up to which it slips; beyond, it is at the limit and sticks."""
-
-RESTS, ROUND, UNSETTLED = 0, 1, 2
-"""How a pair's periodic traction was found: it sticks in the end, it slips in every cycle, not at all."""
-
-
-class SpatialCycle(NamedTuple):
-    """Reactions of all pairs over the cycle and their derivatives.
-
-    Attributes
-    ----------
-    r : (m, 3, c) array
-        Coefficients of the reactions.
-    nn : (m, c, c) array
-        Derivative of ``r_n`` by ``x_n``.
-    tn : (m, 2, c, c) array
-        Of each component of ``r_t`` by ``x_n``.
-    tt : (m, 2, 2, c, c) array
-        Of each component of ``r_t`` by each of ``x_t``.
-    td : (m, 2, 2, c) array
-        Of each component of ``r_t`` by each of `drift`.
-    kind : (m, 2) int8 array
-        `OPEN`, `LINEAR` or `CHANGING` of `aft.py`, normal and tangential.
-    status : (m, N) int8 array
-        Contact state at every sample.
-    """
-
-    r: Array
-    nn: Array
-    tn: Array
-    tt: Array
-    td: Array
-    kind: NDArray[np.int8]
-    status: Status
-
-
-def spatial_cycle(
-    table: SampleTable, x: Array, friction: Array, held: Array, drift: Array | None = None
-) -> SpatialCycle:
-    """Apply the contact laws over one cycle to all spatial pairs.
-
-    Parameters
-    ----------
-    table : SampleTable
-    x : (m, 3, c) array
-        Coefficients of the augmented forces, N.
-    friction : (m,) array
-        Coefficient of friction.
-    held : (m, 2) array
-        ``eps_t v_t`` at which a pair sticks that never slips.
-    drift : (m, 2) array, optional
-        ``eps_t`` times the change of ``v_t`` over a cycle; none by default.
-
-    Raises
-    ------
-    ContactError
-        Where a pair's periodic traction was not found; names the pair.
-
-    Examples
-    --------
-    A slider pressed by 1 with mu = 0.5, taken round a wide circle: its traction has the size 0.5 and
-    turns with the way it goes, ``(-sin, cos)`` for ``(cos, sin)``.
-
-    >>> from microslip.contact.samples import sample_table
-    >>> table = sample_table(1, 256)
-    >>> x = np.zeros((1, 3, 3)); x[0, 0, 0] = 1.0; x[0, 1, 2] = x[0, 2, 1] = 1e4
-    >>> cycle = spatial_cycle(table, x, np.array([0.5]), np.zeros((1, 2)))
-    >>> np.round(cycle.r[0, 1:, 1:], 1).tolist()
-    [[-0.5, 0.0], [0.0, 0.5]]
-    """
-    m, c = len(friction), table.coefficients
-    out = SpatialCycle(
-        r=np.empty((m, 3, c)),
-        nn=np.empty((m, c, c)),
-        tn=np.zeros((m, 2, c, c)),
-        tt=np.zeros((m, 2, 2, c, c)),
-        td=np.zeros((m, 2, 2, c)),
-        kind=np.empty((m, 2), np.int8),
-        status=np.empty((m, table.samples), np.int8),
-    )
-    along = np.zeros((m, 2)) if drift is None else np.ascontiguousarray(drift)
-    lost = all_spatial_pairs(
-        table, np.ascontiguousarray(x), friction, np.ascontiguousarray(held), along, out
-    )
-    if lost >= 0:
-        raise ContactError(
-            f"the periodic traction of pair {lost} was not found in {MOST_CYCLES} cycles: it slips "
-            "by next to nothing; take another amplitude or more samples"
-        )
-    return out
 
 
 @jit
 def all_spatial_pairs(table, x, mu, held, drift, cycle):
     """Evaluate every pair into `cycle`; returns the first whose periodic traction was not found, or -1."""
-    basis, projection, sums = table.basis, table.projection, table.sums
-    r, nn, kind, status = cycle.r, cycle.nn, cycle.kind, cycle.status
+    basis, projection = table.basis, table.projection
+    r, kind, status = cycle.r, cycle.kind, cycle.status
     N, c = basis.shape[1], basis.shape[0]
     transposed = np.ascontiguousarray(basis.T)
     xn, bound = np.empty(N), np.empty(N)
-    one, other = np.empty(N), np.empty(N)
+    one, other, coefficients = np.empty(N), np.empty(N), np.empty(c)
     xt, traction = np.empty((N, 2)), np.empty((N, 2))
     factor, way = np.empty(N), np.empty((N, 2))
+    before, place, edges = np.empty(2), np.empty(2), np.empty(2, np.int64)
     S = np.empty((2, 3 * c + 2))
     rows = np.empty((N, 2, 3 * c + 2))
     for i in range(x.shape[0]):
-        synthesise(basis, x[i, 0], xn)
-        synthesise(basis, x[i, 1], one)
-        synthesise(basis, x[i, 2], other)
-        xt[:, 0], xt[:, 1] = one, other
         state = status[i]
-        closed = _normal(xn, sums, nn[i], state, bound)
-        kind[i, 0] = LINEAR if closed == N else (OPEN if closed == 0 else CHANGING)
-        analyse(projection, bound, r[i, 0])
-        if closed == N:
-            r[i, 0] = x[i, 0]
-        if closed == 0 or mu[i] == 0.0:
-            kind[i, 1] = OPEN
-            r[i, 1:] = 0.0
-            for k in range(N):
-                if state[k] != SEPARATED:
-                    state[k] = SLIP
+        closed = press(table, x, mu[i], i, cycle, xn, bound)
+        if closed == 0:
             continue
-        for k in range(N):
-            bound[k] *= mu[i]
-        cycles, end = periodic(xt, bound, held[i], drift[i], traction, state, factor, way)
-        if end == UNSETTLED:
+        # x_t without its mean, which may be large where a body has gone far
+        for a in range(2):
+            coefficients[:] = x[i, 1 + a]
+            before[a] = held[i, a] - coefficients[0]
+            coefficients[0] = 0.0
+            synthesise(basis, coefficients, one)
+            xt[:, a] = one
+        place[:] = before
+        walks = drift[i, 0] != 0.0 or drift[i, 1] != 0.0
+        if closed == N and not walks:
+            count = nearest_place(xt, bound, before, place, edges)
+            if count >= 0:
+                lock(x, i, cycle, transposed, mu[i], xt, bound, before, place, edges, count)
+                continue
+        kind[i, 1:] = CHANGING
+        z1, z2 = xt[N - 1, 0] - place[0], xt[N - 1, 1] - place[1]
+        if walks:
+            z1, z2 = _far_ahead(xt, bound, drift[i])
+        if not periodic(xt, bound, drift[i], z1, z2, traction, state, factor, way):
             return i
-        if end == RESTS and cycles == 0:
-            kind[i, 1] = LINEAR
-            for a in range(2):
-                r[i, 1 + a] = x[i, 1 + a]
-                r[i, 1 + a, 0] -= held[i, a]
-                for j in range(c):
-                    cycle.tt[i, a, a, j, j] = 1.0
-            continue
-        kind[i, 1] = CHANGING
-        if end == ROUND:
-            _closed_derivative(transposed, mu[i], state, factor, way, S, rows)
-        else:
-            _carried_derivative(
-                transposed,
-                mu[i],
-                xt,
-                bound,
-                held[i],
-                drift[i],
-                min(cycles, MOST_PATIENCE),
-                traction,
-                state,
-                factor,
-                way,
-                S,
-                rows,
-            )
+        _closed_derivative(transposed, mu[i], state, factor, way, S, rows)
         _march(transposed, mu[i], state, factor, way, S, rows)
         _project(projection, rows, cycle.tn[i], cycle.tt[i], cycle.td[i])
         one[:], other[:] = traction[:, 0], traction[:, 1]
@@ -270,67 +145,49 @@ def _slope(state, factor, way):
 
 
 @jit
-def first_traction(xt, bound, held, drift):
-    """Traction before the first sample of a pair that has stuck; with a drift, far ahead of it."""
-    N = bound.shape[0]
-    size = np.sqrt(drift[0] ** 2 + drift[1] ** 2)
-    if size > 0.0:
-        far = 1e3 * (np.max(bound) + np.max(np.abs(xt)))
-        return far * drift[0] / size, far * drift[1] / size
-    return xt[N - 1, 0] - held[0], xt[N - 1, 1] - held[1]
+def _far_ahead(xt, bound, drift):
+    """A traction that the drift would take a pair to in many cycles, if it stuck."""
+    size = np.hypot(drift[0], drift[1])
+    far = 1e3 * (np.max(bound) + np.max(np.abs(xt)))
+    return far * drift[0] / size, far * drift[1] / size
 
 
 @jit
-def periodic(xt, bound, held, drift, traction, state, factor, way):
-    """Go round until the traction repeats: ``(cycles, end)``, the last cycle in the arrays.
+def periodic(xt, bound, drift, z1, z2, traction, state, factor, way):
+    """Go round until the traction repeats, the last cycle in the arrays; whether it does.
 
-    `cycles` is how many came before the one that repeats; 0 with `RESTS` for a pair that never slips.
+    `z1` and `z2` are the traction before the first sample to begin with.
     """
-    cycles, end = _repeat(xt, bound, held, drift, traction, state, factor, way, PATIENCE, FORGETS)
-    if end == ROUND:
-        return cycles, end
-    # where it ends by coming to rest, its whole way there counts
-    return _repeat(
-        xt, bound, held, drift, traction, state, factor, way, MOST_PATIENCE, HARDLY_FORGETS
-    )
-
-
-@jit
-def _repeat(xt, bound, held, drift, traction, state, factor, way, patience, forgets):
-    """As `periodic`, with Newton's method after so many cycles, of a slip that forgets so much."""
     close = SETTLED * np.max(bound)
-    z1, z2 = first_traction(xt, bound, held, drift)
     w1, w2 = z1, z2
     best = np.inf
-    jumped = False
+    since = 0
     for cycle in range(MOST_CYCLES):
         s1, s2 = z1, z2
         z1, z2, moved = go_round(xt, bound, drift, s1, s2, traction, state, factor, way)
-        if moved == 0:
-            return cycle, RESTS
-        error = np.sqrt((z1 - s1) ** 2 + (z2 - s2) ** 2)
-        if error <= close:
-            a, b, c, d = _slope(state, factor, way)
-            goes_on = (1.0 - a) * (1.0 - d) - b * c > forgets
-            return cycle, ROUND if goes_on else RESTS
-        if jumped and error >= best:
-            # Newton's step did not help: go on from where going round had led
-            z1, z2 = w1, w2
-            jumped = False
+        error = np.hypot(z1 - s1, z2 - s2)
+        if moved == 0 or error <= close:
+            return True
+        if since > 0 and error >= best:
+            since += 1
+            if since > JUDGED:
+                # Newton's step did not help: go on from where going round had led
+                z1, z2 = w1, w2
+                since = 0
             continue
         best = error
         w1, w2 = z1, z2
-        jumped = False
-        if cycle >= patience:
+        since = 0
+        if cycle >= PATIENCE:
             a, b, c, d = _slope(state, factor, way)
             m11, m12, m21, m22 = 1.0 - a, -b, -c, 1.0 - d
             det = m11 * m22 - m12 * m21
-            if det > forgets:
+            if det > FORGETS:
                 f1, f2 = z1 - s1, z2 - s2
                 z1 = s1 + (m22 * f1 - m12 * f2) / det
                 z2 = s2 + (m11 * f2 - m21 * f1) / det
-                jumped = True
-    return MOST_CYCLES, UNSETTLED
+                since = 1
+    return False
 
 
 @jit
@@ -371,28 +228,11 @@ def _closed_derivative(basis, mu, state, factor, way, S, rows):
     S[:] = 0.0
     _march(basis, mu, state, factor, way, S, rows)
     m11, m12, m21, m22 = 1.0 - a, -b, -c, 1.0 - d
-    det = m11 * m22 - m12 * m21
+    det = max(m11 * m22 - m12 * m21, FORGETS)
     for j in range(S.shape[1]):
         t1, t2 = S[0, j], S[1, j]
         S[0, j] = (m22 * t1 - m12 * t2) / det
         S[1, j] = (m11 * t2 - m21 * t1) / det
-
-
-@jit
-def _carried_derivative(
-    basis, mu, xt, bound, held, drift, cycles, traction, state, factor, way, S, rows
-):
-    """Derivatives before the first sample, carried from the pair's first traction through `cycles`."""
-    N, c = basis.shape
-    S[:] = 0.0
-    if drift[0] == 0.0 and drift[1] == 0.0:
-        S[0, c : 2 * c] = basis[N - 1]
-        S[1, 2 * c : 3 * c] = basis[N - 1]
-    z1, z2 = first_traction(xt, bound, held, drift)
-    for _ in range(cycles):
-        z1, z2, _ = go_round(xt, bound, drift, z1, z2, traction, state, factor, way)
-        _march(basis, mu, state, factor, way, S, rows)
-    go_round(xt, bound, drift, z1, z2, traction, state, factor, way)
 
 
 @jit
@@ -408,14 +248,3 @@ def _project(projection, rows, tn, tt, td):
             for b in range(2):
                 tt[a, b, h] = line[(1 + b) * c : (2 + b) * c]
                 td[a, b, h] = line[3 * c + b]
-
-
-@jit
-def times_spatial_derivative(nn, tn, tt, x, out):
-    """Write the derivative of all reactions along `x`, (m, 3, c), into `out`."""
-    for i in range(x.shape[0]):
-        out[i, 0] = np.dot(nn[i], x[i, 0])
-        for a in range(2):
-            out[i, 1 + a] = np.dot(tn[i, a], x[i, 0])
-            for b in range(2):
-                out[i, 1 + a] += np.dot(tt[i, a, b], x[i, 1 + b])

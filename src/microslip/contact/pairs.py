@@ -60,8 +60,8 @@ def tangential(x: NDArray[T]) -> NDArray[T]:
     return x[..., 1::2]
 
 
-def tangential_vectors(x: NDArray[T]) -> NDArray[T]:
-    """Tangential components, (..., m, 2), of spatial pairs, (..., 3 m); a view.
+def tangential_vectors(x: NDArray[T], dimension: int = 3) -> NDArray[T]:
+    """Tangential components, (..., m, d - 1), of (..., d m), of spatial pairs unless said; a view.
 
     Examples
     --------
@@ -69,7 +69,7 @@ def tangential_vectors(x: NDArray[T]) -> NDArray[T]:
     array([[10., 20.],
            [30., 40.]])
     """
-    return by_pair(x, 3)[..., 1:]
+    return by_pair(x, dimension)[..., 1:]
 
 
 def slip_history(v: Array, dimension: int) -> Array:
@@ -82,7 +82,7 @@ def slip_history(v: Array, dimension: int) -> Array:
 
 def by_pair(x: NDArray[T], dimension: int = 2) -> NDArray[T]:
     """(..., m, d) view of (..., d m): the components of each pair together."""
-    return x.reshape(*x.shape[:-1], -1, dimension)
+    return x.reshape(*x.shape[:-1], x.shape[-1] // dimension, dimension)
 
 
 def components(pairs: Indices, dimension: int = 2) -> Indices:

@@ -52,9 +52,6 @@ from microslip.typing import Array, Indices
 
 COMPONENTS = {"x": 0, "y": 1, "z": 2}
 TURNS = {"rx": 0, "ry": 1, "rz": 2}
-PLANAR_ONLY = ("harmonic",)
-"""Analyses whose contact has one tangential direction."""
-
 TOUCHING = 1e-9
 """Of the size of an interface: a smaller distance is rounding."""
 
@@ -160,27 +157,16 @@ def _width(joint: MeshJoint, dimension: int) -> float:
             "mesh.width is missing: loads and results of a spatial mesh are per metre of its width; "
             'with "1 m" they are the forces themselves'
         )
-    _check_planar_analyses(joint)
+    _check_spatial_response(joint)
     return width
 
 
-def _check_planar_analyses(joint: MeshJoint) -> None:
-    """Raise `InputError` where an analysis is asked for that spatial contact does not have."""
-    asked = joint.analysis
-    remedy = (
-        "contact in three dimensions has cycles, backbones, reduced responses and time integration"
-    )
-    for name in PLANAR_ONLY:
-        if getattr(asked, name, None) not in (None, ()):
-            raise InputError(f"analysis.{name}: is for plane meshes; {remedy}: remove it")
-    if asked.backbone is not None and "harmonic" in asked.backbone.methods:
+def _check_spatial_response(joint: MeshJoint) -> None:
+    """Raise `InputError` where a response is asked for that spatial contact does not have."""
+    response = joint.analysis.response
+    if response is not None and response.method != "reduced":
         raise InputError(
-            'analysis.backbone.methods: "harmonic" is for plane meshes: take "quasi_static" or '
-            '"prescribed"'
-        )
-    if asked.response is not None and asked.response.method != "reduced":
-        raise InputError(
-            f'analysis.response.method = "{asked.response.method}": is for plane meshes: take "reduced"'
+            f'analysis.response.method = "{response.method}": is for plane meshes: take "reduced"'
         )
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from microslip.analyses.prepared.joint import prepare_joint
 from microslip.analyses.time.scheme import march, no_tangents, prestressed_state, time_scheme
-from microslip.contact.aft_spatial import spatial_cycle
+from microslip.contact.aft import contact_cycle
 from microslip.contact.law import contact_law
 from microslip.contact.pairs import STICK
 from microslip.contact.path import follow_path
@@ -52,7 +52,7 @@ def compile_spatial_kernels() -> None:
     path = np.array([[1.0, 0.0, 0.0], [1.0, 1.0, 0.0]])
     follow_path(solver, flexibility, path, np.zeros((1, 2)), where=str, remedy="")
     solver.solve(path[0], np.zeros(0), np.zeros((1, 2)))
-    spatial_cycle(sample_table(1, 8), np.ones((1, 3, 3)), np.ones(1), np.zeros((1, 2)))
+    contact_cycle(sample_table(1, 8), np.ones((1, 3, 3)), np.ones(1), np.zeros((1, 2)))
     model = JointModel(
         position=np.zeros(1),
         area=np.ones(1),

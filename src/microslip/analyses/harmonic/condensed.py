@@ -29,8 +29,14 @@ import scipy.linalg as sl
 from microslip.analyses.harmonic.operator import LinearOperator, by_parity
 from microslip.analyses.harmonic.problem import HarmonicProblem
 from microslip.brief import Brief
-from microslip.contact.aft import CHANGING, LINEAR, OPEN, ContactCycle, times_derivative
-from microslip.contact.pairs import tangential
+from microslip.contact.aft import (
+    CHANGING,
+    LINEAR,
+    OPEN,
+    ContactCycle,
+    along_drift,
+    times_derivative,
+)
 from microslip.numerics.fourier import EVEN, ODD, to_complex, to_real
 from microslip.typing import Array, Complex, Indices
 
@@ -115,7 +121,8 @@ def eliminate(problem: HarmonicProblem, cycle: ContactCycle, share: Array) -> El
     N, L = np.flatnonzero(near), linear
     place = np.full(len(near), -1)
     place[L] = np.arange(len(L))
-    pushing = place[N[N % 2 == 1] - 1]
+    pressing = N - N % problem.dimension
+    pushing = place[np.unique(pressing[pressing < N])]
     parts = []
     for A, psi, gamma in zip(problem.residual, problem.spread, problem.gather, strict=True):
         A = A + (psi * share) @ gamma.T if share.any() else A
@@ -139,8 +146,7 @@ def eliminate(problem: HarmonicProblem, cycle: ContactCycle, share: Array) -> El
         np.stack(list(each)) for each in zip(*parts, strict=True)
     )
     R = problem.rigid_spread.copy()
-    if problem.walks:
-        R[:, -1] = 0.0
+    R[:, problem.walking] = 0.0
     return Elimination(
         linear=L,
         coupled=N,
@@ -256,7 +262,7 @@ class CoupledEquations:
             self.cycle.nn, self.cycle.tn, self.cycle.tt, x.reshape(self._out.shape), self._out
         )
         if problem.walks:
-            self._out[:, 1] += self.cycle.td * self._drift(q)
+            self._out[:, 1:] += along_drift(self.cycle, problem.along * problem.drift(q))
         top = z - self._out.reshape(problem.shape)[sets.coupled]
         mean = -sets.P[0] @ z[:, 0] - sets.B[0] @ lagging[:, 0] + sets.rigid_linear @ q
         below = problem.rigid_gather[sets.coupled].T @ z[:, 0]
@@ -264,17 +270,12 @@ class CoupledEquations:
         below += self.rigid_stiffness() @ q
         return np.concatenate([top.ravel(), problem.spring * below])
 
-    def _drift(self, q: Array) -> Array:
-        """Augmented force per cycle of every pair that walks, (p, 1)."""
-        problem = self.problem
-        return np.asarray((tangential(problem.stiffness) * problem.drift(q))[:, None])
-
     def rigid_stiffness(self) -> Array:
         """Stiffness of the supports against q; none against the mean of a joint that walks."""
         stiffness = self.problem.rigid_stiffness
         if self.problem.walks:
             stiffness = stiffness.copy()
-            stiffness[:, -1] = 0.0
+            stiffness[:, self.problem.walking] = 0.0
         return stiffness
 
     def condense(self, right: Array) -> tuple[Array, Particular]:

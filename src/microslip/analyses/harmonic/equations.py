@@ -13,8 +13,8 @@ swamp W with their flexibility; their mean amplitudes q are unknowns of equilibr
 
 A joint that slips everywhere may *walk*: both halves of a cycle push the bodies past each other the same
 way, against weak supports alone, which would stop the walk only after an offset without meaning. Then the
-change of v_t per cycle is the unknown in place of the mean amplitude of that sliding motion, which stays
-at its prestress value (`walking`).
+changes of v_t per cycle are the unknowns in place of the mean amplitudes of the sliding motions (one in the
+plane; two ways and a turn between two bodies in space), which stay at their prestress values (`walking`).
 
 Unknowns are the coefficients of all reactions and q, and the equations of the reactions are
 
@@ -39,8 +39,9 @@ import numpy as np
 from microslip.analyses.harmonic.operator import LinearOperator
 from microslip.analyses.harmonic.problem import HarmonicProblem
 from microslip.brief import Brief
-from microslip.contact.aft import ContactCycle, contact_cycle, times_derivative
-from microslip.contact.pairs import tangential
+from microslip.contact.aft import ContactCycle, along_drift, contact_cycle, times_derivative
+from microslip.errors import ContactError
+from microslip.numerics.continuation import ContinuationError
 from microslip.typing import Array
 
 
@@ -52,7 +53,7 @@ class Evaluation(Brief):
     ----------
     w : (n,) array
         Unknowns.
-    v : (2 m, c) array
+    v : (d m, c) array
         Relative displacements.
     cycle : ContactCycle
     F : (n,) array
@@ -77,7 +78,7 @@ def evaluate(operator: LinearOperator, load: float, w: Array) -> Evaluation:
 
 
 def evaluate_at(operator: LinearOperator, load: float, w: Array, x: Array) -> Evaluation:
-    """Residual of the unknowns `w`, contact linearised at the augmented forces x, (2 p, c).
+    """Residual of the unknowns `w`, contact linearised at the augmented forces x, (d p, c).
 
     ``r - C(x) - D(x) (x(r) - x)``; the same as `evaluate` where x is that of `w`.
     """
@@ -93,14 +94,23 @@ def evaluate_at(operator: LinearOperator, load: float, w: Array, x: Array) -> Ev
 
 
 def contact_at(problem: HarmonicProblem, x: Array, p: Array) -> ContactCycle:
-    """Contact under augmented forces x, (2 p, c), and the unknowns p of the nearly rigid modes."""
-    return contact_cycle(
-        problem.table,
-        x.reshape(-1, 2, problem.table.coefficients),
-        problem.friction,
-        tangential(problem.stiffness) * problem.held,
-        tangential(problem.stiffness) * problem.drift(p),
-    )
+    """Contact under augmented forces x, (d p, c), and the unknowns p of the nearly rigid modes.
+
+    Raises
+    ------
+    ContinuationError
+        Where a spatial pair's periodic traction is not found.
+    """
+    try:
+        return contact_cycle(
+            problem.table,
+            x.reshape(-1, problem.dimension, problem.table.coefficients),
+            problem.friction,
+            problem.along * problem.held,
+            problem.along * problem.drift(p),
+        )
+    except ContactError as error:
+        raise ContinuationError(str(error)) from error
 
 
 def _linear_side(operator: LinearOperator, load: float, w: Array) -> tuple[Array, Array]:
@@ -120,7 +130,7 @@ def derivative_times(operator: LinearOperator, cycle: ContactCycle, z: Array) ->
     problem = operator.problem
     u, _ = problem.split(z)
     p = z[u.size :]
-    place = np.append(p[:-1], 0.0) if problem.walks else p
+    place = problem.means(p)
     x = -operator.flexibility(u)
     x[:, 0] += problem.rigid_spread @ place
     x *= problem.stiffness[:, None]
@@ -128,7 +138,7 @@ def derivative_times(operator: LinearOperator, cycle: ContactCycle, z: Array) ->
     out = np.empty_like(cycle.r)
     times_derivative(cycle.nn, cycle.tn, cycle.tt, x.reshape(out.shape), out)
     if problem.walks:
-        out[:, 1] += cycle.td * (tangential(problem.stiffness) * problem.drift(p))[:, None]
+        out[:, 1:] += along_drift(cycle, problem.along * problem.drift(p))
     imbalance = problem.rigid_stiffness @ place + problem.rigid_gather.T @ u[:, 0]
     return np.concatenate([(u - out.reshape(u.shape)).ravel(), imbalance * problem.spring])
 

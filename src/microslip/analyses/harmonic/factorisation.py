@@ -7,6 +7,7 @@ import scipy.linalg as sl
 from numpy.typing import NDArray
 
 from microslip.analyses.harmonic.condensed import CoupledEquations
+from microslip.contact.pairs import tangential_vectors
 from microslip.typing import Array, Complex
 
 COUPLED = 4500
@@ -84,24 +85,28 @@ def _matrix(equations: CoupledEquations, group: range) -> NDArray[np.float32]:
     row_of = np.full(len(problem.rows), -1)
     row_of[N] = np.arange(n)
     row_of[sets.linear[pushing]] = np.arange(len(pushing))
+    walk = tangential_vectors(problem.rigid_spread[:, problem.walking].T, problem.dimension)
+    walk = walk.transpose(1, 2, 0)
     coupled = np.zeros(len(problem.rows), dtype=bool)
     coupled[N] = True
-    single = [np.asarray(each[:, own, own], dtype=np.float32) for each in cycle[1:4]]
+    single = [np.asarray(each[..., own, own], dtype=np.float32) for each in cycle[1:4]]
     rows = M[: n * c].reshape(n, c, n * c + e)
+    d = problem.dimension
     for k, component in enumerate(N):
-        pair, sideways = divmod(int(component), 2)
+        pair, direction = divmod(int(component), d)
         nn, tn, tt = (each[pair] for each in single)
-        if not sideways:
+        if direction == 0:
             rows[k] -= nn @ of_coupled[k]
             continue
-        rows[k] -= tt @ of_coupled[k]
-        pressing = component - 1
+        for b in range(1, d):
+            rows[k] -= tt[direction - 1, b - 1] @ of_coupled[row_of[d * pair + b]]
+        pressing = d * pair
         if row_of[pressing] >= 0:
             source = of_coupled if coupled[pressing] else of_linear
-            rows[k] -= tn @ source[row_of[pressing]]
+            rows[k] -= tn[direction - 1] @ source[row_of[pressing]]
         if mean and problem.walks:
-            drift = problem.stiffness[component] * problem.rigid_spread[component, -1]
-            rows[k, :, -1] -= cycle.td[pair, own] * drift
+            drift = problem.along[pair, :, None] * walk[pair]
+            rows[k, :, -drift.shape[1] :] -= cycle.td[pair, direction - 1, :, own].T @ drift
     return M
 
 

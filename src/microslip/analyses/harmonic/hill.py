@@ -121,8 +121,7 @@ def hill_exponents(
     e = len(problem.rigid_modes)
     damping = (problem.rigid_modes.T * problem.model.modal_damping()[:e]) @ problem.rigid_modes
     mass = problem.rigid_modes.T @ problem.rigid_modes
-    if problem.walks:
-        damping[:, -1] = mass[:, -1] = 0.0
+    damping[:, problem.walking] = mass[:, problem.walking] = 0.0
     out = np.empty_like(cycle.r)
 
     coefficients = problem.table.coefficients

@@ -10,7 +10,7 @@ from microslip.analyses.harmonic.operator import LinearOperator
 from microslip.analyses.harmonic.paths import EquationsAt
 from microslip.analyses.harmonic.problem import HarmonicProblem, pull
 from microslip.brief import Brief
-from microslip.contact.pairs import normal, tangential
+from microslip.contact.pairs import normal, tangential_vectors
 from microslip.numerics.fourier import to_complex
 from microslip.typing import Array, Complex, Status
 
@@ -32,7 +32,7 @@ class HarmonicPoint(Brief):
     amplitude : complex
         First harmonic of the modal coordinate (`HarmonicProblem.coordinate`), against the load's
         sine.
-    r, v : (2 m, 2 H + 1) arrays
+    r, v : (d m, 2 H + 1) arrays
         Coefficients of reactions (N/m) and relative displacements (m), order of
         `microslip.contact.aft`.
     status : (m, N) int8 array
@@ -46,7 +46,7 @@ class HarmonicPoint(Brief):
     strain, kinetic : float
         Mean energies of the vibration over a cycle (the static mean left out).
     walk : float
-        Drift of the bodies past each other, m per cycle (mean over the pairs).
+        Drift of the bodies past each other, m per cycle (mean over the pairs, in space its size).
     pull : float
         Mean force of the supports against sliding over the friction available; where it is large the
         supports have stopped a walk.
@@ -135,13 +135,13 @@ def describe(equations: EquationsAt, iterations: int, seconds: float) -> Harmoni
         r=r,
         v=v,
         status=status,
-        friction_work=tangential(work),
-        normal_work=float(normal(work).sum()),
+        friction_work=tangential_vectors(work, model.dimension).sum(axis=1),
+        normal_work=float(normal(work, model.dimension).sum()),
         external_work=float(np.pi * load * -output[1, model.port(problem.port)].imag),
         material_work=float(np.pi * (modal.sum() + (h[:, 0] * damping * twice_static).sum())),
         strain=float(0.25 * (np.sum(model.omega**2 * np.abs(eta) ** 2) + twice_static.sum())),
         kinetic=float(0.25 * np.sum((h * operator.omega * np.abs(eta)) ** 2)),
-        walk=float(problem.drift(point.w[u.size :]).mean()),
+        walk=problem.mean_drift(point.w[u.size :]),
         pull=pull(problem, point.w),
         residual=float(np.abs(equations.F).max()),
         tail=float(np.sqrt(size[-2:].sum() / max(size.sum(), 1e-300))),

@@ -10,17 +10,12 @@ from functools import cached_property
 
 import numpy as np
 
+from microslip.analyses.harmonic.symmetries import half_turn_of, slides_last
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.prepared.prestress import Prestress
 from microslip.brief import Brief
 from microslip.contact.law import ContactLaw
-from microslip.contact.pairs import (
-    components,
-    normal,
-    normal_rows,
-    tangential,
-    tangential_rows,
-)
+from microslip.contact.pairs import components, normal, tangential_vectors
 from microslip.contact.samples import SampleTable, sample_table
 from microslip.errors import MicroslipError
 from microslip.model.joint import JointModel
@@ -31,7 +26,7 @@ SAMPLES_PER_HARMONIC = 24
 LEAST_SAMPLES = 128
 
 WALK = 1e-3
-"""First guess of a walk: augmented force per cycle, N per metre of width."""
+"""First guess of a walk: augmented force per cycle, N (per metre of width in the plane)."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -40,8 +35,9 @@ class HarmonicProblem(Brief):
 
     A joint that is its own image under a half turn (`half_turn`), driven by a load that the half turn
     reverses, moves so that what happens at ``x`` happens at ``-x`` half a period later. Even harmonics
-    are then symmetric in x and odd ones antisymmetric, and half of the pairs suffice. Arrays with a
-    leading axis of length 2 belong to even and odd harmonics; without the symmetry both are the same.
+    are then symmetric in x and odd ones antisymmetric, and half of the pairs suffice. Planar pairs alone
+    have it: the image does not say how tangential directions in space are turned. Arrays with a leading
+    axis of length 2 belong to even and odd harmonics; without the symmetry both are the same.
 
     Attributes
     ----------
@@ -59,23 +55,24 @@ class HarmonicProblem(Brief):
     pairs : (p,) int array
         The pairs solved for: all, or one of each and its image.
     friction : (p,) array
-    compliance : (2 m,) array
+    compliance : (d m,) array
         Of an elastic contact, m/N; zero where it is exact.
-    residual : (2, 2 p, 2 p) array
+    residual : (2, d p, d p) array
         Residual flexibility, with the compliance of an elastic contact on its diagonal.
-    spread, gather : (2, 2 p, k) arrays
+    spread, gather : (2, d p, k) arrays
         Relative displacement of the modes; reactions of the pairs and their images to modal forces.
-    stiffness : (2 p,) array
-        Augmentation eps of each component, N/m per metre of width.
-    held : (p,) array
+    stiffness : (d p,) array
+        Augmentation eps of each component, N/m (per metre of width in the plane); one for the tangential
+        directions of a pair.
+    held : (p, d - 1) array
         Tangential displacement at which a pair sticks that never slips, m.
     rigid_modes : (e, f) array
         Mean amplitudes of the e nearly rigid modes per unknown (of one newton): all of them, or the
         combinations that the half turn leaves as they are.
-    slides : bool
-        Whether the last of them slides the bodies past each other.
+    slides : int
+        How many of the last of them slide the bodies past each other.
     walks : bool
-        Whether the last unknown is the change of that motion per cycle, and not its mean.
+        Whether those unknowns are the changes of these motions per cycle, and not their means.
     """
 
     model: JointModel
@@ -93,7 +90,7 @@ class HarmonicProblem(Brief):
     stiffness: Array
     held: Array
     rigid_modes: Array
-    slides: bool
+    slides: int
     walks: bool = False
 
     @property
@@ -102,18 +99,28 @@ class HarmonicProblem(Brief):
         return self.table.harmonics
 
     @property
+    def dimension(self) -> int:
+        """Components d of a contact pair."""
+        return self.model.dimension
+
+    @property
     def shape(self) -> tuple[int, int]:
-        """Of the reactions solved for: components by real coefficients, (2 p, 2 H + 1)."""
-        return 2 * len(self.pairs), self.table.coefficients
+        """Of the reactions solved for: components by real coefficients, (d p, 2 H + 1)."""
+        return self.dimension * len(self.pairs), self.table.coefficients
 
     @cached_property
     def rows(self) -> Indices:
         """Components of v and r that belong to `pairs`."""
-        return components(self.pairs)
+        return components(self.pairs, self.dimension)
+
+    @property
+    def along(self) -> Array:
+        """Augmentation of the tangential directions, (p, d - 1); a view."""
+        return tangential_vectors(self.stiffness, self.dimension)
 
     @cached_property
     def force_scale(self) -> float:
-        """Largest reaction of the prestress, N per metre of width: the unit of residuals."""
+        """Largest reaction of the prestress: the unit of residuals."""
         return self.prestress.largest_reaction
 
     @cached_property
@@ -143,17 +150,17 @@ class HarmonicProblem(Brief):
         """Weight of each component in the sums over all pairs, relative to the others."""
         weight = np.ones(len(self.rows))
         if self.half_turn:
-            weight[np.repeat(self.image == self.pairs, 2)] = 0.5
+            weight[np.repeat(self.image == self.pairs, self.dimension)] = 0.5
         return weight
 
     @cached_property
     def rigid_spread(self) -> Array:
-        """Relative displacement per unknown of the nearly rigid modes, (2 p, f)."""
+        """Relative displacement per unknown of the nearly rigid modes, (d p, f)."""
         return self.spread[0][:, : len(self.rigid_modes)] @ self.rigid_modes
 
     @cached_property
     def rigid_gather(self) -> Array:
-        """Mean reactions to forces on the nearly rigid modes, (2 p, f)."""
+        """Mean reactions to forces on the nearly rigid modes, (d p, f)."""
         return self.gather[0][:, : len(self.rigid_modes)] @ self.rigid_modes
 
     @cached_property
@@ -177,7 +184,7 @@ class HarmonicProblem(Brief):
         return self.shape[0] * self.shape[1] + self.rigid_modes.shape[1]
 
     def split(self, w: Array) -> tuple[Array, Array]:
-        """Coefficients of the reactions (2 p, c), a view, and q, from the unknowns."""
+        """Coefficients of the reactions (d p, c), a view, and q, from the unknowns."""
         cut = self.shape[0] * self.shape[1]
         return w[:cut].reshape(self.shape), self.rigid_modes @ self.place(w[cut:])
 
@@ -188,24 +195,44 @@ class HarmonicProblem(Brief):
             np.linalg.lstsq(self.rigid_modes, self.prestress.solution.q, rcond=None)[0]
         )
 
+    @property
+    def walking(self) -> slice:
+        """Those of the last unknowns that are changes per cycle."""
+        f = self.rigid_modes.shape[1]
+        return slice(f - self.slides if self.walks else f, f)
+
+    def means(self, p: Array) -> Array:
+        """The last unknowns with zeros for those that are changes per cycle."""
+        if not self.walks:
+            return p
+        out = p.copy()
+        out[self.walking] = 0.0
+        return out
+
     def place(self, p: Array) -> Array:
         """Mean amplitudes of the nearly rigid modes from the last unknowns."""
         if not self.walks:
             return p
-        return np.append(p[:-1], self.rest_place[-1])
+        out = p.copy()
+        out[self.walking] = self.rest_place[self.walking]
+        return out
 
     def drift(self, p: Array) -> Array:
-        """Change of every v_t per cycle, m, from the last unknowns; zero unless the joint walks."""
-        if not self.walks:
-            return np.zeros(len(self.pairs))
-        return tangential(self.rigid_spread[:, -1]) * p[-1]
+        """Change of every v_t per cycle, m, (p, d - 1), from the last unknowns; zero unless it walks."""
+        own = self.walking
+        return tangential_vectors(self.rigid_spread[:, own] @ p[own], self.dimension)
+
+    def mean_drift(self, p: Array) -> float:
+        """Mean of `drift` over the pairs, m per cycle: with its sign in the plane, its size in space."""
+        mean = self.drift(p).mean(axis=0)
+        return float(mean[0]) if len(mean) == 1 else float(np.linalg.norm(mean))
 
     def unfold(self, u: Array) -> Array:
-        """Coefficients of all pairs, (2 m, c), from those solved for."""
+        """Coefficients of all pairs, (d m, c), from those solved for."""
         if not self.half_turn:
             return u
-        out = np.empty((2 * self.model.pairs, u.shape[1]))
-        out[components(self.image)] = u * parity(u.shape[1])
+        out = np.empty((self.dimension * self.model.pairs, u.shape[1]))
+        out[components(self.image, self.dimension)] = u * parity(u.shape[1])
         out[self.rows] = u
         return out
 
@@ -213,10 +240,7 @@ class HarmonicProblem(Brief):
         """Unknowns at prestress."""
         u = np.zeros(self.shape)
         u[:, 0] = self.prestress.solution.r[self.rows]
-        p = self.rest_place.copy()
-        if self.walks:
-            p[-1] = 0.0
-        return np.concatenate([u.ravel(), p])
+        return np.concatenate([u.ravel(), self.means(self.rest_place)])
 
 
 def harmonic_problem(
@@ -233,15 +257,16 @@ def harmonic_problem(
     Parameters
     ----------
     joint : PreparedJoint
-        Planar; each of its modes with some stiffness.
+        Planar or spatial; each of its modes with some stiffness.
     harmonics : int
         H >= 1, beside the mean; even ones are included.
     samples : int, optional
         Samples per cycle; at least 128 and 24 per harmonic by default.
     port : str, optional
         Driven port; the joint's own by default.
-    stiffness : float or (2 m,) array, optional
-        Augmentation, by default the inverse of the diagonal of the residual flexibility.
+    stiffness : float or (d m,) array, optional
+        Augmentation, by default the inverse of the diagonal of the residual flexibility, its mean over the
+        tangential directions of a pair.
     half_turn : bool, optional
         Use the half-turn symmetry; by default where the joint has it.
 
@@ -249,8 +274,8 @@ def harmonic_problem(
     ------
     MicroslipError
         Where a mode has no stiffness (its mean position would be undetermined), the residual
-        flexibility of some component is zero and no `stiffness` is given, or the symmetry is
-        asked for and not there.
+        flexibility of some component is zero and no `stiffness` is given, the `stiffness` differs
+        between the tangential directions of a pair, or the symmetry is asked for and not there.
     ContactError
         Where the samples do not resolve the harmonics.
     """
@@ -290,16 +315,8 @@ def state_equations(
             "balance cannot find its mean position; support the joint with a weak spring"
         )
     residual = model.residual + np.diag(law.compliance)
-    if stiffness is None:
-        own = np.diag(residual)
-        if not own.min() > 0:
-            raise MicroslipError(
-                f"component {int(np.argmin(own))} of the contact pairs has no residual flexibility "
-                "of its own: give the augmentation `stiffness`, or keep fewer modes dynamic"
-            )
-        stiffness = 1 / own
-    eps = np.broadcast_to(np.asarray(stiffness, dtype=float), (2 * m,)).copy()
-    turns = has_half_turn(model, residual, law.friction, prestress, port)
+    eps = _augmentation(model.dimension, residual, stiffness)
+    turns = half_turn_of(model, residual, law.friction, prestress, port)
     if half_turn and not turns:
         raise MicroslipError("the joint is not its own image under a half turn")
     folded = turns if half_turn is None else half_turn
@@ -307,13 +324,13 @@ def state_equations(
     if folded:
         assert model.image is not None
         pairs = np.flatnonzero(pairs >= model.image)
-    rows = components(pairs)
+    rows = components(pairs, model.dimension)
     kept = residual[np.ix_(rows, rows)]
     psi = model.mode_v[rows]
     blocks, spread, gather = [kept, kept], [psi, psi], [psi, psi]
     if folded:
         assert model.image is not None
-        image = components(model.image[pairs])
+        image = components(model.image[pairs], model.dimension)
         turned, psi_turned = residual[np.ix_(rows, image)], model.mode_v[image]
         blocks, gather = [kept + turned, kept - turned], [psi + psi_turned, psi - psi_turned]
         spread = [psi, psi.copy()]
@@ -324,7 +341,8 @@ def state_equations(
         for array in (spread[1], gather[1], blocks[1], blocks[1].T):
             array[own] = 0.0
         blocks[1][np.ix_(own, own)] = np.diag(1 / eps[rows[own]])
-    combinations, slides = _rigid_combinations(gather[0][:, : model.equilibrium_modes], folded)
+    nearly_rigid = gather[0][:, : model.equilibrium_modes]
+    combinations, slides = slides_last(nearly_rigid, model.dimension, folded)
     moved = np.abs(eps[rows][:, None] * (gather[0][:, : len(combinations)] @ combinations))
     return HarmonicProblem(
         model=model,
@@ -340,78 +358,56 @@ def state_equations(
         spread=np.stack(spread),
         gather=np.stack(gather),
         stiffness=eps[rows],
-        held=tangential(prestress.solution.v)[pairs],
+        held=tangential_vectors(prestress.solution.v, model.dimension)[pairs],
         rigid_modes=combinations / moved.max(axis=0, initial=1e-300),
         slides=slides,
     )
 
 
-def _rigid_combinations(rigid: Array, folded: bool) -> tuple[Array, bool]:
-    """Combinations of the nearly rigid modes, the one that only slides last; whether there is one.
-
-    Where the half turn is used, those it reverses do not move and are left out.
-    """
-    count = rigid.shape[1]
-    if count == 0:
-        return np.zeros((0, 0)), False
-    basis = np.eye(count)
-    if folded:
-        _, size, directions = np.linalg.svd(rigid, full_matrices=False)
-        basis = directions[size > 1e-6 * size.max(initial=1e-300)].T
-    sliding = rigid[tangential_rows()]
-    # sideways motion of the pairs in the space of combinations that do not open or close them
-    _, size, directions = np.linalg.svd(rigid[normal_rows()] @ basis)
-    closing = int(np.sum(size > 1e-3 * np.abs(sliding @ basis).max() * np.sqrt(len(rigid))))
-    still = directions[closing:].T
-    if still.shape[1] == 0:
-        return basis, False
-    _, size, sideways = np.linalg.svd(sliding @ basis @ still)
-    order = np.hstack([directions[:closing].T, still @ sideways[::-1].T])
-    return basis @ order, bool(size[0] > 0)
+def _augmentation(dimension: int, residual: Array, stiffness: float | Array | None) -> Array:
+    """Augmentation of every component: as given, or of the residual flexibility of the pair."""
+    if stiffness is not None:
+        eps = np.broadcast_to(np.asarray(stiffness, dtype=float), len(residual)).copy()
+        if np.ptp(tangential_vectors(eps, dimension), axis=1).any():
+            raise MicroslipError(
+                "the augmentation `stiffness` must be one for the tangential directions of a pair"
+            )
+        return eps
+    own = np.diag(residual).copy()
+    if not own.min() > 0:
+        raise MicroslipError(
+            f"component {int(np.argmin(own))} of the contact pairs has no residual flexibility "
+            "of its own: give the augmentation `stiffness`, or keep fewer modes dynamic"
+        )
+    along = tangential_vectors(own, dimension)
+    along[:] = along.mean(axis=1, keepdims=True)
+    return np.asarray(1 / own)
 
 
 def walking(problem: HarmonicProblem, w: Array) -> tuple[HarmonicProblem, Array]:
     """The same equations free to walk, and a guess: the walk that the supports have stopped."""
-    p = w[-problem.rigid_modes.shape[1] :]
+    away = w[-problem.slides :] - problem.rest_place[-problem.slides :]
     guess = w.copy()
-    guess[-1] = np.sign(p[-1] - problem.rest_place[-1]) * WALK
+    guess[-problem.slides :] = away / max(np.abs(away).max(), 1e-300) * WALK
     return replace(problem, walks=True), guess
 
 
 def pull(problem: HarmonicProblem, w: Array) -> float:
     """Mean force of the supports against sliding over the largest friction: zero at prestress.
 
-    Zero also without friction: nothing then drives a walk, and the supports alone say where to be.
+    Of a turn it counts as the force at the pair farthest out. Zero also without friction: nothing then
+    drives a walk, and the supports alone say where to be.
     """
     if not problem.slides or problem.walks or not problem.friction.any():
         return 0.0
     u, _ = problem.split(w)
     p = w[u.size :] - problem.rest_place
-    shear = problem.rigid_stiffness[-1] @ p / np.abs(tangential(problem.rigid_gather[:, -1])).max()
-    friction = problem.friction @ (normal(problem.once) * normal(u[:, 0]))
-    return float(abs(shear) / max(friction, 1e-300))
-
-
-def has_half_turn(
-    model: JointModel, residual: Array, friction: Array, prestress: Prestress, port: str
-) -> bool:
-    """Whether the half turn of the structure keeps contact and preload and reverses the load."""
-    if model.image is None:
-        return False
-    turned = components(model.image)
-    stiff = slice(model.equilibrium_modes, None)
-    soft = model.mode_v[:, stiff] / model.omega[stiff] ** 2
-    W = residual + soft @ model.mode_v[:, stiff].T
-    v = model.port_v + soft @ model.port_modes[stiff]
-    held, load = v @ model.amplitudes(prestress.preload), v[:, model.port(port)]
-    pairs = [
-        (W, W[np.ix_(turned, turned)]),
-        (held, held[turned]),
-        (load, -load[turned]),
-        (prestress.solution.r, prestress.solution.r[turned]),
-        (friction, friction[model.image]),
-    ]
-    return all(np.abs(a - b).max() <= 1e-6 * np.abs(a).max() for a, b in pairs)
+    own, d = slice(-problem.slides, None), problem.dimension
+    arms = tangential_vectors(problem.rigid_gather[:, own].T, d)
+    reach = np.linalg.norm(arms, axis=2).max(axis=1)
+    shear = float(np.linalg.norm(problem.rigid_stiffness[own] @ p / reach))
+    friction = problem.friction @ (normal(problem.once, d) * normal(u[:, 0], d))
+    return shear / max(float(friction), 1e-300)
 
 
 def _samples(harmonics: int) -> int:
@@ -430,7 +426,7 @@ def softened(problem: HarmonicProblem, factor: float) -> HarmonicProblem:
         return problem
     residual = problem.residual.copy()
     if problem.half_turn:
-        own = np.flatnonzero(np.repeat(problem.image == problem.pairs, 2))
+        own = np.flatnonzero(np.repeat(problem.image == problem.pairs, problem.dimension))
         residual[1][own, own] /= factor
     return replace(problem, stiffness=factor * problem.stiffness, residual=residual)
 

@@ -36,7 +36,7 @@ from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.time.scheme import State, TimeScheme, prestressed_state, time_scheme
 from microslip.analyses.time.steady import SteadyState, raised_state, steady_state
 from microslip.brief import Brief
-from microslip.contact.pairs import tangential
+from microslip.contact.pairs import tangential_vectors
 from microslip.numerics.fourier import harmonic, to_complex, to_real, without_drift
 from microslip.typing import Array, Complex
 
@@ -63,7 +63,7 @@ class Start(Brief):
     problem : HarmonicProblem
     w : (n,) array
         Unknowns.
-    x : (2 p, c) array
+    x : (d p, c) array
         Augmented forces that the contact states are read from.
     """
 
@@ -115,18 +115,19 @@ def start_from_cycle(problem: HarmonicProblem, steady: SteadyState) -> Start:
     theta = steady.phase + 2 * np.pi * np.arange(steps + 1) / steps
     u = _coefficients(cycle.r[:, problem.rows], theta, problem.harmonics)
     v = _coefficients(without_drift(cycle.v, theta)[:, problem.rows], theta, problem.harmonics)
-    drift = tangential(cycle.v[-1] - cycle.v[0])
-    span = float(np.ptp(tangential(cycle.v), axis=0).max())
-    walks = problem.slides and abs(float(np.median(drift))) > WALKS * span
+    drift = tangential_vectors(cycle.v[-1] - cycle.v[0], problem.dimension)
+    span = float(np.ptp(tangential_vectors(cycle.v, problem.dimension), axis=0).max())
+    walks = problem.slides > 0 and float(np.linalg.norm(np.median(drift, axis=0))) > WALKS * span
     problem = replace(problem, walks=walks)
     operator = linear_operator(problem, 2 * np.pi * steady.frequency)
     mean = v[:, 0] - operator.free(steady.load)[:, 0] + operator.flexibility(u)[:, 0]
     p = np.linalg.lstsq(problem.rigid_spread, mean, rcond=None)[0]
     if walks:
-        sliding = problem.rigid_spread[:, -1]
-        v[:, 0] -= sliding * (p[-1] - problem.rest_place[-1])
-        along = tangential(sliding)
-        p[-1] = along @ drift[problem.pairs] / (along @ along)
+        own = problem.walking
+        sliding = problem.rigid_spread[:, own]
+        v[:, 0] -= sliding @ (p[own] - problem.rest_place[own])
+        along = tangential_vectors(sliding.T, problem.dimension).reshape(problem.slides, -1)
+        p[own] = np.linalg.solve(along @ along.T, along @ drift[problem.pairs].ravel())
     return Start(problem, np.concatenate([u.ravel(), p]), u + problem.stiffness[:, None] * v)
 
 

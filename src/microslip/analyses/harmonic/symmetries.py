@@ -1,0 +1,77 @@
+"""What the equations of harmonic balance are spared: the half turn, and motions that only slide.
+
+See `problem.py` for the half turn and `equations.py` for joints that walk.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from microslip.analyses.prepared.prestress import Prestress
+from microslip.contact.pairs import components, normal_rows
+from microslip.model.joint import JointModel
+from microslip.typing import Array
+
+SLIDES = 1e-3
+"""Approach, over sliding, of a motion that only slides; and sliding, over the largest, of one that does."""
+
+
+def slides_last(rigid: Array, dimension: int, folded: bool) -> tuple[Array, int]:
+    """Combinations of the nearly rigid modes, those that only slide last; how many do.
+
+    Parameters
+    ----------
+    rigid : (d p, e) array
+        Reactions of the pairs to forces on the nearly rigid modes.
+    dimension : int
+    folded : bool
+        Whether the half turn is used: combinations that it reverses do not move and are left out.
+
+    Examples
+    --------
+    A body on two pairs that can approach, tilt and slide in the plane:
+
+    >>> rigid = np.array([[1.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, -1.0, 0.0], [0.0, 0.0, 1.0]])
+    >>> combinations, count = slides_last(rigid, 2, False)
+    >>> count, np.abs(combinations[:, -1]).round(12).tolist()
+    (1, [0.0, 0.0, 1.0])
+    """
+    count = rigid.shape[1]
+    if count == 0:
+        return np.zeros((0, 0)), 0
+    basis = np.eye(count)
+    if folded:
+        _, size, directions = np.linalg.svd(rigid, full_matrices=False)
+        basis = directions[size > 1e-6 * size.max(initial=1e-300)].T
+    sliding = np.delete(rigid, normal_rows(dimension), axis=0)
+    # sideways motion of the pairs in the space of combinations that do not open or close them
+    _, size, directions = np.linalg.svd(rigid[normal_rows(dimension)] @ basis)
+    closing = int(np.sum(size > SLIDES * np.abs(sliding @ basis).max() * np.sqrt(len(rigid))))
+    still = directions[closing:].T
+    if still.shape[1] == 0:
+        return basis, 0
+    _, size, sideways = np.linalg.svd(sliding @ basis @ still)
+    order = np.hstack([directions[:closing].T, still @ sideways[::-1].T])
+    return basis @ order, int(np.sum(size > SLIDES * size[0]))
+
+
+def half_turn_of(
+    model: JointModel, residual: Array, friction: Array, prestress: Prestress, port: str
+) -> bool:
+    """Whether the half turn of the structure keeps contact and preload and reverses the load."""
+    if model.image is None or model.dimension != 2:
+        return False
+    turned = components(model.image)
+    stiff = slice(model.equilibrium_modes, None)
+    soft = model.mode_v[:, stiff] / model.omega[stiff] ** 2
+    W = residual + soft @ model.mode_v[:, stiff].T
+    v = model.port_v + soft @ model.port_modes[stiff]
+    held, load = v @ model.amplitudes(prestress.preload), v[:, model.port(port)]
+    pairs = [
+        (W, W[np.ix_(turned, turned)]),
+        (held, held[turned]),
+        (load, -load[turned]),
+        (prestress.solution.r, prestress.solution.r[turned]),
+        (friction, friction[model.image]),
+    ]
+    return all(np.abs(a - b).max() <= 1e-6 * np.abs(a).max() for a, b in pairs)
