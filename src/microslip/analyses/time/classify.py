@@ -30,6 +30,7 @@ from microslip.analyses.time.scheme import (
     march,
     prestressed_state,
 )
+from microslip.analyses.time.starts import Start, end_of
 from microslip.analyses.time.steady import SteadyState, vibration_weight, walk_of
 from microslip.brief import Brief
 from microslip.contact.pairs import touches
@@ -37,6 +38,9 @@ from microslip.typing import Array
 
 LONGEST = 8
 """Longest period looked for, cycles of the load."""
+
+LOOKED = 240
+"""Cycles that are marched to look at a motion."""
 
 SEPARATED_BY = 1e-7
 """Distance of two neighbouring motions over the size of the vibration."""
@@ -73,6 +77,8 @@ class Motion(Brief):
         Drift of the bodies past each other in a cycle, over the range of the slip.
     open_share : float
         Share of the cycle in which no pair touches.
+    end : Start or None
+        Where it was after the last cycle that was looked at; None where none was.
     """
 
     kind: str
@@ -84,6 +90,7 @@ class Motion(Brief):
     lines: float
     walk: float
     open_share: float
+    end: Start | None = None
 
     @property
     def said(self) -> str:
@@ -106,7 +113,7 @@ class Motion(Brief):
 
 
 def motion_of(
-    scheme: TimeScheme, steady: SteadyState, *, cycles: int = 240, tolerance: float = 3e-5
+    scheme: TimeScheme, steady: SteadyState, *, cycles: int = LOOKED, tolerance: float = 3e-5
 ) -> Motion:
     """Say what the motion is that a search for a steady state ended in.
 
@@ -136,7 +143,10 @@ def motion_of(
 
     def motion(kind: str, period: int = 0, **found: float) -> Motion:
         values = {"multiplier": nothing, "exponent": nothing, "lines": nothing, **found}
-        return Motion(kind, change, spread, period, walk=walk, open_share=open_share, **values)
+        end = end_of(state, steady.phase, scheme, steady.frequency)
+        return Motion(
+            kind, change, spread, period, walk=walk, open_share=open_share, end=end, **values
+        )
 
     if step[-LONGEST:].max() <= tolerance:
         return motion("periodic", 1)

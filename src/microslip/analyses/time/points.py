@@ -1,25 +1,33 @@
-"""Many steady states by time integration, spread over threads."""
+"""Many steady states by time integration, spread over threads.
+
+Pairs that stick all the time keep what the past has locked into them, so that a steady state is one of a
+past. The past that is meant where none is given, here and by the other methods, is *rest, the load raised
+slowly*: prestress, from which quasi-static cycles load as well, and then more and more of the load.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from microslip.analyses.prepared.joint import PreparedJoint
-from microslip.analyses.time.classify import Motion, motion_of
-from microslip.analyses.time.floquet import Multipliers, floquet_multipliers
+from microslip.analyses.time.classify import LONGEST, LOOKED, Motion, motion_of
+from microslip.analyses.time.floquet import Multipliers
+from microslip.analyses.time.leaving import leave
 from microslip.analyses.time.readings import opening_of, phases
 from microslip.analyses.time.scheme import (
+    State,
     TimeScheme,
     march,
     prestressed_state,
     time_scheme,
 )
+from microslip.analyses.time.stability import settling_error, stability_of
 from microslip.analyses.time.starts import Start, placed
-from microslip.analyses.time.steady import CONFIRMED, SteadyState, steady_state
+from microslip.analyses.time.steady import CONFIRMED, SteadyState, raised_state, steady_state
 from microslip.errors import Failure, JointOpensError, MicroslipError
 from microslip.numerics.execute import Executor, each, threads
 
@@ -39,10 +47,13 @@ class Request:
     guess : complex
         First harmonic of the modal coordinate to start from.
     steps, max_cycles : int
+        `max_cycles` of the search; where it is no less than `LOOKED`, a motion that repeats after it was
+        looked at for so many more is settled as well.
     tolerance : float
     accelerate : bool
     stability : bool
-        Refine the Floquet multipliers of a converged point; a few dozen cycles more.
+        Find out whether a steady state is stable, and by how much it may be off the periodic one; some
+        three cycles more. A motion that leaves an unstable one is followed.
     matched : bool
         Matched poles; False for the error of the steps that Newmark's method has.
     classify : bool
@@ -51,6 +62,10 @@ class Request:
         The load in messages; its number where left out.
     start : Start, optional
         The end of another steady state (`SteadyState.end`) to start from instead of the guess.
+    past : str
+        What there was before: ``raised``, rest and the load raised over `RAISED` cycles; ``rest``, rest and
+        the whole load at once; ``reduced``, prestress and the velocity of the guess. Only a name where
+        there is a start.
     """
 
     rho: float
@@ -62,11 +77,12 @@ class Request:
     tolerance: float = 1e-5
     max_cycles: int = 400
     accelerate: bool = True
-    stability: bool = False
+    stability: bool = True
     matched: bool = True
     classify: bool = True
     said: str = ""
     start: Start | None = None
+    past: str = "reduced"
 
     @property
     def place(self) -> str:
@@ -90,16 +106,45 @@ class TimePoint:
     steady : SteadyState
     stability : Multipliers or None
         Where asked for and converged.
+    error : float
+        By how much the state may be off the periodic one, over the size of the vibration; nan where
+        not known.
     motion : Motion or None
-        What it is, where the search ended without a periodic motion.
+        What it is, where the search ended without a periodic motion that lasts.
+    pasts : tuple of str
+        Starts that lead to it.
+    left : TimePoint or None
+        An unstable periodic motion that the search met first, and left.
     """
 
     rho: float
     friction: float
     steady: SteadyState
     stability: Multipliers | None = None
+    error: float = float("nan")
     motion: Motion | None = None
+    pasts: tuple[str, ...] = ()
+    left: TimePoint | None = None
 
+    @property
+    def settled(self) -> bool:
+        """Whether it is periodic, and not known to be unstable."""
+        return self.steady.converged and self.verdict != "unstable"
+
+    @property
+    def verdict(self) -> str:
+        """``stable``, ``unstable`` or ``undecided``; empty where not known."""
+        return "" if self.stability is None else self.stability.verdict
+
+
+RAISED = 10
+"""Cycles over which a load is raised."""
+
+SURE = 100.0
+"""The state goes on to be sought where its error may be so many times the tolerance,"""
+
+FINER = 50
+"""for so many cycles at most."""
 
 OPENING_CYCLES = 50
 """So many cycles from the start are searched for the moment at which a joint first opens."""
@@ -115,12 +160,11 @@ def _refuse_open(scheme: TimeScheme, steady: SteadyState, request: Request) -> N
     reason = opening_of(steady.cycle, position)
     if not reason:
         return
-    omega = 2 * np.pi * steady.frequency
-    state = (
-        prestressed_state(scheme, abs(request.guess), omega)
-        if request.start is None
-        else placed(request.start, scheme, steady.frequency, steady.load)
-    )
+    start = _begin(scheme, request)
+    if isinstance(start, Start):
+        state = placed(start, scheme, steady.frequency, steady.load)
+    else:
+        state = start or prestressed_state(scheme, abs(request.guess), 2 * np.pi * steady.frequency)
     wave = steady.load * np.sin(phases(steady))
     for cycle in range(OPENING_CYCLES):
         part = march(scheme, state, wave, keep=True)
@@ -152,23 +196,96 @@ def solve_request(joint: PreparedJoint, request: Request) -> TimePoint:
         request.frequency,
         request.load,
         guess=request.guess,
-        start=request.start,
+        start=_begin(scheme, request),
         accelerate=request.accelerate,
         tolerance=request.tolerance,
         max_cycles=request.max_cycles,
     )
     _refuse_open(scheme, steady, request)
-    refine = request.stability and steady.converged
-    unknown = request.classify and not steady.converged
-    return TimePoint(
+    point = TimePoint(
         rho=request.rho,
         friction=float(np.median(joint.law.friction)),
         steady=steady,
-        stability=floquet_multipliers(scheme, steady) if refine else None,
-        motion=motion_of(scheme, steady, tolerance=CONFIRMED * request.tolerance)
-        if unknown
-        else None,
+        pasts=(request.past,),
     )
+    if steady.converged and request.stability:
+        point = _judged(scheme, request, point)
+    if request.classify and not point.settled:
+        motion = motion_of(scheme, point.steady, tolerance=CONFIRMED * request.tolerance)
+        point = replace(point, motion=motion)
+        allowed = request.max_cycles >= LOOKED
+        if allowed and motion.kind == "periodic" and motion.end is not None:
+            point = _settled_meanwhile(scheme, request, point, motion.end)
+    return point
+
+
+def _settled_meanwhile(
+    scheme: TimeScheme, request: Request, point: TimePoint, end: Start
+) -> TimePoint:
+    """The steady state of a motion that has become periodic while it was looked at, if it is one."""
+    steady = steady_state(
+        scheme,
+        request.frequency,
+        request.load,
+        start=end,
+        accelerate=False,
+        tolerance=CONFIRMED * request.tolerance,
+        max_cycles=LONGEST,
+    )
+    if not steady.converged:
+        return point
+    found = replace(point, steady=_spent(steady, point.steady, LOOKED + steady.cycles), motion=None)
+    return _judged(scheme, request, found) if request.stability else found
+
+
+def _begin(scheme: TimeScheme, request: Request) -> State | Start | None:
+    """State that a request starts from; None for the guess."""
+    if request.start is not None:
+        return request.start
+    if request.past == "raised":
+        return raised_state(scheme, request.frequency, request.load, RAISED)
+    return prestressed_state(scheme) if request.past == "rest" else None
+
+
+def _judged(scheme: TimeScheme, request: Request, point: TimePoint) -> TimePoint:
+    """A periodic motion with its stability and error; where it is unstable, what it is left for."""
+    found = stability_of(scheme, point.steady)
+    known = replace(point, stability=found, error=settling_error(point.steady, found))
+    if found.verdict == "unstable":
+        left = leave(scheme, point.steady, found, tolerance=request.tolerance)
+        _refuse_open(scheme, left.steady, request)
+        known = replace(point, steady=_spent(left.steady, known.steady, left.cycles), left=known)
+        if left.stability is None:
+            return replace(known, steady=replace(known.steady, converged=False))
+        error = settling_error(left.steady, left.stability)
+        known = replace(known, stability=left.stability, error=error)
+    allowed = SURE * request.tolerance
+    if known.error > allowed:
+        known = _finer(scheme, known, known.steady.change * allowed / known.error)
+    return known
+
+
+def _finer(scheme: TimeScheme, point: TimePoint, change: float) -> TimePoint:
+    """The search gone on to a smaller change, where it gets closer."""
+    before = point.steady
+    steady = steady_state(
+        scheme,
+        before.frequency,
+        before.load,
+        start=before.end,
+        tolerance=change / CONFIRMED,
+        max_cycles=FINER,
+    )
+    if steady.change >= before.change:
+        steady = replace(before, cycles=before.cycles + steady.cycles)
+    else:
+        steady = _spent(replace(steady, converged=True), before, steady.cycles)
+    return replace(point, steady=steady, error=point.error * steady.change / before.change)
+
+
+def _spent(steady: SteadyState, before: SteadyState, cycles: int) -> SteadyState:
+    """A steady state with what was spent before it."""
+    return replace(steady, cycles=before.cycles + cycles, seconds=before.seconds + steady.seconds)
 
 
 def steady_states(

@@ -35,6 +35,9 @@ __all__ = ["SteadyState", "raised_state", "steady_state", "vibration_weight", "w
 CONFIRMED = 3.0
 """The cycle after the search may change by this many times the tolerance."""
 
+LEADING = 8
+"""Directions of largest multipliers that a search hands on."""
+
 
 @dataclass(frozen=True, repr=False)
 class SteadyState(Brief):
@@ -64,7 +67,10 @@ class SteadyState(Brief):
     multipliers : (k,) complex array
         Floquet multipliers as far as the search has met them, largest modulus first; those of the
         bodies sliding sideways as rigid ones are not among them. Estimates:
-        `microslip.analyses.time.floquet.floquet_multipliers` refines them.
+        `microslip.analyses.time.stability` makes them a verdict.
+    directions : (k, n) array
+        Deviations of the state of largest multipliers as far as the search has met them, rows; none where
+        it ended by combining states or marching.
     end : Start
         Its state at `phase`, to start a search from under another load or at another frequency.
     """
@@ -82,6 +88,7 @@ class SteadyState(Brief):
     history: Array
     unsolved: int
     multipliers: Complex
+    directions: Array
     end: Start
 
 
@@ -175,6 +182,7 @@ def steady_state(
         history=np.array(history),
         unsolved=unsolved,
         multipliers=search.derivative.multipliers(),
+        directions=search.derivative.leading(LEADING),
         end=end_of(cycle.state, phase, scheme, frequency),
     )
 
