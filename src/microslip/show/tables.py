@@ -209,7 +209,9 @@ def time_table(found: Summary) -> Iterator[Table]:
     size, lost = f"{label},\n{unit}", "dissipated,\nJ/m"
     rows = found["time_domain"]
     with_rho = says_rho(rows)
-    names = ("f, Hz", size, "phase, °", lost, "cycles", "s")
+    several = any(len(row.get("starts", [])) > 1 for row in rows)
+    last = "start" if several else "s"
+    names = ("f, Hz", size, "phase, °", lost, "largest\nmultiplier", "cycles", last)
     heading, key = load_column(rows)
     for name in ("rho" if with_rho else heading, *names):
         table.add_column(name, justify="right", no_wrap=True)
@@ -220,11 +222,19 @@ def time_table(found: Summary) -> Iterator[Table]:
             output(row, wanted),
             number(row.get("phases_deg", {}).get(label), ".1f"),
             number(row["dissipated_energy_j_per_m"]),
-            str(row["cycles"]) if row["converged"] else f"{row['cycles']}, not steady",
-            number(row["seconds"], ".1f"),
-            style=None if row["converged"] else "yellow",
+            number(row.get("largest_multiplier"), ".3f"),
+            _settled(row),
+            row["starts"][0] if several else number(row["seconds"], ".1f"),
+            style=None if _settled(row) == str(row["cycles"]) else "yellow",
         )
     yield table
+
+
+def _settled(row: Summary) -> str:
+    """Cycles to a steady state, and what it is where it is none that lasts."""
+    if not row["converged"]:
+        return f"{row['cycles']}, not steady"
+    return f"{row['cycles']}" + (", unstable" if row.get("stability") == "unstable" else "")
 
 
 def history_table(found: Summary) -> Iterator[Table]:
