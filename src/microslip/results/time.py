@@ -86,6 +86,7 @@ def time_row(run: Run, point: TimePoint) -> dict[str, Any]:
         "stability": point.verdict,
         "largest_multiplier": largest_multiplier(point),
         "starts": list(point.pasts),
+        "steps_per_cycle": point.steps,
         "residual_max": float(cycle.residual.max()),
         "unsolved_steps": 0,
         "seconds": steady.seconds,

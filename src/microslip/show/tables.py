@@ -223,18 +223,23 @@ def time_table(found: Summary) -> Iterator[Table]:
             number(row.get("phases_deg", {}).get(label), ".1f"),
             number(row["dissipated_energy_j_per_m"]),
             number(row.get("largest_multiplier"), ".3f"),
-            _settled(row),
+            _settled(row, rows),
             row["starts"][0] if several else number(row["seconds"], ".1f"),
-            style=None if _settled(row) == str(row["cycles"]) else "yellow",
+            style=None if row["converged"] and row.get("stability") != "unstable" else "yellow",
         )
     yield table
 
 
-def _settled(row: Summary) -> str:
-    """Cycles to a steady state, and what it is where it is none that lasts."""
+def _settled(row: Summary, rows: list[Summary]) -> str:
+    """Cycles to a steady state; what it is where it is none that lasts, and steps where it needs more."""
+    said = [str(row["cycles"])]
     if not row["converged"]:
-        return f"{row['cycles']}, not steady"
-    return f"{row['cycles']}" + (", unstable" if row.get("stability") == "unstable" else "")
+        said.append("not steady")
+    elif row.get("stability") == "unstable":
+        said.append("unstable")
+    if row.get("steps_per_cycle", 0) > min(other.get("steps_per_cycle", 0) for other in rows):
+        said.append(f"{row['steps_per_cycle']} steps")
+    return ", ".join(said)
 
 
 def history_table(found: Summary) -> Iterator[Table]:

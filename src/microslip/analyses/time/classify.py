@@ -11,6 +11,7 @@ vibration there (`vibration_weight`), and all distances over the size of the vib
 | period n | ``|z_{k+n} - z_k|`` below the tolerance, n the smallest |
 | quasi-periodic | neighbours do not separate, a few lines hold the spectrum of the section |
 | chaotic | neighbours separate: the largest Lyapunov exponent per cycle, from two motions side by side |
+| irregular | neighbours neither separate nor close in, and no few lines hold the spectrum |
 
 `size` is how far the section spreads over the vibration: an irregular motion may be irregular in
 its fifth digit only. Beside its kind a motion may *walk*: bodies move past each other by the same
@@ -59,7 +60,8 @@ class Motion(Brief):
     Attributes
     ----------
     kind : str
-        ``periodic``, ``slowly attracting``, ``period n``, ``quasi-periodic`` or ``chaotic``.
+        ``periodic``, ``slowly attracting``, ``period n``, ``quasi-periodic``, ``chaotic`` or
+        ``irregular``.
     change : float
         Last change from cycle to cycle over the size of the vibration.
     size : float
@@ -102,6 +104,7 @@ class Motion(Brief):
             "quasi-periodic": f"exponent {self.exponent:+.3f} per cycle, {100 * self.lines:.0f} % of the "
             f"section in four lines, spread {self.size:.0e}",
             "chaotic": f"exponent {self.exponent:+.3f} per cycle, spread {self.size:.0e}",
+            "irregular": f"exponent {self.exponent:+.3f} per cycle, spread {self.size:.0e}",
         }[self.kind]
         opens = f"; no pair touches in {100 * self.open_share:.0f} % of the cycle"
         walks = f"; walks by {self.walk:+.1e} of the slip per cycle"
@@ -159,7 +162,8 @@ def motion_of(
     exponent, lines = _exponent(scheme, steady, state, size, cycles // 4), _share_of_lines(late)
     if exponent < -CLOSING:
         return motion("slowly attracting", multiplier=float(np.exp(exponent)), exponent=exponent)
-    kind = "quasi-periodic" if exponent < CLOSING and lines >= LINES else "chaotic"
+    bounded = "quasi-periodic" if lines >= LINES else "irregular"
+    kind = bounded if exponent < CLOSING else "chaotic"
     return motion(kind, exponent=exponent, lines=lines)
 
 

@@ -27,7 +27,13 @@ from microslip.analyses.time.scheme import (
 )
 from microslip.analyses.time.stability import settling_error, stability_of
 from microslip.analyses.time.starts import Start, placed
-from microslip.analyses.time.steady import CONFIRMED, SteadyState, raised_state, steady_state
+from microslip.analyses.time.steady import (
+    CONFIRMED,
+    SteadyState,
+    raised_state,
+    steady_state,
+    thinned,
+)
 from microslip.errors import Failure, JointOpensError, MicroslipError
 from microslip.numerics.execute import Executor, each, threads
 
@@ -47,8 +53,7 @@ class Request:
     guess : complex
         First harmonic of the modal coordinate to start from.
     steps, max_cycles : int
-        `max_cycles` of the search; where it is no less than `LOOKED`, a motion that repeats after it was
-        looked at for so many more is settled as well.
+        `max_cycles` of the search; see `patient`.
     tolerance : float
     accelerate : bool
     stability : bool
@@ -58,6 +63,8 @@ class Request:
         Matched poles; False for the error of the steps that Newmark's method has.
     classify : bool
         Say what a motion is that is not periodic; some hundred cycles more.
+    finer : bool
+        Seek what does not settle, or is unstable, with more steps before it is called so.
     said : str
         The load in messages; its number where left out.
     start : Start, optional
@@ -80,9 +87,19 @@ class Request:
     stability: bool = True
     matched: bool = True
     classify: bool = True
+    finer: bool = True
     said: str = ""
     start: Start | None = None
     past: str = "reduced"
+
+    @property
+    def patient(self) -> bool:
+        """Whether a search may take as many cycles as a look at the motion does, `LOOKED`.
+
+        If so, what does not settle is sought with more steps, and what repeats after it was looked at is
+        settled as well.
+        """
+        return self.max_cycles >= LOOKED
 
     @property
     def place(self) -> str:
@@ -115,6 +132,9 @@ class TimePoint:
         Starts that lead to it.
     left : TimePoint or None
         An unstable periodic motion that the search met first, and left.
+    steps : int
+        Steps per cycle that it was found with; where they are more than those asked for, the samples of
+        its cycle are those asked for all the same.
     """
 
     rho: float
@@ -125,6 +145,7 @@ class TimePoint:
     motion: Motion | None = None
     pasts: tuple[str, ...] = ()
     left: TimePoint | None = None
+    steps: int = 0
 
     @property
     def settled(self) -> bool:
@@ -145,6 +166,9 @@ SURE = 100.0
 
 FINER = 50
 """for so many cycles at most."""
+
+MORE, FEW = (4, 8), 80
+"""So many times the steps, and cycles at most with them, where a motion does not settle or is unstable."""
 
 OPENING_CYCLES = 50
 """So many cycles from the start are searched for the moment at which a joint first opens."""
@@ -185,12 +209,36 @@ def solve_request(joint: PreparedJoint, request: Request) -> TimePoint:
     """
     if request.friction is not None:
         joint = joint.with_friction(request.friction)
-    scheme = time_scheme(
+    point = _searched(joint, request)
+    sought = point.steady.converged or request.patient
+    if not point.settled and sought and request.finer and request.accelerate:
+        for factor in MORE:
+            more = _with_more_steps(joint, request, point.steady, factor)
+            if more is not None:
+                return more
+    scheme = _scheme(joint, request)
+    if point.verdict == "unstable":
+        point = _left(scheme, request, point)
+    if request.classify and not point.settled:
+        motion = motion_of(scheme, point.steady, tolerance=CONFIRMED * request.tolerance)
+        point = replace(point, motion=motion)
+        if request.patient and motion.kind == "periodic" and motion.end is not None:
+            point = _settled_meanwhile(scheme, request, point, motion.end)
+    return point
+
+
+def _scheme(joint: PreparedJoint, request: Request) -> TimeScheme:
+    return time_scheme(
         joint,
         1 / (request.frequency * request.steps),
         frequency=request.frequency,
         matched=request.matched,
     )
+
+
+def _searched(joint: PreparedJoint, request: Request) -> TimePoint:
+    """What a search ends in; where that is periodic, with its stability and error."""
+    scheme = _scheme(joint, request)
     steady = steady_state(
         scheme,
         request.frequency,
@@ -207,16 +255,27 @@ def solve_request(joint: PreparedJoint, request: Request) -> TimePoint:
         friction=float(np.median(joint.law.friction)),
         steady=steady,
         pasts=(request.past,),
+        steps=request.steps,
     )
-    if steady.converged and request.stability:
-        point = _judged(scheme, request, point)
-    if request.classify and not point.settled:
-        motion = motion_of(scheme, point.steady, tolerance=CONFIRMED * request.tolerance)
-        point = replace(point, motion=motion)
-        allowed = request.max_cycles >= LOOKED
-        if allowed and motion.kind == "periodic" and motion.end is not None:
-            point = _settled_meanwhile(scheme, request, point, motion.end)
-    return point
+    return _judged(scheme, request, point) if steady.converged and request.stability else point
+
+
+def _with_more_steps(
+    joint: PreparedJoint, request: Request, before: SteadyState, factor: int
+) -> TimePoint | None:
+    """The steady state with so many times the steps, sampled as with those asked for, or None.
+
+    Steps that resolve contact badly may shake a motion that is stable.
+    """
+    finer = replace(request, steps=factor * request.steps, start=before.end, max_cycles=FEW)
+    try:
+        point = _searched(joint, finer)
+    except MicroslipError:
+        return None
+    if not point.settled:
+        return None
+    steady = replace(point.steady, cycle=thinned(point.steady.cycle, factor))
+    return replace(point, steady=_spent(steady, before, steady.cycles))
 
 
 def _settled_meanwhile(
@@ -235,7 +294,10 @@ def _settled_meanwhile(
     if not steady.converged:
         return point
     found = replace(point, steady=_spent(steady, point.steady, LOOKED + steady.cycles), motion=None)
-    return _judged(scheme, request, found) if request.stability else found
+    if not request.stability:
+        return found
+    judged = _judged(scheme, request, found)
+    return judged if judged.settled else point
 
 
 def _begin(scheme: TimeScheme, request: Request) -> State | Start | None:
@@ -248,21 +310,26 @@ def _begin(scheme: TimeScheme, request: Request) -> State | Start | None:
 
 
 def _judged(scheme: TimeScheme, request: Request, point: TimePoint) -> TimePoint:
-    """A periodic motion with its stability and error; where it is unstable, what it is left for."""
+    """A periodic motion with its stability and error, sought on where that is large."""
     found = stability_of(scheme, point.steady)
     known = replace(point, stability=found, error=settling_error(point.steady, found))
-    if found.verdict == "unstable":
-        left = leave(scheme, point.steady, found, tolerance=request.tolerance)
-        _refuse_open(scheme, left.steady, request)
-        known = replace(point, steady=_spent(left.steady, known.steady, left.cycles), left=known)
-        if left.stability is None:
-            return replace(known, steady=replace(known.steady, converged=False))
-        error = settling_error(left.steady, left.stability)
-        known = replace(known, stability=left.stability, error=error)
     allowed = SURE * request.tolerance
     if known.error > allowed:
         known = _finer(scheme, known, known.steady.change * allowed / known.error)
     return known
+
+
+def _left(scheme: TimeScheme, request: Request, point: TimePoint) -> TimePoint:
+    """What an unstable periodic motion is left for."""
+    assert point.stability is not None
+    left = leave(scheme, point.steady, point.stability, tolerance=request.tolerance)
+    _refuse_open(scheme, left.steady, request)
+    steady = _spent(left.steady, point.steady, left.cycles)
+    if left.stability is None:
+        steady = replace(steady, converged=False)
+        return replace(point, steady=steady, stability=None, error=float("nan"), left=point)
+    error = settling_error(left.steady, left.stability)
+    return replace(point, steady=steady, stability=left.stability, error=error, left=point)
 
 
 def _finer(scheme: TimeScheme, point: TimePoint, change: float) -> TimePoint:

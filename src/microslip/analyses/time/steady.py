@@ -9,7 +9,8 @@ instead.
 from __future__ import annotations
 
 import time as clock
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -196,6 +197,29 @@ def walk_of(scheme: TimeScheme, steady: SteadyState) -> float:
     slip = tangential(steady.cycle.v)
     span = float(np.ptp(slip, axis=0).max())
     return float(np.median(slip[-1] - slip[0])) / span if span > 0 else 0.0
+
+
+def thinned(cycle: March, factor: int) -> March:
+    """A march with every so-manieth sample; of iterations, residuals and flags the largest in between.
+
+    Parameters
+    ----------
+    cycle : March
+        With histories or without; the number of its steps is a multiple of `factor`.
+    factor : int
+    """
+
+    def largest(y: np.ndarray) -> Any:
+        return np.concatenate([y[:1], y[1:].reshape(-1, factor).max(axis=1)])
+
+    kept = {
+        name: getattr(cycle, name)[::factor]
+        for name in ("time", "load", "output", "r", "v", "status")
+    }
+    worst = {
+        name: largest(getattr(cycle, name)) for name in ("iterations", "residual", "dissipative")
+    }
+    return replace(cycle, **kept, **worst)
 
 
 def raised_state(scheme: TimeScheme, frequency: float, load: float, cycles: int) -> State:
