@@ -4,8 +4,8 @@ python benchmarks/population/time_pasts.py [--seeds 40 41 42] [--count 2] [--pai
 
 The reference joint at three loads, and random lap joints at their largest answer and on the flank above it.
 Against the state after a load raised over thirty cycles: raised over ten, the whole load at once,
-prestress and the velocity of an answer that is right, one per cent or a third too large, and a start at a phase
-that is wrong by a right angle. Complex amplitude, dissipation, and cycles marched.
+prestress and the velocity of an answer that is right, of one a third too large, and of one whose phase
+is wrong by a right angle. Complex amplitude, dissipation, and cycles marched.
 """
 
 from __future__ import annotations

@@ -81,6 +81,7 @@ def point(joint: PreparedJoint, frequency: float, load: float) -> dict:
         "verdict": found.verdict,
         "multiplier": found.stability.largest if found.stability else None,
         "error": found.error,
+        "steps": found.steps,
         "left": left.stability.largest if left and left.stability else None,
         "cycles": steady.cycles,
         "change": motion.change,
@@ -102,6 +103,7 @@ def report(rows: list[dict]) -> None:
     if not settled:
         return
     print("settled:", len(settled), dict(Counter(row["verdict"] for row in settled)))
+    print("with more steps:", sum(row["steps"] > STEPS for row in settled))
     print("unstable motions left:", sum(row["left"] is not None for row in rows if "left" in row))
     for name in ("error", "multiplier", "cycles", "seconds"):
         values = np.array([row[name] for row in settled if row[name] is not None], float)
