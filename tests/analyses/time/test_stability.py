@@ -102,6 +102,7 @@ def test_an_unstable_motion_is_left_for_a_stable_one(small_reference):
     assert left.verdict == "unstable"
     assert left.stability.largest > 1.01
     assert abs(point.steady.amplitude) < 0.2 * abs(left.steady.amplitude)
+    print(f"amplitude {abs(point.steady.amplitude):.5f}, after {abs(left.steady.amplitude):.5f}")
     # a motion beside the unstable one goes away from it as fast as its multiplier says
     scheme = time_scheme(reference.joint, 1 / (170.75 * STEPS), frequency=170.75)
     space = StateSpace(scheme, 2 * np.pi * 170.75)
