@@ -1,12 +1,13 @@
 """Steady states over time of random lap joints: what each motion is.
 
-python benchmarks/population/time_points.py [--seeds 11 12 13] [--count 20] [--out FILE]
+python benchmarks/population/time_points.py [--seeds 61 62 63] [--count 17] [--out FILE]
 
 Every joint under its own load at three frequencies of its band (from below the sliding to above
 the stuck frequency, fifteen rough searches): that of the largest answer and the two flanks where
 it is half as large, or the ends of the band. From rest, the load raised over ten cycles, 150
-steps per cycle, 101 pairs; at most 400 cycles of search. What does not end in a periodic motion
-is classified. Lines in FILE (JSON, one a point) are not computed again.
+steps per cycle, 101 pairs (`--pairs`); at most 400 cycles of search. Every periodic motion has its largest
+Floquet multiplier and its error; one that is unstable is left for a stable one; what does not end in
+a periodic motion is classified. Lines in FILE (JSON, one a point) are not computed again.
 """
 
 from __future__ import annotations
@@ -24,13 +25,14 @@ from lap_joints import joints
 
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.time.classify import motion_of
+from microslip.analyses.time.points import Request, solve_request
 from microslip.analyses.time.scheme import time_scheme
-from microslip.analyses.time.steady import raised_state, steady_state
+from microslip.analyses.time.steady import steady_state
 from microslip.describe.reading import parse_joint
-from microslip.errors import MicroslipError
+from microslip.errors import JointOpensError, MicroslipError
 from microslip.pipeline.prepare import assemble
 
-STEPS, RAISED, CYCLES = 150, 10, 400
+STEPS, CYCLES = 150, 400
 
 FLANKS = ((-1, "below"), (0, "peak"), (1, "above"))
 
@@ -53,34 +55,67 @@ def frequencies(joint: PreparedJoint, load: float) -> list[float]:
 
 
 def point(joint: PreparedJoint, frequency: float, load: float) -> dict:
-    """Search, and classification of what it ends in."""
+    """Search, its stability and error, and classification of what it ends in."""
     began = time.perf_counter()
+    request = Request(
+        rho=float("nan"),
+        frequency=frequency,
+        load=load,
+        friction=None,
+        guess=0j,
+        steps=STEPS,
+        max_cycles=CYCLES,
+        past="raised",
+    )
+    try:
+        found = solve_request(joint, request)
+    except JointOpensError as error:
+        return {"kind": "opens", "said": str(error), "seconds": time.perf_counter() - began}
+    steady, left = found.steady, found.left
     scheme = time_scheme(joint, 1 / (frequency * STEPS), frequency=frequency)
-    start = raised_state(scheme, frequency, load, RAISED)
-    found = steady_state(scheme, frequency, load, start=start, max_cycles=CYCLES)
-    motion = motion_of(scheme, found)
+    motion = found.motion or motion_of(scheme, steady)
     return {
         "kind": motion.kind,
         "said": motion.said,
-        "converged": found.converged,
-        "cycles": found.cycles,
+        "settled": found.settled,
+        "verdict": found.verdict,
+        "multiplier": found.stability.largest if found.stability else None,
+        "error": found.error,
+        "steps": found.steps,
+        "left": left.stability.largest if left and left.stability else None,
+        "cycles": steady.cycles,
         "change": motion.change,
         "size": motion.size,
         "open_share": motion.open_share,
         "walk": motion.walk,
-        "amplitude": abs(found.amplitude),
-        "dissipative_steps": int(found.cycle.dissipative.sum()),
-        "normal_over_dissipated": found.cycle.normal_work / max(found.cycle.dissipated, 1e-300),
-        "unsolved": found.unsolved,
+        "amplitude": abs(steady.amplitude),
+        "dissipative_steps": int(steady.cycle.dissipative.sum()),
+        "normal_over_dissipated": steady.cycle.normal_work / max(steady.cycle.dissipated, 1e-300),
+        "unsolved": steady.unsolved,
         "seconds": time.perf_counter() - began,
     }
+
+
+def report(rows: list[dict]) -> None:
+    """Counts of kinds and verdicts, how many unstable motions were left, errors, cycles and seconds."""
+    print(dict(Counter(row["kind"] for row in rows)), "of", len(rows))
+    settled = [row for row in rows if row.get("settled")]
+    if not settled:
+        return
+    print("settled:", len(settled), dict(Counter(row["verdict"] for row in settled)))
+    print("with more steps:", sum(row["steps"] > STEPS for row in settled))
+    print("unstable motions left:", sum(row["left"] is not None for row in rows if "left" in row))
+    for name in ("error", "multiplier", "cycles", "seconds"):
+        values = np.array([row[name] for row in settled if row[name] is not None], float)
+        print(f"{name}: median {np.nanmedian(values):.2g}, largest {np.nanmax(values):.3g}")
 
 
 def main() -> int:
     """Compute what is missing and print the counts."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seeds", type=int, nargs="+", default=[11, 12, 13])
-    parser.add_argument("--count", type=int, default=20)
+    parser.add_argument("--seeds", type=int, nargs="+", default=[61, 62, 63])
+    parser.add_argument("--count", type=int, default=17)
+    parser.add_argument("--pairs", type=int, default=101)
     parser.add_argument("--out", type=Path, default=Path("time-points.jsonl"))
     asked = parser.parse_args()
     done = {}
@@ -89,7 +124,7 @@ def main() -> int:
         done = {(row["joint"], row["where"]): row for row in rows}
     with asked.out.open("a") as file:
         for seed in asked.seeds:
-            for number, text in enumerate(joints(seed, asked.count)):
+            for number, text in enumerate(joints(seed, asked.count, asked.pairs)):
                 name = f"{seed}/{number:03d}"
                 if (name, "above") in done:
                     continue
@@ -113,8 +148,7 @@ def main() -> int:
                     print(
                         name, where, f"{f:.5g} Hz", row["said"][:150], row.get("cycles"), flush=True
                     )
-    kinds = Counter(row["kind"] for row in done.values())
-    print(dict(kinds), "of", len(done))
+    report(list(done.values()))
     return 0
 
 

@@ -56,3 +56,10 @@ def test_half_a_band_or_two_are_refused(section, given, message):
 def test_a_band_that_does_not_rise_names_its_section(analysis, name, to):
     with pytest.raises(ValueError, match=rf"must be above analysis\.{name}\.from, 170 Hz"):
         analysis(from_=170, to=to, count=3)
+
+
+def test_neighbouring_frequencies_alone_are_no_start():
+    with pytest.raises(ValueError, match='add "raised", "rest" or "reduced", where those begin'):
+        TimeAnalysis(frequencies=[170, 180], starts=["below", "above"])
+    assert TimeAnalysis(frequencies=[170], starts=["rest", "below"]).starts == ("rest", "below")
+    assert TimeAnalysis(frequencies=[170]).starts == ("raised",)

@@ -62,6 +62,8 @@ Variants = Annotated[tuple[Variant, ...], OneOrMore]
 ResponseMethod = Literal["reduced", "auto"]
 BackboneMethod = Literal["quasi_static", "prescribed", "harmonic"]
 BackboneMethods = Annotated[tuple[BackboneMethod, ...], OneOrMore]
+TimeStart = Literal["raised", "rest", "reduced", "below", "above"]
+TimeStarts = Annotated[tuple[TimeStart, ...], OneOrMore]
 ModeNumbers = Annotated[tuple[Annotated[Count, Field(ge=1, le=2000)], ...], OneOrMore]
 Harmonics = Annotated[int | Literal["adaptive"], BeforeValidator(_harmonics)]
 
@@ -256,6 +258,21 @@ class TimeAnalysis(AscendingBand):
     search: Literal["accelerated", "marched"] = "accelerated"
     """Newton's method, or cycle after cycle as in the laboratory. Marching shows what a
     slow sweep would reach."""
+    starts: TimeStarts = ("raised",)
+    """Where the search starts: at rest with the load "raised" slowly; at "rest" under the whole
+    load; from the answer of the "reduced" model; from the steady state at the next frequency "below" or
+    "above". Of several, every steady state that differs is reported. Near folds, and where pairs never
+    slip."""
+
+    @model_validator(mode="after")
+    def _starts_somewhere(self) -> Self:
+        check_distinct("starts", self.starts)
+        if set(self.starts) <= {"below", "above"}:
+            raise Rule(
+                "starts",
+                'are other frequencies only: add "raised", "rest" or "reduced", where those begin',
+            )
+        return self
 
 
 class HarmonicAnalysis(AscendingBand):

@@ -9,6 +9,7 @@ import numpy as np
 
 from microslip.analyses.reduced.response import Response
 from microslip.analyses.time.points import Request, TimePoint, steady_states
+from microslip.analyses.time.several import coexisting_states
 from microslip.errors import Failure
 from microslip.pipeline.outcome import Outcome, until_interrupted, value_of
 from microslip.pipeline.prepare import Assembly
@@ -19,20 +20,22 @@ from microslip.pipeline.response import Responses
 def run_time_domain(
     assembly: Assembly, done: Mapping[str, Outcome[Any]], progress: Progress
 ) -> Outcome[tuple[TimePoint, ...]]:
-    """Steady states, by load and frequency; each starts from the reduced model's answer."""
+    """Steady states, by load and frequency, from every start that the file asks for."""
     responses: Responses | None = value_of(done, "response")
     if responses is None or not responses.curves:
         return Outcome((), (Failure("time", "", "no forced response to start from"),))
+    settings = assembly.joint.analysis.time
+    assert settings is not None
     requests = requests_of(assembly, responses.curves)
     found: list[TimePoint] = []
     failures: list[Failure] = []
     progress.start("time domain", len(requests))
     with until_interrupted() as stop:
-        for point, failure in integrate(assembly, requests):
-            if point is not None:
-                found.append(point)
-            if failure is not None:
-                failures.append(failure)
+        states = coexisting_states(assembly.prepared, requests, settings.starts)
+        for request, answers in zip(requests, states, strict=True):
+            for point, failure in (judged(request, answer) for answer in answers):
+                found += [] if point is None else [point]
+                failures += [] if failure is None else [failure]
             progress.advance()
         progress.finish()
     found.sort(key=lambda p: (np.nan_to_num(p.rho), p.steady.load, p.steady.frequency))
@@ -77,13 +80,24 @@ def integrate(
     """
     found = steady_states(assembly.prepared, requests)
     for request, outcome in zip(requests, found, strict=True):
-        if isinstance(outcome, Failure):
-            yield None, outcome
-        elif outcome.steady.converged:
-            yield outcome, None
-        else:
-            steady = outcome.steady
-            reason = f"not steady after {steady.cycles} cycles, last change {steady.change:.1e}"
-            if outcome.motion is not None:
-                reason = f"{reason}: {outcome.motion.said}"
-            yield outcome, Failure("time", request.place, reason)
+        yield judged(request, outcome)
+
+
+def judged(
+    request: Request, answer: TimePoint | Failure
+) -> tuple[TimePoint | None, Failure | None]:
+    """An answer to a request, if it is one, and what is wrong with it."""
+    if isinstance(answer, Failure):
+        return None, answer
+    steady = answer.steady
+    if steady.converged:
+        return answer, None
+    reason = f"not steady after {steady.cycles} cycles, last change {steady.change:.1e}"
+    if answer.left is not None and answer.left.stability is not None:
+        reason = (
+            "the periodic motion that was found is unstable (Floquet multiplier of modulus "
+            f"{answer.left.stability.largest:.4g}), and what leaves it does not settle"
+        )
+    if answer.motion is not None:
+        reason = f"{reason}: {answer.motion.said}"
+    return answer, Failure("time", request.place, reason)

@@ -51,6 +51,9 @@ from microslip.typing import Array, Complex, Indices
 HARMONICS = 15
 """Harmonics of the waveforms that are stored."""
 
+VERDICTS = ("", "undecided", "stable", "unstable")
+"""What is said of stability, by number."""
+
 
 def time_rows(run: Run) -> list[dict[str, Any]]:
     """One entry of the summary per steady state."""
@@ -79,12 +82,22 @@ def time_row(run: Run, point: TimePoint) -> dict[str, Any]:
         "cycles": steady.cycles,
         "converged": steady.converged,
         "last_change": steady.change,
+        "settling_error": point.error,
+        "stability": point.verdict,
+        "largest_multiplier": largest_multiplier(point),
+        "starts": list(point.pasts),
+        "steps_per_cycle": point.steps,
         "residual_max": float(cycle.residual.max()),
         "unsolved_steps": 0,
         "seconds": steady.seconds,
         "outputs": sizes(run, first),
         "phases_deg": lags(run, first),
     }
+
+
+def largest_multiplier(point: TimePoint) -> float:
+    """Largest modulus of a Floquet multiplier of the vibration; nan where not known."""
+    return float("nan") if point.stability is None else point.stability.largest
 
 
 def outputs_of(run: Run, point: TimePoint) -> dict[str, Complex]:
@@ -205,6 +218,20 @@ def _dataset(run: Run) -> xr.Dataset:
         ),
         "cycles": scalar("cycles", "1", "cycles computed"),
         "last_change": scalar("last_change", "1", "change of the state over the last cycle"),
+        "settling_error": scalar(
+            "settling_error", "1", "by how much the state may be off the periodic one"
+        ),
+        "largest_multiplier": scalar(
+            "largest_multiplier", "1", "largest modulus of a Floquet multiplier of the vibration"
+        ),
+        "stability": variable(
+            each,
+            np.array([VERDICTS.index(p.verdict) for p in points], np.int8),
+            "1",
+            "whether small disturbances of the steady state decay",
+            flag_values=np.arange(len(VERDICTS), dtype=np.int8),
+            flag_meanings="not_known undecided stable unstable",
+        ),
         "residual_max": scalar("residual_max", "1", "largest residual of a contact problem"),
         "seconds": scalar("seconds", "s", "time it took"),
         "converged": variable(

@@ -209,7 +209,9 @@ def time_table(found: Summary) -> Iterator[Table]:
     size, lost = f"{label},\n{unit}", "dissipated,\nJ/m"
     rows = found["time_domain"]
     with_rho = says_rho(rows)
-    names = ("f, Hz", size, "phase, °", lost, "cycles", "s")
+    several = any(len(row.get("starts", [])) > 1 for row in rows)
+    last = "start" if several else "s"
+    names = ("f, Hz", size, "phase, °", lost, "largest\nmultiplier", "cycles", last)
     heading, key = load_column(rows)
     for name in ("rho" if with_rho else heading, *names):
         table.add_column(name, justify="right", no_wrap=True)
@@ -220,11 +222,24 @@ def time_table(found: Summary) -> Iterator[Table]:
             output(row, wanted),
             number(row.get("phases_deg", {}).get(label), ".1f"),
             number(row["dissipated_energy_j_per_m"]),
-            str(row["cycles"]) if row["converged"] else f"{row['cycles']}, not steady",
-            number(row["seconds"], ".1f"),
-            style=None if row["converged"] else "yellow",
+            number(row.get("largest_multiplier"), ".3f"),
+            _settled(row, rows),
+            row["starts"][0] if several else number(row["seconds"], ".1f"),
+            style=None if row["converged"] and row.get("stability") != "unstable" else "yellow",
         )
     yield table
+
+
+def _settled(row: Summary, rows: list[Summary]) -> str:
+    """Cycles to a steady state; what it is where it is none that lasts, and steps where it needs more."""
+    said = [str(row["cycles"])]
+    if not row["converged"]:
+        said.append("not steady")
+    elif row.get("stability") == "unstable":
+        said.append("unstable")
+    if row.get("steps_per_cycle", 0) > min(other.get("steps_per_cycle", 0) for other in rows):
+        said.append(f"{row['steps_per_cycle']} steps")
+    return ", ".join(said)
 
 
 def history_table(found: Summary) -> Iterator[Table]:

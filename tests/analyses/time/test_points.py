@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import tomllib
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -18,9 +20,12 @@ from microslip.analyses.time.readings import (
     phases,
 )
 from microslip.analyses.time.scheme import time_scheme
+from microslip.analyses.time.steady import thinned
 from microslip.contact.pairs import normal_rows
+from microslip.describe.reading import parse_joint
 from microslip.errors import JointOpensError
 from microslip.model.modes import bonding
+from microslip.pipeline.prepare import assemble
 
 STEPS = 150
 
@@ -139,14 +144,16 @@ def test_harmonics_rebuild_the_wave():
     assert found == pytest.approx(np.array([3, 2, 0, -0.5j, 0]), abs=1e-12)
 
 
-def test_stability_is_refined_where_asked_for(small_reference):
+def test_stability_is_found_out_of_what_settled(small_reference):
     frequency = small_reference.joint.mode.sliding_frequency + 2
-    asked = solved(small_reference, frequency, 1e-4, stability=True)
-    assert asked.stability.verdict == "stable"
-    assert abs(asked.steady.multipliers[0]) == pytest.approx(asked.stability.largest, abs=0.04)
-    early = solved(small_reference, frequency, 1e-4, stability=True, max_cycles=3)
+    found = solved(small_reference, frequency, 1e-4)
+    assert found.stability.verdict == found.verdict == "stable"
+    assert found.settled
+    assert 0 < found.error < 1e-3
+    early = solved(small_reference, frequency, 1e-4, max_cycles=3, classify=False)
     assert early.stability is None
-    assert solved(small_reference, frequency, 1e-4).stability is None
+    assert not early.settled
+    assert solved(small_reference, frequency, 1e-4, stability=False).verdict == ""
 
 
 # -- opening -----------------------------------------------------------------------------------
@@ -190,7 +197,7 @@ def test_failed_and_unsteady_points_are_told_apart(small_reference):
     f = small_reference.joint.mode.sliding_frequency + 3
     requests = [
         Request(1.0, f - 23, 0.6 * small_reference.moment, 0.25, 0.0, STEPS, 1e-5, 4),
-        Request(2.0, f, 1e-4 * small_reference.moment, 0.25, 0.0, STEPS, 1e-5, 3),
+        Request(2.0, f, 1e-4 * small_reference.moment, 0.25, 0.0, STEPS, 1e-5, 3, classify=False),
         Request(3.0, f, 1e-4 * small_reference.moment, 0.25, 0.0, STEPS, 1e-4),
     ]
     opened, early, steady = steady_states(small_reference.joint, requests)
@@ -219,3 +226,73 @@ def test_modes_beyond_the_step_keep_their_inertia(small_reference):
     print(f"missed {missed:.1e}, error {abs(found / exact - 1):.1e}, of the lag {lag:.1e}")
     assert lag < 0.1 * missed
     assert abs(found / exact - 1) < lag
+
+
+def test_a_motion_that_settles_while_it_is_looked_at(small_reference, monkeypatch):
+    """A search that is stopped early; what it is, is periodic after the cycles that are marched to say so."""
+    frequency = small_reference.joint.mode.sliding_frequency + 2
+    found = solved(small_reference, frequency, 2e-4)
+    assert solved(small_reference, frequency, 2e-4, max_cycles=3).motion.kind == "periodic"
+    monkeypatch.setattr("microslip.analyses.time.points.LOOKED", 3)
+    later = solved(small_reference, frequency, 2e-4, max_cycles=3)
+    assert later.settled
+    assert later.motion is None
+    assert later.steady.amplitude == pytest.approx(found.steady.amplitude, rel=1e-3)
+
+
+def test_a_march_is_thinned_to_every_so_manieth_sample(small_reference):
+    frequency = small_reference.joint.mode.sliding_frequency + 2
+    cycle = solved(small_reference, frequency, 2e-4, stability=False).steady.cycle
+    few = thinned(cycle, 3)
+    assert (few.output == cycle.output[::3]).all()
+    assert (few.status == cycle.status[::3]).all()
+    assert len(few.time) == len(few.residual) == STEPS // 3 + 1
+    assert few.residual.max() == cycle.residual.max()
+    assert few.dissipated == cycle.dissipated
+
+
+SHAKEN = """
+[beams]
+length = "0.464212 m"
+thickness = "0.0126366 m"
+overlap_half_length = "0.16988 m"
+[material]
+youngs_modulus = "1.1e+11 Pa"
+poissons_ratio = 0.2352
+density = "4430 kg/m^3"
+[contact]
+friction = 0.52909
+pairs = 41
+[clamp]
+force = "134145 N/m"
+half_length = "0.155945 m"
+[support]
+horizontal_spring = "8.34296e+07 N/m/m"
+[damping]
+beta = "1.5541e-07 s"
+[load]
+moment_over_clamp_force_length = [0.00180922]
+"""
+
+
+def test_steps_that_shake_a_stable_motion_are_made_shorter():
+    """A joint of little damping, whose motion is unstable with 150 steps and with 300, and is not with 1,200.
+
+    It is found as if the finest had been asked for from the start; a multiplier far inside the circle.
+    """
+    assembly = assemble(parse_joint(tomllib.loads(SHAKEN)))
+    joint, frequency = assembly.prepared, 118.43
+    load = assembly.joint.load.moment_over_clamp_force_length[0] * assembly.moment_unit
+    request = Request(float("nan"), frequency, load, None, 0j, STEPS)
+    coarse = solve_request(joint, replace(request, finer=False, classify=False)).left
+    assert coarse is not None
+    assert coarse.verdict == "unstable"
+    found = solve_request(joint, request)
+    fine = solve_request(joint, replace(request, steps=8 * STEPS))
+    print(
+        f"{coarse.stability.largest:.3f} in 150 steps, {found.stability.largest:.3f} in {found.steps}"
+    )
+    assert found.verdict == fine.verdict == "stable"
+    assert found.steps > STEPS
+    assert len(found.steady.cycle.time) == STEPS + 1
+    assert found.steady.amplitude == pytest.approx(fine.steady.amplitude, rel=1e-3)

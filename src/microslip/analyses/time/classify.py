@@ -11,6 +11,7 @@ vibration there (`vibration_weight`), and all distances over the size of the vib
 | period n | ``|z_{k+n} - z_k|`` below the tolerance, n the smallest |
 | quasi-periodic | neighbours do not separate, a few lines hold the spectrum of the section |
 | chaotic | neighbours separate: the largest Lyapunov exponent per cycle, from two motions side by side |
+| irregular | neighbours neither separate nor close in, and no few lines hold the spectrum |
 
 `size` is how far the section spreads over the vibration: an irregular motion may be irregular in
 its fifth digit only. Beside its kind a motion may *walk*: bodies move past each other by the same
@@ -30,6 +31,7 @@ from microslip.analyses.time.scheme import (
     march,
     prestressed_state,
 )
+from microslip.analyses.time.starts import Start, end_of
 from microslip.analyses.time.steady import SteadyState, vibration_weight, walk_of
 from microslip.brief import Brief
 from microslip.contact.pairs import touches
@@ -37,6 +39,9 @@ from microslip.typing import Array
 
 LONGEST = 8
 """Longest period looked for, cycles of the load."""
+
+LOOKED = 240
+"""Cycles that are marched to look at a motion."""
 
 SEPARATED_BY = 1e-7
 """Distance of two neighbouring motions over the size of the vibration."""
@@ -55,7 +60,8 @@ class Motion(Brief):
     Attributes
     ----------
     kind : str
-        ``periodic``, ``slowly attracting``, ``period n``, ``quasi-periodic`` or ``chaotic``.
+        ``periodic``, ``slowly attracting``, ``period n``, ``quasi-periodic``, ``chaotic`` or
+        ``irregular``.
     change : float
         Last change from cycle to cycle over the size of the vibration.
     size : float
@@ -73,6 +79,8 @@ class Motion(Brief):
         Drift of the bodies past each other in a cycle, over the range of the slip.
     open_share : float
         Share of the cycle in which no pair touches.
+    end : Start or None
+        Where it was after the last cycle that was looked at; None where none was.
     """
 
     kind: str
@@ -84,6 +92,7 @@ class Motion(Brief):
     lines: float
     walk: float
     open_share: float
+    end: Start | None = None
 
     @property
     def said(self) -> str:
@@ -95,6 +104,7 @@ class Motion(Brief):
             "quasi-periodic": f"exponent {self.exponent:+.3f} per cycle, {100 * self.lines:.0f} % of the "
             f"section in four lines, spread {self.size:.0e}",
             "chaotic": f"exponent {self.exponent:+.3f} per cycle, spread {self.size:.0e}",
+            "irregular": f"exponent {self.exponent:+.3f} per cycle, spread {self.size:.0e}",
         }[self.kind]
         opens = f"; no pair touches in {100 * self.open_share:.0f} % of the cycle"
         walks = f"; walks by {self.walk:+.1e} of the slip per cycle"
@@ -106,7 +116,7 @@ class Motion(Brief):
 
 
 def motion_of(
-    scheme: TimeScheme, steady: SteadyState, *, cycles: int = 240, tolerance: float = 3e-5
+    scheme: TimeScheme, steady: SteadyState, *, cycles: int = LOOKED, tolerance: float = 3e-5
 ) -> Motion:
     """Say what the motion is that a search for a steady state ended in.
 
@@ -136,7 +146,10 @@ def motion_of(
 
     def motion(kind: str, period: int = 0, **found: float) -> Motion:
         values = {"multiplier": nothing, "exponent": nothing, "lines": nothing, **found}
-        return Motion(kind, change, spread, period, walk=walk, open_share=open_share, **values)
+        end = end_of(state, steady.phase, scheme, steady.frequency)
+        return Motion(
+            kind, change, spread, period, walk=walk, open_share=open_share, end=end, **values
+        )
 
     if step[-LONGEST:].max() <= tolerance:
         return motion("periodic", 1)
@@ -149,7 +162,8 @@ def motion_of(
     exponent, lines = _exponent(scheme, steady, state, size, cycles // 4), _share_of_lines(late)
     if exponent < -CLOSING:
         return motion("slowly attracting", multiplier=float(np.exp(exponent)), exponent=exponent)
-    kind = "quasi-periodic" if exponent < CLOSING and lines >= LINES else "chaotic"
+    bounded = "quasi-periodic" if lines >= LINES else "irregular"
+    kind = bounded if exponent < CLOSING else "chaotic"
     return motion(kind, exponent=exponent, lines=lines)
 
 

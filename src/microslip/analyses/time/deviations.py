@@ -225,7 +225,29 @@ class Derivative:
         """
         if not self.known:
             return np.zeros(0, complex)
+        found = np.linalg.eigvals(self._vibrating()).astype(complex)
+        return found[np.argsort(-np.abs(found), kind="stable")]
+
+    def leading(self, most: int) -> Array:
+        """Deviations of the largest multipliers, rows: real parts, and imaginary parts of pairs.
+
+        Parameters
+        ----------
+        most : int
+            Rows at most.
+        """
+        if not self.known:
+            return self.images
+        values, shares = np.linalg.eig(self._vibrating())
+        order = np.argsort(-np.abs(values), kind="stable")
+        rows: list[Array] = []
+        for k in order[values[order].imag >= 0]:
+            parts = (shares[:, k].real, shares[:, k].imag)[: 1 + bool(values[k].imag)]
+            rows += [part @ self.images for part in parts]
+        return np.array(rows[:most])
+
+    def _vibrating(self) -> Array:
+        """The small matrix, blind to bodies that slide past each other rigidly."""
         u = self.space.measure(self.images)
         u[:, : len(self.space.weight)][:, self.space.weight == 0] = 0.0
-        found = np.linalg.eigvals(self.shares @ u.T).astype(complex)
-        return found[np.argsort(-np.abs(found), kind="stable")]
+        return np.asarray(self.shares @ u.T)

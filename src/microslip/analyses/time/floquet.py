@@ -28,7 +28,7 @@ but a hundredth of its energy is in the tractions.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -69,6 +69,9 @@ class Multipliers(Brief):
         Share that is in tractions instead of motion.
     cycles : int
         Periods marched.
+    direction : (n,) array
+        Deviation of the state, of unit norm, of the largest multiplier of a vibration, its real part; empty
+        where it was not asked for.
     """
 
     values: Complex
@@ -76,6 +79,7 @@ class Multipliers(Brief):
     translation: Array
     traction: Array
     cycles: int
+    direction: Array = field(default_factory=lambda: np.zeros(0))
 
     @property
     def vibration(self) -> Mask:
@@ -118,9 +122,9 @@ class DeviationNorm:
         self.model = scheme.joint.model
         self.weight = np.maximum(scheme.joint.model.omega, omega)
 
-    def motion(self, z: State) -> Array:
-        """Weighted positions and rates of the modes."""
-        return np.concatenate([self.weight * z.eta, z.rate])
+    def motion(self, z: State | Tangents) -> Array:
+        """Weighted positions and rates of the modes; of rows, rows."""
+        return np.concatenate([self.weight * z.eta, z.rate], axis=-1)
 
     def gram(self, one: Sequence[State], other: Sequence[State]) -> Array:
         """Scalar products of two lists of deviations."""

@@ -1,25 +1,39 @@
-"""Many steady states by time integration, spread over threads."""
+"""Many steady states by time integration, spread over threads.
+
+Pairs that stick all the time keep what the past has locked into them, so that a steady state is one of a
+past. The past that is meant where none is given, here and by the other methods, is *rest, the load raised
+slowly*: prestress, from which quasi-static cycles load as well, and then more and more of the load.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from microslip.analyses.prepared.joint import PreparedJoint
-from microslip.analyses.time.classify import Motion, motion_of
-from microslip.analyses.time.floquet import Multipliers, floquet_multipliers
+from microslip.analyses.time.classify import LONGEST, LOOKED, Motion, motion_of
+from microslip.analyses.time.floquet import Multipliers
+from microslip.analyses.time.leaving import leave
 from microslip.analyses.time.readings import opening_of, phases
 from microslip.analyses.time.scheme import (
+    State,
     TimeScheme,
     march,
     prestressed_state,
     time_scheme,
 )
+from microslip.analyses.time.stability import settling_error, stability_of
 from microslip.analyses.time.starts import Start, placed
-from microslip.analyses.time.steady import CONFIRMED, SteadyState, steady_state
+from microslip.analyses.time.steady import (
+    CONFIRMED,
+    SteadyState,
+    raised_state,
+    steady_state,
+    thinned,
+)
 from microslip.errors import Failure, JointOpensError, MicroslipError
 from microslip.numerics.execute import Executor, each, threads
 
@@ -39,18 +53,26 @@ class Request:
     guess : complex
         First harmonic of the modal coordinate to start from.
     steps, max_cycles : int
+        `max_cycles` of the search; see `patient`.
     tolerance : float
     accelerate : bool
     stability : bool
-        Refine the Floquet multipliers of a converged point; a few dozen cycles more.
+        Find out whether a steady state is stable, and by how much it may be off the periodic one; some
+        three cycles more. A motion that leaves an unstable one is followed.
     matched : bool
         Matched poles; False for the error of the steps that Newmark's method has.
     classify : bool
         Say what a motion is that is not periodic; some hundred cycles more.
+    finer : bool
+        Seek what does not settle, or is unstable, with more steps before it is called so.
     said : str
         The load in messages; its number where left out.
     start : Start, optional
         The end of another steady state (`SteadyState.end`) to start from instead of the guess.
+    past : str
+        What there was before: ``raised``, rest and the load raised over `RAISED` cycles; ``rest``, rest and
+        the whole load at once; ``reduced``, prestress and the velocity of the guess. Only a name where
+        there is a start.
     """
 
     rho: float
@@ -62,11 +84,22 @@ class Request:
     tolerance: float = 1e-5
     max_cycles: int = 400
     accelerate: bool = True
-    stability: bool = False
+    stability: bool = True
     matched: bool = True
     classify: bool = True
+    finer: bool = True
     said: str = ""
     start: Start | None = None
+    past: str = "reduced"
+
+    @property
+    def patient(self) -> bool:
+        """Whether a search may take as many cycles as a look at the motion does, `LOOKED`.
+
+        If so, what does not settle is sought with more steps, and what repeats after it was looked at is
+        settled as well.
+        """
+        return self.max_cycles >= LOOKED
 
     @property
     def place(self) -> str:
@@ -90,16 +123,52 @@ class TimePoint:
     steady : SteadyState
     stability : Multipliers or None
         Where asked for and converged.
+    error : float
+        By how much the state may be off the periodic one, over the size of the vibration; nan where
+        not known.
     motion : Motion or None
-        What it is, where the search ended without a periodic motion.
+        What it is, where the search ended without a periodic motion that lasts.
+    pasts : tuple of str
+        Starts that lead to it.
+    left : TimePoint or None
+        An unstable periodic motion that the search met first, and left.
+    steps : int
+        Steps per cycle that it was found with; where they are more than those asked for, the samples of
+        its cycle are those asked for all the same.
     """
 
     rho: float
     friction: float
     steady: SteadyState
     stability: Multipliers | None = None
+    error: float = float("nan")
     motion: Motion | None = None
+    pasts: tuple[str, ...] = ()
+    left: TimePoint | None = None
+    steps: int = 0
 
+    @property
+    def settled(self) -> bool:
+        """Whether it is periodic, and not known to be unstable."""
+        return self.steady.converged and self.verdict != "unstable"
+
+    @property
+    def verdict(self) -> str:
+        """``stable``, ``unstable`` or ``undecided``; empty where not known."""
+        return "" if self.stability is None else self.stability.verdict
+
+
+RAISED = 10
+"""Cycles over which a load is raised."""
+
+SURE = 100.0
+"""The state goes on to be sought where its error may be so many times the tolerance,"""
+
+FINER = 50
+"""for so many cycles at most."""
+
+MORE, FEW = (4, 8), 80
+"""So many times the steps, and cycles at most with them, where a motion does not settle or is unstable."""
 
 OPENING_CYCLES = 50
 """So many cycles from the start are searched for the moment at which a joint first opens."""
@@ -115,12 +184,11 @@ def _refuse_open(scheme: TimeScheme, steady: SteadyState, request: Request) -> N
     reason = opening_of(steady.cycle, position)
     if not reason:
         return
-    omega = 2 * np.pi * steady.frequency
-    state = (
-        prestressed_state(scheme, abs(request.guess), omega)
-        if request.start is None
-        else placed(request.start, scheme, steady.frequency, steady.load)
-    )
+    start = _begin(scheme, request)
+    if isinstance(start, Start):
+        state = placed(start, scheme, steady.frequency, steady.load)
+    else:
+        state = start or prestressed_state(scheme, abs(request.guess), 2 * np.pi * steady.frequency)
     wave = steady.load * np.sin(phases(steady))
     for cycle in range(OPENING_CYCLES):
         part = march(scheme, state, wave, keep=True)
@@ -141,34 +209,150 @@ def solve_request(joint: PreparedJoint, request: Request) -> TimePoint:
     """
     if request.friction is not None:
         joint = joint.with_friction(request.friction)
-    scheme = time_scheme(
+    point = _searched(joint, request)
+    sought = point.steady.converged or request.patient
+    if not point.settled and sought and request.finer and request.accelerate:
+        for factor in MORE:
+            more = _with_more_steps(joint, request, point.steady, factor)
+            if more is not None:
+                return more
+    scheme = _scheme(joint, request)
+    if point.verdict == "unstable":
+        point = _left(scheme, request, point)
+    if request.classify and not point.settled:
+        motion = motion_of(scheme, point.steady, tolerance=CONFIRMED * request.tolerance)
+        point = replace(point, motion=motion)
+        if request.patient and motion.kind == "periodic" and motion.end is not None:
+            point = _settled_meanwhile(scheme, request, point, motion.end)
+    return point
+
+
+def _scheme(joint: PreparedJoint, request: Request) -> TimeScheme:
+    return time_scheme(
         joint,
         1 / (request.frequency * request.steps),
         frequency=request.frequency,
         matched=request.matched,
     )
+
+
+def _searched(joint: PreparedJoint, request: Request) -> TimePoint:
+    """What a search ends in; where that is periodic, with its stability and error."""
+    scheme = _scheme(joint, request)
     steady = steady_state(
         scheme,
         request.frequency,
         request.load,
         guess=request.guess,
-        start=request.start,
+        start=_begin(scheme, request),
         accelerate=request.accelerate,
         tolerance=request.tolerance,
         max_cycles=request.max_cycles,
     )
     _refuse_open(scheme, steady, request)
-    refine = request.stability and steady.converged
-    unknown = request.classify and not steady.converged
-    return TimePoint(
+    point = TimePoint(
         rho=request.rho,
         friction=float(np.median(joint.law.friction)),
         steady=steady,
-        stability=floquet_multipliers(scheme, steady) if refine else None,
-        motion=motion_of(scheme, steady, tolerance=CONFIRMED * request.tolerance)
-        if unknown
-        else None,
+        pasts=(request.past,),
+        steps=request.steps,
     )
+    return _judged(scheme, request, point) if steady.converged and request.stability else point
+
+
+def _with_more_steps(
+    joint: PreparedJoint, request: Request, before: SteadyState, factor: int
+) -> TimePoint | None:
+    """The steady state with so many times the steps, sampled as with those asked for, or None.
+
+    Steps that resolve contact badly may shake a motion that is stable.
+    """
+    finer = replace(request, steps=factor * request.steps, start=before.end, max_cycles=FEW)
+    try:
+        point = _searched(joint, finer)
+    except MicroslipError:
+        return None
+    if not point.settled:
+        return None
+    steady = replace(point.steady, cycle=thinned(point.steady.cycle, factor))
+    return replace(point, steady=_spent(steady, before, steady.cycles))
+
+
+def _settled_meanwhile(
+    scheme: TimeScheme, request: Request, point: TimePoint, end: Start
+) -> TimePoint:
+    """The steady state of a motion that has become periodic while it was looked at, if it is one."""
+    steady = steady_state(
+        scheme,
+        request.frequency,
+        request.load,
+        start=end,
+        accelerate=False,
+        tolerance=CONFIRMED * request.tolerance,
+        max_cycles=LONGEST,
+    )
+    if not steady.converged:
+        return point
+    found = replace(point, steady=_spent(steady, point.steady, LOOKED + steady.cycles), motion=None)
+    if not request.stability:
+        return found
+    judged = _judged(scheme, request, found)
+    return judged if judged.settled else point
+
+
+def _begin(scheme: TimeScheme, request: Request) -> State | Start | None:
+    """State that a request starts from; None for the guess."""
+    if request.start is not None:
+        return request.start
+    if request.past == "raised":
+        return raised_state(scheme, request.frequency, request.load, RAISED)
+    return prestressed_state(scheme) if request.past == "rest" else None
+
+
+def _judged(scheme: TimeScheme, request: Request, point: TimePoint) -> TimePoint:
+    """A periodic motion with its stability and error, sought on where that is large."""
+    found = stability_of(scheme, point.steady)
+    known = replace(point, stability=found, error=settling_error(point.steady, found))
+    allowed = SURE * request.tolerance
+    if known.error > allowed:
+        known = _finer(scheme, known, known.steady.change * allowed / known.error)
+    return known
+
+
+def _left(scheme: TimeScheme, request: Request, point: TimePoint) -> TimePoint:
+    """What an unstable periodic motion is left for."""
+    assert point.stability is not None
+    left = leave(scheme, point.steady, point.stability, tolerance=request.tolerance)
+    _refuse_open(scheme, left.steady, request)
+    steady = _spent(left.steady, point.steady, left.cycles)
+    if left.stability is None:
+        steady = replace(steady, converged=False)
+        return replace(point, steady=steady, stability=None, error=float("nan"), left=point)
+    error = settling_error(left.steady, left.stability)
+    return replace(point, steady=steady, stability=left.stability, error=error, left=point)
+
+
+def _finer(scheme: TimeScheme, point: TimePoint, change: float) -> TimePoint:
+    """The search gone on to a smaller change, where it gets closer."""
+    before = point.steady
+    steady = steady_state(
+        scheme,
+        before.frequency,
+        before.load,
+        start=before.end,
+        tolerance=change / CONFIRMED,
+        max_cycles=FINER,
+    )
+    if steady.change >= before.change:
+        steady = replace(before, cycles=before.cycles + steady.cycles)
+    else:
+        steady = _spent(replace(steady, converged=True), before, steady.cycles)
+    return replace(point, steady=steady, error=point.error * steady.change / before.change)
+
+
+def _spent(steady: SteadyState, before: SteadyState, cycles: int) -> SteadyState:
+    """A steady state with what was spent before it."""
+    return replace(steady, cycles=before.cycles + cycles, seconds=before.seconds + steady.seconds)
 
 
 def steady_states(

@@ -43,7 +43,8 @@ NEWTON, COMBINED, MARCHED = 0, 1, 2
 """Ways to the next cycle's start."""
 
 CYCLES = (15, 40, 20)
-"""Cycles without a smaller change after which each way gives up; of marching, all."""
+"""Cycles without a smaller change after which each way gives up; of marching, all, and twice as many each
+time: what no extrapolation finds the motion itself comes close to."""
 
 SMALLER = 0.7
 """A change below this share of the smallest so far is a smaller one."""
@@ -67,6 +68,7 @@ class Search:
         self.derivative = Derivative(space)
         self.plain: State | None = None
         self.way, self.left = (NEWTON, 0) if near or not accelerate else (MARCHED, 1)
+        self.marched = CYCLES[MARCHED]
         self.best, self.waited = np.inf, 0
         self.reach, self.change = FARTHEST, np.inf
         self.nearest: State | None = None
@@ -148,7 +150,9 @@ class Search:
         if self.waited <= CYCLES[self.way]:
             return False
         self.way = self.way + 1
-        self.waited, self.left = 0, CYCLES[MARCHED]
+        self.waited = 0
+        if self.way == MARCHED:
+            self.left, self.marched = self.marched, 2 * self.marched
         return True
 
     def _slow(self) -> bool:

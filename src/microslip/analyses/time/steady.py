@@ -9,7 +9,8 @@ instead.
 from __future__ import annotations
 
 import time as clock
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -34,6 +35,9 @@ __all__ = ["SteadyState", "raised_state", "steady_state", "vibration_weight", "w
 
 CONFIRMED = 3.0
 """The cycle after the search may change by this many times the tolerance."""
+
+LEADING = 8
+"""Directions of largest multipliers that a search hands on."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -64,7 +68,10 @@ class SteadyState(Brief):
     multipliers : (k,) complex array
         Floquet multipliers as far as the search has met them, largest modulus first; those of the
         bodies sliding sideways as rigid ones are not among them. Estimates:
-        `microslip.analyses.time.floquet.floquet_multipliers` refines them.
+        `microslip.analyses.time.stability` makes them a verdict.
+    directions : (k, n) array
+        Deviations of the state of largest multipliers as far as the search has met them, rows; none where
+        it ended by combining states or marching.
     end : Start
         Its state at `phase`, to start a search from under another load or at another frequency.
     """
@@ -82,6 +89,7 @@ class SteadyState(Brief):
     history: Array
     unsolved: int
     multipliers: Complex
+    directions: Array
     end: Start
 
 
@@ -175,6 +183,7 @@ def steady_state(
         history=np.array(history),
         unsolved=unsolved,
         multipliers=search.derivative.multipliers(),
+        directions=search.derivative.leading(LEADING),
         end=end_of(cycle.state, phase, scheme, frequency),
     )
 
@@ -190,6 +199,29 @@ def walk_of(scheme: TimeScheme, steady: SteadyState) -> float:
     drift = np.median(slip[-1] - slip[0], axis=0)
     size = float(drift[0] if len(drift) == 1 else np.linalg.norm(drift))
     return size / span if span > 0 else 0.0
+
+
+def thinned(cycle: March, factor: int) -> March:
+    """A march with every so-manieth sample; of iterations, residuals and flags the largest in between.
+
+    Parameters
+    ----------
+    cycle : March
+        With histories or without; the number of its steps is a multiple of `factor`.
+    factor : int
+    """
+
+    def largest(y: np.ndarray) -> Any:
+        return np.concatenate([y[:1], y[1:].reshape(-1, factor).max(axis=1)])
+
+    kept = {
+        name: getattr(cycle, name)[::factor]
+        for name in ("time", "load", "output", "r", "v", "status")
+    }
+    worst = {
+        name: largest(getattr(cycle, name)) for name in ("iterations", "residual", "dissipative")
+    }
+    return replace(cycle, **kept, **worst)
 
 
 def raised_state(scheme: TimeScheme, frequency: float, load: float, cycles: int) -> State:

@@ -16,6 +16,7 @@ from matplotlib.lines import Line2D
 
 from microslip.analyses.reduced.response import Response
 from microslip.analyses.reduced.sweep import CONVERGED
+from microslip.analyses.time.points import TimePoint
 from microslip.pipeline.harmonic import HarmonicRun
 from microslip.pipeline.run import Run
 from microslip.results.outputs import primary
@@ -177,11 +178,10 @@ def _draw_points(
     style: dict[str, Any],
     value: Callable[[complex], float],
 ) -> None:
-    """First output of the steady states of one load: open circles; open squares where they are not steady."""
+    """First output of the steady states of one load, each kind with its own mark."""
     points = [p for p in run.time_domain if p.steady.load == load]
-    for steady, mark in ((True, STEADY), (False, NOT_STEADY)):
-        shown = [p for p in points if p.steady.converged == steady]
-        if shown:
+    for kind, mark in TIME_POINTS.items():
+        if shown := [p for p in points if _kind(p) == kind]:
             ax.plot(
                 [p.steady.frequency for p in shown],
                 [value(complex(in_units(run, outputs_of(run, p))[1])) for p in shown],
@@ -196,6 +196,19 @@ FEW = 40
 ANCHOR: dict[str, Any] = {"marker": "d", "mfc": "white", "ls": "none", "ms": 3.5, "mew": 0.7}
 STEADY: dict[str, Any] = {"marker": "o", "mfc": "none", "ls": "none", "ms": 5, "mew": 0.9}
 NOT_STEADY: dict[str, Any] = {"marker": "s", "mfc": "none", "ls": "none", "ms": 7, "mew": 1.1}
+UNSTABLE: dict[str, Any] = {"marker": "v", "mfc": "none", "ls": "none", "ms": 5, "mew": 0.9}
+TIME_POINTS = {
+    "time domain": STEADY,
+    "time domain, unstable": UNSTABLE,
+    "time domain, not steady": NOT_STEADY,
+}
+"""Kinds of points of the time domain, and their marks."""
+
+
+def _kind(point: TimePoint) -> str:
+    if not point.steady.converged:
+        return "time domain, not steady"
+    return "time domain" if point.settled else "time domain, unstable"
 
 
 def _every(i: int, values: np.ndarray) -> tuple[int, int]:
@@ -222,12 +235,8 @@ def handles(run: Run) -> list[Entry]:
         entries.append(no_peak_handle(edge))
     if held := of({r.load for r in run.responses if r.anchors}):
         entries.append(marks(held, "steady state in time", **ANCHOR))
-    for steady, name, mark in (
-        (True, "time domain", STEADY),
-        (False, "time domain, not steady", NOT_STEADY),
-    ):
-        points = [p.steady for p in run.time_domain if p.steady.converged == steady]
-        if found := of({p.load for p in points}):
-            entries.append(marks(found, name, **mark))
+    for kind, mark in TIME_POINTS.items():
+        if found := of({p.steady.load for p in run.time_domain if _kind(p) == kind}):
+            entries.append(marks(found, kind, **mark))
     by_load = {entry.load: colour for entry in run.harmonic for colour in of({entry.load})}
     return entries + harmonic.point_handles(run, by_load)

@@ -35,11 +35,11 @@ NAMES = ("0", "π/2", "π", "3π/2", "2π")
 def steady_figure(run: Run) -> Figure | None:
     """Last cycle of the steady state of largest modal amplitude, from the zero of the load upward.
 
-    Of a point that is not steady only where none is, and the title says so.
+    Of a point that is unstable or not steady only where no other is, and the title says so.
     """
     if not run.time_domain:
         return None
-    steady = [p for p in run.time_domain if p.steady.converged]
+    steady = [p for p in run.time_domain if p.settled]
     point = max(steady or run.time_domain, key=lambda p: abs(p.steady.amplitude))
     figure = new_figure(DOUBLE, 120 * MM)
     grid = figure.add_gridspec(2, 3, width_ratios=[1.25 * LOAD_WIDTH, 1.25, 1])
@@ -70,7 +70,8 @@ def _title(run: Run, point: TimePoint) -> str:
     rho = rf"$\rho$ = {point.rho:g}, " if np.isfinite(point.rho) else ""
     place = f"{rho}$M/(PL)$ = {ratio:.3g}, {point.steady.frequency:.2f} Hz"
     if point.steady.converged:
-        return f"steady state of largest amplitude: {place}"
+        unstable = "" if point.settled else "unstable "
+        return f"{unstable}steady state of largest amplitude: {place}"
     return f"not steady: cycle {point.steady.cycles}, which still changes by " + (
         f"{point.steady.change:.0e}; {place}"
     )

@@ -1,0 +1,171 @@
+"""Stability of every steady state, from the directions that its search has met; its error.
+
+Newton's method has marched deviations of the soft modes, and so knows roughly in which directions
+the Floquet multipliers of largest modulus lie. These directions, made orthonormal in the energy
+(`DeviationNorm`), are Q; they are marched along the steady cycle once more, to J Q. Multipliers are
+those of J projected on their span (Rayleigh and Ritz),
+
+    H = Q^T J Q,    H y = mu y,    residual = |J Q y - mu Q y|
+
+and where the residual of the largest leaves the verdict open, its images join Q (Saad, Numerical
+Methods for Large Eigenvalue Problems, 5.1). Three cycles are mostly enough; Arnoldi's method
+(`floquet_multipliers`), one deviation after another from a random one, takes some fifteen.
+
+The error of a steady state. One that still changes by ``F = P(x) - x`` over a cycle is off the periodic
+state by ``(1 - J)^-1 F``, at most the change over the smallest ``|1 - mu|`` where directions are
+orthogonal: a lightly damped joint at resonance that changes by 1e-5 of its vibration may be a
+thousandth away from where it goes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from microslip.analyses.prepared.joint_modes import walking_modes
+from microslip.analyses.time.deviations import Derivative, StateSpace
+from microslip.analyses.time.floquet import CLOSE, DeviationNorm, Multipliers
+from microslip.analyses.time.scheme import TimeScheme, contact_memory, march
+from microslip.analyses.time.steady import LEADING, SteadyState
+from microslip.contact.tangent import Tangents
+from microslip.errors import MicroslipError
+from microslip.typing import Array, Complex, Mask
+
+SHARE = 0.1
+"""Residual of the largest multiplier over its distance from 1, or from the unit circle, at most."""
+
+DEPENDENT = 1e-8
+"""A direction that is this small beside its part in the others adds nothing."""
+
+
+def stability_of(scheme: TimeScheme, steady: SteadyState, *, max_cycles: int = 8) -> Multipliers:
+    """Multipliers of largest modulus, as far as the verdict and the error need them.
+
+    Parameters
+    ----------
+    scheme : TimeScheme
+        The one `steady` was found with.
+    steady : SteadyState
+    max_cycles : int
+        Periods to march at most.
+
+    Raises
+    ------
+    MicroslipError
+        Where the steady state did not converge: its neighbourhood says nothing.
+    """
+    if not steady.converged:
+        raise MicroslipError(
+            f"no stability at {steady.frequency:g} Hz: the steady state is not converged (last "
+            f"change {steady.change:.1e}); allow more cycles"
+        )
+    span = _Span(scheme, steady)
+    span.widen(steady.directions if len(steady.directions) else span.directions_of_modes())
+    while True:
+        found, shares = span.ritz()
+        unknown = _undecided(found)
+        if span.cycles >= max_cycles or not unknown.any():
+            return span.with_direction(found, shares)
+        size = len(span.images)
+        shares = shares[:, unknown & (found.values.imag >= 0)][:, : LEADING // 2]
+        span.widen(np.concatenate([shares.real.T, shares.imag.T]) @ span.images)
+        if len(span.images) == size:
+            return span.with_direction(found, shares)
+
+
+def settling_error(steady: SteadyState, found: Multipliers) -> float:
+    """By how much the state may be off the periodic one, over the size of the vibration.
+
+    The change of the last cycle over the smallest distance of a multiplier from 1.
+
+    Parameters
+    ----------
+    steady : SteadyState
+    found : Multipliers
+        Of it.
+    """
+    distance = np.abs(1 - found.values[found.vibration])
+    return steady.change / max(float(distance.min(initial=1.0)), 1e-12)
+
+
+def _undecided(found: Multipliers) -> Mask:
+    """Which multipliers have to be known better before the verdict and the error are sure."""
+    size, off = np.abs(found.values), found.residual
+    near = np.minimum(np.abs(1 - size), np.abs(1 - found.values))
+    rough = off > np.maximum(SHARE * near, CLOSE)
+    matters = size + off > (found.largest if np.isfinite(found.largest) else 0.0)
+    return np.asarray(found.vibration & rough & matters)
+
+
+class _Span:
+    """Orthonormal deviations, and their images one cycle later, rows."""
+
+    def __init__(self, scheme: TimeScheme, steady: SteadyState) -> None:
+        omega = 2 * np.pi * steady.frequency
+        self.scheme, self.orbit, self.wave = scheme, steady.cycle.state, steady.cycle.load
+        self.space, self.norm = StateSpace(scheme, omega), DeviationNorm(scheme, omega)
+        self.memory, self.cycles = contact_memory(scheme), 0
+        self.basis: Array = np.zeros((0, len(self.space.rest)))
+        self.images: Array = self.basis
+
+    def directions_of_modes(self) -> Array:
+        """The leading directions after a cycle with deviations of all soft modes."""
+        derivative = Derivative(self.space)
+        derivative.renew(self._marched(self.space.deviations(())), ())
+        return derivative.leading(LEADING)
+
+    def widen(self, rows: Array) -> None:
+        """Take more directions, and march them."""
+        size = np.sqrt(np.maximum(np.diag(self._gram(rows, rows)), 0.0))
+        rows = rows[size > 0] / size[size > 0, None]
+        for _ in range(2):  # twice is enough: once loses orthogonality
+            rows = rows - self._gram(rows, self.basis) @ self.basis
+            values, vectors = np.linalg.eigh(self._gram(rows, rows))
+            kept = values > DEPENDENT
+            rows = (vectors[:, kept] / np.sqrt(values[kept])).T @ rows
+        if len(rows):
+            images = self.space.vector(self._marched(self._deviations(rows)))
+            self.basis = np.concatenate([self.basis, rows])
+            self.images = np.concatenate([self.images, images])
+
+    def ritz(self) -> tuple[Multipliers, Complex]:
+        """Multipliers, largest modulus first, and the shares of the directions in each, columns."""
+        H, square = self._gram(self.basis, self.images), self._gram(self.images, self.images)
+        values, shares = np.linalg.eig(H)
+        order = np.argsort(-np.abs(values), kind="stable")
+        values, shares = values[order].astype(complex), shares[:, order].astype(complex)
+        beyond = np.einsum("ik,ij,jk->k", shares.conj(), square, shares).real - np.abs(values) ** 2
+        motion = self.norm.motion(self._deviations(self.basis))
+        energy = np.abs(motion.T @ shares) ** 2
+        sideways = np.tile(walking_modes(self.norm.model), 2)
+        found = Multipliers(
+            values=values,
+            residual=np.sqrt(np.maximum(beyond, 0.0)),
+            translation=energy[sideways].sum(axis=0),
+            traction=1 - energy.sum(axis=0),
+            cycles=self.cycles,
+        )
+        return found, shares
+
+    def with_direction(self, found: Multipliers, shares: Complex) -> Multipliers:
+        """The direction of the largest multiplier of a vibration, where there is one, with the others."""
+        vibration = np.flatnonzero(found.vibration)
+        if not len(vibration):
+            return found
+        z = shares[:, vibration[0]].real @ self.images
+        return replace(found, direction=z / np.sqrt(self._gram(z[None], z[None])[0, 0]))
+
+    def _marched(self, rows: Tangents) -> Tangents:
+        self.cycles += 1
+        cycle = march(self.scheme, self.orbit, self.wave, memory=self.memory, tangents=rows)
+        return cycle.tangents
+
+    def _deviations(self, rows: Array) -> Tangents:
+        return Tangents(*np.split(rows, self.space.cuts, axis=-1))
+
+    def _gram(self, one: Array, other: Array) -> Array:
+        """Scalar products of rows."""
+        a, b = self._deviations(one), self._deviations(other)
+        work = a.r @ self.norm.model.residual @ b.r.T
+        return np.asarray(self.norm.motion(a) @ self.norm.motion(b).T + work)
