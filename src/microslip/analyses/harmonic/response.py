@@ -21,6 +21,7 @@ from microslip.analyses.harmonic.paths import (
     FrequencyPath,
     LoadPath,
     follow_frequency,
+    frequency_scale,
 )
 from microslip.analyses.harmonic.points import HarmonicPoint, describe
 from microslip.analyses.harmonic.problem import HarmonicProblem
@@ -137,7 +138,7 @@ def frequency_response(
     ways, failures = _ways(problem, load, wanted, control, tell, stopped)
     if not ways and cycle is None:
         raise ContinuationError("; ".join(failure.reason for failure in failures))
-    path = ways[0].path if ways else FrequencyPath(problem, load)
+    path = ways[0].path if ways else FrequencyPath(problem, load, frequency_scale(wanted))
     ladder = Ladder(path, control, adaptive)
     search = _Search(ladder, ways, cycle)
     for frequency in map(float, wanted):
