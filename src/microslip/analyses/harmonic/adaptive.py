@@ -61,14 +61,14 @@ SOFTEST = 1e-3
 COMPARED = 13
 """Harmonics at which time integration is asked again, where it has left the response with the fewest."""
 
-NEWTON_STEPS = 12
+NEWTON_STEPS = 20
 """Steps of Newton's method from a start whose contact states are known, before another is tried."""
 
-PATIENCE = 4
+PATIENCE = 5
 """Of these, those in which the residual has to fall to a half."""
 
 MISSES = 1
-"""Levels without an answer that are passed over on the way to more harmonics."""
+"""Levels without an answer that are passed over on the way to more harmonics; one more with a cycle over time."""
 
 KEPT = 12
 """Paths whose factorisations are kept."""
@@ -245,7 +245,7 @@ class Ladder:
             found = self._next(more, last, began, beside.steady if beside else steady)
             if found is None:
                 misses += 1
-                if misses > MISSES:
+                if misses > MISSES + (beside is not None):
                     break
                 continue
             last = found
@@ -280,7 +280,7 @@ class Ladder:
     ) -> HarmonicPoint | None:
         """The same response with other harmonics, from a cycle over time or from the last ones."""
         if steady is not None:
-            for factor in augmentations(flexibility_of_cycle(new, steady))[:2]:
+            for factor in augmentations(flexibility_of_cycle(new, steady)):
                 start = start_from_cycle(softened(new, factor), steady)
                 with suppress(ContinuationError):
                     return self._from_start(start, point.frequency, began, point)

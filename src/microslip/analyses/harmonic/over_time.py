@@ -6,8 +6,8 @@ the same response, and their difference says what the harmonics left out do to i
     e = distance(A_H, A_s) + max(distance(A_s, A_{s/2}), distance(A_{s/2}, A_{s/4}) / 2),
 
 A_s the amplitude of time integration with s steps per cycle, whose error, of first order or better, is not
-larger than its difference from half as many steps; these are doubled until that is small. Where the motion leaves (the
-response is not stable) or does not settle there is no such estimate.
+larger than its difference from half as many steps; these are doubled until that is small. Where the motion
+leaves (the response is not stable) or does not settle there is no such estimate.
 
 Differences of amplitudes are measured by `points.distance`: near a resonance the phase turns by a radian over
 the width of the peak, and what moves that by a hundredth of its width changes the complex amplitude by a
@@ -98,10 +98,11 @@ class OverTime:
     def beside(self, point: HarmonicPoint) -> MotionBeside | None:
         """The motion from the state of a response; None where it leaves that, or does not settle.
 
-        From rest where only the supports hold the response in place: they would take it back for a long time.
+        From rest where the response walks or only the supports hold it in place: these would take it back
+        for a long time.
         """
         try:
-            if point.pull > PULL:
+            if point.pull > PULL or point.problem.walks:
                 start: State | Start = self._raised(point.frequency, FEWEST)[1]
             else:
                 scheme = self._scheme(point.frequency, FEWEST)

@@ -301,8 +301,12 @@ class _Search:
         return False
 
     def _keep(self, number: int, place: float, point: HarmonicPoint) -> None:
-        if not any(_same(point, old) for _, _, old in self.points):
-            self.points.append((number, place, point))
+        for index, (_, _, old) in enumerate(self.points):
+            if _same(point, old):
+                if point.error < old.error:
+                    self.points[index] = (number, place, point)
+                return
+        self.points.append((number, place, point))
 
     def _accurate(self, point: HarmonicPoint) -> bool:
         adaptive = self.ladder.adaptive
