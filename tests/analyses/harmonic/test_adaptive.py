@@ -15,7 +15,7 @@ from microslip.analyses.harmonic.adaptive import (
 )
 from microslip.analyses.harmonic.over_time import OverTime, state_from_point
 from microslip.analyses.harmonic.paths import CONTROL, FrequencyPath, raise_load
-from microslip.analyses.harmonic.points import describe
+from microslip.analyses.harmonic.points import describe, distance
 from microslip.analyses.harmonic.problem import (
     harmonic_problem,
     padded,
@@ -110,7 +110,7 @@ def test_estimate_of_powers():
     for power in (1.5, 2.0, 3.0):
         answers = [(H, 1 + (0.03 + 0.01j) * H**-power) for H in levels]
         for count in range(2, len(levels)):
-            error = abs(answers[count - 1][1] - 1)
+            error = distance(answers[count - 1][1], 1.0)
             estimate = estimated_error(answers[:count])
             assert 0.99 * error <= estimate <= 10 * error
     assert np.isnan(estimated_error(answers[:1], 0.5))

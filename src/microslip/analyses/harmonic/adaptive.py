@@ -68,7 +68,7 @@ PATIENCE = 5
 """Of these, those in which the residual has to fall to a half."""
 
 MISSES = 1
-"""Levels without an answer that are passed over on the way to more harmonics; one more with a cycle over time."""
+"""Levels without an answer that are passed over on the way up; one more with a cycle over time."""
 
 KEPT = 12
 """Paths whose factorisations are kept."""

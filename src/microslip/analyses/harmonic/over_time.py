@@ -25,7 +25,7 @@ from microslip.analyses.harmonic.operator import linear_operator
 from microslip.analyses.harmonic.points import PULL, HarmonicPoint, distance
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.time.scheme import State, TimeScheme, prestressed_state, time_scheme
-from microslip.analyses.time.starts import Start
+from microslip.analyses.time.starts import Start, end_of
 from microslip.analyses.time.steady import SteadyState, raised_state, steady_state
 from microslip.brief import Brief
 from microslip.errors import ContactError
@@ -90,7 +90,8 @@ class OverTime:
 
         It need not have settled: where Newton's method gets to from there is a response all the same.
         """
-        scheme, start = self._raised(frequency, STEPS)
+        scheme = self._scheme(frequency, STEPS)
+        start = raised_state(scheme, frequency, self.load, RAISED)
         return steady_state(
             scheme, frequency, self.load, start=start, tolerance=SETTLED, max_cycles=CYCLES
         )
@@ -101,30 +102,34 @@ class OverTime:
         From rest where the response walks or only the supports hold it in place: these would take it back
         for a long time.
         """
+        scheme = self._scheme(point.frequency, FEWEST)
+        found: SteadyState | None = None
+        steps, changes = FEWEST, [np.inf]
         try:
             if point.pull > PULL or point.problem.walks:
-                start: State | Start = self._raised(point.frequency, FEWEST)[1]
+                state = raised_state(scheme, point.frequency, self.load, RAISED)
             else:
-                scheme = self._scheme(point.frequency, FEWEST)
-                start = state_from_point(scheme, point)
-            found: SteadyState | None = None
-            steps, changes = FEWEST, [np.inf]
-            while steps <= MOST_STEPS and _own(changes) > OWN:
+                state = state_from_point(scheme, point)
+            start = end_of(state, 0.0, scheme, point.frequency)
+            while steps <= MOST_STEPS and own_error(changes) > OWN:
                 finer = self._settled(point.frequency, steps, start)
+                steps *= 2
+                if finer is None and found is None:
+                    continue
                 if finer is None:
                     break
                 if distance(finer.amplitude, point.amplitude) > LEFT:
                     return None
                 if found is not None:
                     changes.append(distance(finer.amplitude, found.amplitude))
-                found, start, steps = finer, finer.end, 2 * steps
+                found, start = finer, finer.end
         except ContactError:
             return None
         if found is None or len(changes) == 1:
             return None
-        return MotionBeside(found, _own(changes))
+        return MotionBeside(found, own_error(changes))
 
-    def _settled(self, frequency: float, steps: int, start: State | Start) -> SteadyState | None:
+    def _settled(self, frequency: float, steps: int, start: Start) -> SteadyState | None:
         found = steady_state(
             self._scheme(frequency, steps),
             frequency,
@@ -135,16 +140,18 @@ class OverTime:
         )
         return found if found.converged else None
 
-    def _raised(self, frequency: float, steps: int) -> tuple[TimeScheme, State]:
-        scheme = self._scheme(frequency, steps)
-        return scheme, raised_state(scheme, frequency, self.load, RAISED)
-
     def _scheme(self, frequency: float, steps: int) -> TimeScheme:
         return time_scheme(self.joint, 1 / (frequency * steps), port=self.port, frequency=frequency)
 
 
-def _own(changes: Sequence[float]) -> float:
-    """Relative error of the last of some amplitudes with doubled steps, by their changes."""
+def own_error(changes: Sequence[float]) -> float:
+    """Relative error of the last of some amplitudes with doubled steps.
+
+    Parameters
+    ----------
+    changes : sequence of float
+        Infinity of the first, then the distance of each from the one before.
+    """
     return max(changes[-1], 0.5 * changes[-2]) if len(changes) > 2 else changes[-1]
 
 
