@@ -67,7 +67,7 @@ def stuck(joint, hertz):
 
 
 def test_bolted_plates_from_small_loads_on(folder):
-    """A load that nothing slips under: the stuck plates. Backbones by cycles and by harmonic balance: 3e-4."""
+    """Under a load that nothing slips under: the stuck plates. Backbones by cycles and harmonics: 3e-4."""
     document = plates_document(folder)
     document["load"] = {"force": [0.05]}
     document["analysis"] = {

@@ -18,6 +18,7 @@ from microslip.analyses.backbone.cycles import (
 from microslip.analyses.backbone.extended_motion import harmonic_backbone
 from microslip.analyses.backbone.points import METHODS, Backbone, amplitude_scale, geometric
 from microslip.analyses.harmonic.adaptive import Adaptive
+from microslip.analyses.harmonic.over_time import OverTime
 from microslip.analyses.harmonic.problem import harmonic_problem
 from microslip.analyses.harmonic.response import HarmonicResponse, frequency_response
 from microslip.analyses.prepared.joint import PreparedJoint
@@ -163,6 +164,9 @@ def harmonic_response(
 ) -> HarmonicResponse:
     """Periodic responses by harmonic balance, on every branch that the ends of the band lie on.
 
+    Where those do not reach a frequency, a cycle over time from rest, the load raised slowly, leads to the
+    response there and to its branch.
+
     Parameters
     ----------
     joint : PreparedJoint
@@ -173,12 +177,13 @@ def harmonic_response(
     port : str, optional
         The driven port by default.
     harmonics : int or None
-        Beside the mean; None raises their number at each point until the last ones are small.
+        Beside the mean; None raises their number at each point until the amplitude is right to 0.3 %,
+        as measured by time integration from the response, or estimated where that does not stay.
 
     Raises
     ------
     ContinuationError
-        Where not even the first frequency is solved; what is not found later is in ``failures``.
+        Where the equations cannot be stated; what is not found is in ``failures``.
 
     Examples
     --------
@@ -190,7 +195,9 @@ def harmonic_response(
     """
     problem = harmonic_problem(joint, harmonics=harmonics or 5, port=port)
     adaptive = Adaptive() if harmonics is None else None
-    return frequency_response(problem, load, frequencies, adaptive=adaptive)
+    return frequency_response(
+        problem, load, frequencies, adaptive=adaptive, over_time=OverTime(joint, load, port)
+    )
 
 
 def reduced_response(

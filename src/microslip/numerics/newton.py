@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -59,6 +60,8 @@ class StepControl:
     tolerance : float
         Largest entry of F at a point.
     max_points : int
+    patience : int
+        A step is given up as well where so many Newton steps have not halved the residual; 0 waits on.
     """
 
     first: float = 0.05
@@ -68,6 +71,7 @@ class StepControl:
     max_iterations: int = 15
     tolerance: float = 1e-8
     max_points: int = 500
+    patience: int = 0
 
 
 def inner(problem: Problem, u1: Array, p1: float, u2: Array, p2: float) -> float:
@@ -107,13 +111,15 @@ def newton(
     """
     equations = problem.at(u, p)
     b = across[0] / across[1] if across is not None and across[1] else None
+    errors: list[float] = []
     for iteration in range(control.max_iterations + 1):
         error = size(equations)
         if not np.isfinite(error):
             break
         if error <= control.tolerance:
             return u, p, equations, iteration, b
-        if iteration == control.max_iterations:
+        errors.append(error)
+        if iteration == control.max_iterations or _stalls(errors, control.patience):
             break
         du = equations.solve(-equations.F, STEP_ACCURACY)
         dp = 0.0
@@ -134,6 +140,10 @@ def newton(
     raise ContinuationError(
         f"no point near p = {p:.6g}: residual {error:.1e} after {iteration} Newton steps"
     )
+
+
+def _stalls(errors: Sequence[float], patience: int) -> bool:
+    return 0 < patience < len(errors) and errors[-1] > 0.5 * min(errors[:-patience])
 
 
 def _direction(

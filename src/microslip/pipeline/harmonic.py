@@ -11,11 +11,11 @@ import numpy as np
 
 from microslip.analyses.harmonic.adaptive import Adaptive
 from microslip.analyses.harmonic.hill import HillExponents, exponents_of
+from microslip.analyses.harmonic.over_time import OverTime
 from microslip.analyses.harmonic.peaks import outputs_along
 from microslip.analyses.harmonic.points import HarmonicPoint
 from microslip.analyses.harmonic.problem import harmonic_problem
 from microslip.analyses.harmonic.response import HarmonicResponse, frequency_response
-from microslip.analyses.harmonic.starts import cycles_over_time
 from microslip.brief import Brief
 from microslip.describe.requests import HarmonicAnalysis
 from microslip.errors import Failure, MicroslipError
@@ -125,7 +125,7 @@ def follow(
         load.amplitude,
         settings.band(),
         adaptive=adaptive,
-        cycle=cycles_over_time(joint, load.amplitude),
+        over_time=OverTime(joint, load.amplitude),
         observe=meter.reached,
         solved=meter.solved,
         stop=stop.is_set,

@@ -13,8 +13,9 @@ from microslip.analyses.harmonic.adaptive import (
     estimated_error,
     more_harmonics,
 )
+from microslip.analyses.harmonic.over_time import OverTime, state_from_point
 from microslip.analyses.harmonic.paths import CONTROL, FrequencyPath, raise_load
-from microslip.analyses.harmonic.points import describe
+from microslip.analyses.harmonic.points import describe, distance
 from microslip.analyses.harmonic.problem import (
     harmonic_problem,
     padded,
@@ -23,11 +24,9 @@ from microslip.analyses.harmonic.problem import (
 )
 from microslip.analyses.harmonic.response import frequency_response
 from microslip.analyses.harmonic.starts import (
-    cycles_over_time,
     first_step,
     start_from_cycle,
     start_from_point,
-    state_from_point,
 )
 from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.steady import steady_state
@@ -111,7 +110,7 @@ def test_estimate_of_powers():
     for power in (1.5, 2.0, 3.0):
         answers = [(H, 1 + (0.03 + 0.01j) * H**-power) for H in levels]
         for count in range(2, len(levels)):
-            error = abs(answers[count - 1][1] - 1)
+            error = distance(answers[count - 1][1], 1.0)
             estimate = estimated_error(answers[:count])
             assert 0.99 * error <= estimate <= 10 * error
     assert np.isnan(estimated_error(answers[:1], 0.5))
@@ -149,7 +148,7 @@ def test_a_lost_branch_is_found_from_time_integration(small_reference, load):
     wanted = [165.0, 165.5, 177.0, 189.0]
     whole = frequency_response(problem, 0.1 * load, wanted)
     found = frequency_response(
-        problem, 0.1 * load, wanted, control=short, cycle=cycles_over_time(joint, 0.1 * load)
+        problem, 0.1 * load, wanted, control=short, over_time=OverTime(joint, 0.1 * load)
     )
     assert not found.failures
     assert len(found.branches) == len(found.problems) == 3

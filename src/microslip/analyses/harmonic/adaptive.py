@@ -2,14 +2,14 @@
 
 The answers with H = 5, 9, 13, ... harmonics, and 24 samples per harmonic, tend to that of the exact contact
 laws like a power of 1/H, not evenly: between some of them it hardly changes. With ``d_k`` the change of
-the complex amplitude from one level to the next over the amplitude, the error of the last level is
-estimated by
+the amplitude from one level to the next (`points.distance`), the error of the last level is estimated by
 
     e_k = max(d_k / ((H_k / H_{k-1})^p - 1), d_{k-1} / ((H_k / H_{k-2})^p - (H_k / H_{k-1})^p), s t_k)
 
 the sum of all changes to come if they fall as ``H^-p``, from the last change and from the one before it;
 and a share s of the tail t_k, what the last two harmonics hold of the vibrating reactions: while it is
-large the amplitude may stand still far from its limit.
+large the amplitude may stand still far from its limit. Where time integration stays beside the response, its
+difference from that takes the place of the estimate (`over_time.py`).
 """
 
 from __future__ import annotations
@@ -22,8 +22,9 @@ from itertools import pairwise
 
 import numpy as np
 
+from microslip.analyses.harmonic.over_time import MotionBeside, OverTime
 from microslip.analyses.harmonic.paths import EquationsAt, FrequencyPath
-from microslip.analyses.harmonic.points import HarmonicPoint, describe
+from microslip.analyses.harmonic.points import PULL, HarmonicPoint, describe, distance
 from microslip.analyses.harmonic.problem import (
     HarmonicProblem,
     softened,
@@ -57,17 +58,20 @@ TAIL_SHARE = 0.1
 SOFTEST = 1e-3
 """Least augmentation over the default."""
 
-NEWTON_STEPS = 12
+COMPARED = 13
+"""Harmonics at which time integration is asked again, where it has left the response with the fewest."""
+
+NEWTON_STEPS = 20
 """Steps of Newton's method from a start whose contact states are known, before another is tried."""
 
+PATIENCE = 5
+"""Of these, those in which the residual has to fall to a half."""
+
 MISSES = 1
-"""Levels without an answer that are passed over on the way to more harmonics."""
+"""Levels without an answer that are passed over on the way up; one more with a cycle over time."""
 
 KEPT = 12
 """Paths whose factorisations are kept."""
-
-PULL = 1e-4
-"""`HarmonicPoint.pull` beyond which a joint is let go to walk."""
 
 
 @dataclass(frozen=True)
@@ -117,11 +121,11 @@ def estimated_error(levels: Sequence[tuple[int, complex]], tail: float = 0.0) ->
     >>> bool(1 / 13**2 < estimated_error(levels) < 3 / 13**2)
     True
     """
-    window, (last, amplitude) = levels[-3:], levels[-1]
+    window, last = levels[-3:], levels[-1][0]
     estimates = []
     for (H_0, A_0), (H_1, A_1) in pairwise(window):
         left = (last / H_0) ** ORDER - (last / H_1) ** ORDER
-        estimates.append(abs((A_1 - A_0) / amplitude) / left)
+        estimates.append(distance(A_0, A_1) / left)
     return max([*estimates, TAIL_SHARE * tail]) if estimates else float("nan")
 
 
@@ -149,21 +153,31 @@ class Ladder:
     control : StepControl
     adaptive : Adaptive or None
         None leaves it at the fewest harmonics.
+    over_time : OverTime, optional
+        Says what the amplitudes are off by, where it can.
     """
 
     def __init__(
-        self, path: FrequencyPath, control: StepControl, adaptive: Adaptive | None
+        self,
+        path: FrequencyPath,
+        control: StepControl,
+        adaptive: Adaptive | None,
+        over_time: OverTime | None = None,
     ) -> None:
         self.paths = {_key(path.problem): path}
         self.base = path
         self.control = control
         self.adaptive = adaptive
+        self.over_time = over_time
 
     def solve(self, problem: HarmonicProblem, w: Array, frequency: float) -> HarmonicPoint:
-        """Solve the problem of a branch; let go a joint that walks; add harmonics.
+        """`least`, and as many harmonics as needed."""
+        return self.grown(self.least(problem, w, frequency))
 
-        Where the second or the third does not succeed, the point before it is returned; its `pull`
-        and its `error` say so.
+    def least(self, problem: HarmonicProblem, w: Array, frequency: float) -> HarmonicPoint:
+        """Solve the problem of a branch; let go a joint that walks.
+
+        Where the second does not succeed, the point before it is returned; its `pull` says so.
 
         Raises
         ------
@@ -176,7 +190,11 @@ class Ladder:
             released, guess = walking(problem, point.w)
             with suppress(ContinuationError):
                 point = self._newton(self._path(released), guess, frequency, began, point)
-        return self._climb(point, began)
+        return point
+
+    def grown(self, point: HarmonicPoint) -> HarmonicPoint:
+        """The same response with as many harmonics as needed; its `error` says so where that is not found."""
+        return self._climb(point, clock.perf_counter() - point.seconds)
 
     def solve_from_cycle(self, steady: SteadyState) -> tuple[HarmonicPoint, HarmonicPoint]:
         """The response next to a steady cycle of time integration.
@@ -217,20 +235,41 @@ class Ladder:
         if self.adaptive is None:
             return point
         levels, misses = [(point.harmonics, point.amplitude)], 0
+        beside = self._beside(point)
+        point, last = self._measured(point, levels, beside), point
         for more in self._levels(point.problem.walks):
-            if more.harmonics <= levels[-1][0]:
-                continue
-            found = self._next(more, point, began, steady)
-            if found is None:
-                misses += 1
-                if misses > MISSES:
-                    break
-                continue
-            levels.append((found.harmonics, found.amplitude))
-            point = replace(found, error=estimated_error(levels, found.tail))
             if point.error <= self.adaptive.tolerance:
                 break
+            if more.harmonics <= levels[-1][0]:
+                continue
+            found = self._next(more, last, began, beside.steady if beside else steady)
+            if found is None:
+                misses += 1
+                if misses > MISSES + (beside is not None):
+                    break
+                continue
+            last = found
+            levels.append((found.harmonics, found.amplitude))
+            if beside is None and found.harmonics == COMPARED:
+                beside = self._beside(found)
+            found = self._measured(found, levels, beside)
+            if beside is None or not point.error <= found.error:
+                point = found
         return point
+
+    def _beside(self, point: HarmonicPoint) -> MotionBeside | None:
+        return None if self.over_time is None else self.over_time.beside(point)
+
+    def _measured(
+        self,
+        point: HarmonicPoint,
+        levels: Sequence[tuple[int, complex]],
+        beside: MotionBeside | None,
+    ) -> HarmonicPoint:
+        """With its error: by time integration, or by the levels up to it."""
+        if beside is None:
+            return replace(point, error=estimated_error(levels, point.tail))
+        return replace(point, error=beside.error_of(point.amplitude))
 
     def _next(
         self,
@@ -241,7 +280,7 @@ class Ladder:
     ) -> HarmonicPoint | None:
         """The same response with other harmonics, from a cycle over time or from the last ones."""
         if steady is not None:
-            for factor in augmentations(flexibility_of_cycle(new, steady))[:2]:
+            for factor in augmentations(flexibility_of_cycle(new, steady)):
                 start = start_from_cycle(softened(new, factor), steady)
                 with suppress(ContinuationError):
                     return self._from_start(start, point.frequency, began, point)
@@ -279,7 +318,9 @@ class Ladder:
         before: HarmonicPoint | None = None,
         most: int | None = None,
     ) -> HarmonicPoint:
-        control = self.control if most is None else replace(self.control, max_iterations=most)
+        control = self.control
+        if most is not None:
+            control = replace(control, max_iterations=most, patience=PATIENCE)
         _, equations, iterations = solve_at(path, w, frequency, control)
         assert isinstance(equations, EquationsAt)
         iterations += 0 if before is None else before.iterations

@@ -36,6 +36,9 @@ CONTROL = StepControl(
 )
 """Steps along a response; a step of length one changes every reaction by the prestress's largest."""
 
+STEP_IN_FREQUENCY = 1 / 175
+"""Relative change of the frequency that counts as a step of length one."""
+
 RAISED_BY = (1.0, 0.1)
 """Shares of those steps by which a load is raised, one after the other where it is not reached."""
 
@@ -147,6 +150,19 @@ class LoadPath(_Path):
         return EquationsAt(self.operator, self.frequency, load, w, self.solver, "load")
 
 
+def frequency_scale(frequencies: Sequence[float] | Array) -> float:
+    """Change of the frequency, Hz, that counts as a step of length one on a branch over them.
+
+    A share of their middle: what a joint does does not depend on the unit of time.
+
+    Examples
+    --------
+    >>> frequency_scale([150.0, 200.0])
+    1.0
+    """
+    return STEP_IN_FREQUENCY * 0.5 * float(np.min(frequencies) + np.max(frequencies))
+
+
 def raise_load(
     problem: HarmonicProblem, frequency: float, load: float, control: StepControl = CONTROL
 ) -> tuple[Array, Branch]:
@@ -198,7 +214,7 @@ def follow_frequency(
     first, last = band
     if not (first > 0 and last > 0 and first != last):
         raise MicroslipError(f"the band {first:g} to {last:g} Hz needs two positive frequencies")
-    path = FrequencyPath(problem, load)
+    path = FrequencyPath(problem, load, frequency_scale(band))
     if start is None:
         w, _ = raise_load(problem, first, load, control)
         start = first_point(path, w, first, control, np.sign(last - first))

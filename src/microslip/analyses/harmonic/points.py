@@ -14,6 +14,9 @@ from microslip.contact.pairs import normal, tangential_vectors
 from microslip.numerics.fourier import to_complex
 from microslip.typing import Array, Complex, Status
 
+PULL = 1e-4
+"""`HarmonicPoint.pull` beyond which a joint is let go to walk."""
+
 
 @dataclass(frozen=True, repr=False)
 class HarmonicPoint(Brief):
@@ -99,6 +102,22 @@ class HarmonicPoint(Brief):
     def dissipated(self) -> float:
         """Friction work per cycle, J per metre of width."""
         return float(self.friction_work.sum())
+
+
+TURN = 0.1
+"""Weight of a phase, rad, in the distance of two amplitudes."""
+
+
+def distance(one: complex, other: complex) -> float:
+    """Relative difference of two complex amplitudes: of their sizes; a tenth of the whole where that is more.
+
+    Examples
+    --------
+    >>> round(distance(1.001, 1.0), 6), round(distance(1j, 1.0), 3)
+    (0.001, 0.141)
+    """
+    ratio = one / other
+    return max(abs(abs(ratio) - 1), TURN * abs(ratio - 1))
 
 
 def describe(equations: EquationsAt, iterations: int, seconds: float) -> HarmonicPoint:

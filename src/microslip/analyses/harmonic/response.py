@@ -14,15 +14,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from microslip.analyses.harmonic.adaptive import PULL, Adaptive, Ladder
+from microslip.analyses.harmonic.adaptive import Adaptive, Ladder
+from microslip.analyses.harmonic.over_time import OverTime
 from microslip.analyses.harmonic.paths import (
     CONTROL,
     EquationsAt,
     FrequencyPath,
     LoadPath,
     follow_frequency,
+    frequency_scale,
 )
-from microslip.analyses.harmonic.points import HarmonicPoint, describe
+from microslip.analyses.harmonic.points import PULL, HarmonicPoint, describe, distance
 from microslip.analyses.harmonic.problem import HarmonicProblem
 from microslip.analyses.time.steady import SteadyState
 from microslip.brief import Brief
@@ -85,7 +87,7 @@ def frequency_response(
     frequencies: Sequence[float] | Array,
     *,
     adaptive: Adaptive | None = None,
-    cycle: Callable[[float], SteadyState] | None = None,
+    over_time: OverTime | None = None,
     control: StepControl = CONTROL,
     observe: Callable[[float], None] | None = None,
     solved: Callable[[float], None] | None = None,
@@ -106,9 +108,9 @@ def frequency_response(
         Hz, at least two, ascending or descending; the first should be away from the resonance.
     adaptive : Adaptive, optional
         Grow the number of harmonics at each point.
-    cycle : callable, optional
-        Steady cycle of time integration at a frequency under the same load (`starts.cycles_over_time`).
-        Without it what the branches do not reach is among the failures.
+    over_time : OverTime, optional
+        Time integration under the same load. It measures the errors of `adaptive`, and finds what the
+        branches do not reach; without it that is among the failures.
     observe : callable, optional
         Called with every frequency reached along the branch.
     solved : callable, optional
@@ -119,7 +121,7 @@ def frequency_response(
     Raises
     ------
     ContinuationError
-        Where neither the first nor the last frequency is solved and there is no `cycle`; other
+        Where neither the first nor the last frequency is solved and there is no `over_time`; other
         failures are in the result.
     """
     wanted = np.asarray(frequencies, dtype=float)
@@ -135,11 +137,11 @@ def frequency_response(
         return stop is not None and stop()
 
     ways, failures = _ways(problem, load, wanted, control, tell, stopped)
-    if not ways and cycle is None:
+    if not ways and over_time is None:
         raise ContinuationError("; ".join(failure.reason for failure in failures))
-    path = ways[0].path if ways else FrequencyPath(problem, load)
-    ladder = Ladder(path, control, adaptive)
-    search = _Search(ladder, ways, cycle)
+    path = ways[0].path if ways else FrequencyPath(problem, load, frequency_scale(wanted))
+    ladder = Ladder(path, control, adaptive, over_time)
+    search = _Search(ladder, ways)
     for frequency in map(float, wanted):
         if stopped():
             failures.append(_failure(f"load {load:.4g}", f"stopped before {frequency:.6g} Hz"))
@@ -209,9 +211,8 @@ class _Search:
         self,
         ladder: Ladder,
         ways: list[_Way],
-        cycle: Callable[[float], SteadyState] | None,
     ) -> None:
-        self.ladder, self.ways, self.cycle = ladder, ways, cycle
+        self.ladder, self.ways, self.over_time = ladder, ways, ladder.over_time
         self.points: list[tuple[int, float, HarmonicPoint]] = []
         self.failures: list[Failure] = []
 
@@ -223,19 +224,21 @@ class _Search:
         before, known = len(self.failures), len(self.points)
         self._on_branches(frequency, where)
         new = self.points[known:]
-        if self.cycle is not None and not any(self._accurate(point) for _, _, point in new):
-            del self.points[known:]
-            try:
-                self._over_time(frequency, band, tell)
-            except MicroslipError as error:
-                reason = f"nor from a steady cycle of time integration: {error}"
-                self.failures.append(_failure(where, reason))
-                self.points += new
-            else:
-                del self.failures[before:]
-                for item in new:
-                    if np.isfinite(item[2].error):
-                        self._keep(*item)
+        if self.over_time is not None and not any(self._accurate(point) for _, _, point in new):
+            steady = self.over_time.from_rest(frequency)
+            if not any(_beside(point, steady) for _, _, point in new):
+                del self.points[known:]
+                try:
+                    self._from_rest(steady, band, [item[2] for item in new], tell)
+                except MicroslipError as error:
+                    reason = f"nor from a steady cycle of time integration: {error}"
+                    self.failures.append(_failure(where, reason))
+                    self.points += new
+                else:
+                    del self.failures[before:]
+                    for item in new:
+                        if np.isfinite(item[2].error):
+                            self._keep(*item)
         for _, _, point in self.points[known:]:
             self.failures += self._doubts(point, where)
 
@@ -249,30 +252,39 @@ class _Search:
         ]
         if not guesses:
             self.failures.append(_failure(where, "not on the branch found"))
+        solved: list[HarmonicPoint] = []
         for number, place, guess in guesses:
             way = self.ways[number]
             try:
                 try:
-                    point = self.ladder.solve(way.path.problem, guess, frequency)
+                    least = self.ladder.least(way.path.problem, guess, frequency)
                 except ContinuationError:
                     nearer = _along(way.path, way.branch, place, frequency, control)
-                    point = self.ladder.solve(way.path.problem, nearer, frequency)
+                    least = self.ladder.least(way.path.problem, nearer, frequency)
             except ContinuationError as error:
                 self.failures.append(_failure(where, str(error)))
                 continue
+            if any(_same(least, other) for other in solved):
+                continue
+            solved.append(least)
             share = abs(frequency - way.branch.points[place].p)
-            self._keep(number, place + share / (share + 1), point)
+            self._keep(number, place + share / (share + 1), self.ladder.grown(least))
 
-    def _over_time(
-        self, frequency: float, band: tuple[float, float], tell: Callable[[BranchPoint], bool]
+    def _from_rest(
+        self,
+        steady: SteadyState,
+        band: tuple[float, float],
+        known: Sequence[HarmonicPoint],
+        tell: Callable[[BranchPoint], bool],
     ) -> None:
         """The response next to a steady cycle of time integration, and the branch that it is on."""
-        assert self.cycle is not None
-        least, point = self.ladder.solve_from_cycle(self.cycle(frequency))
+        frequency = steady.frequency
+        least, point = self.ladder.solve_from_cycle(steady)
         path = FrequencyPath(least.problem, least.load, self.ladder.base.parameter_scale)
         start = first_point(path, least.w, frequency, self.ladder.control)
         branch, place = Branch((start,), "points"), 0
-        if least.harmonics == self.ladder.base.problem.harmonics and not self._followed(start):
+        few = least.harmonics == self.ladder.base.problem.harmonics
+        if few and not self._followed(start) and not any(_same(point, old) for old in known):
             branch, place = trace_through(path, start, band, self.ladder.control, tell)
         self.ways.append(_Way(path, branch))
         self._keep(len(self.ways) - 1, float(place), point)
@@ -289,8 +301,12 @@ class _Search:
         return False
 
     def _keep(self, number: int, place: float, point: HarmonicPoint) -> None:
-        if not any(_same(point, old) for _, _, old in self.points):
-            self.points.append((number, place, point))
+        for index, (_, _, old) in enumerate(self.points):
+            if _same(point, old):
+                if point.error < old.error:
+                    self.points[index] = (number, place, point)
+                return
+        self.points.append((number, place, point))
 
     def _accurate(self, point: HarmonicPoint) -> bool:
         adaptive = self.ladder.adaptive
@@ -355,6 +371,11 @@ CLOSE = 0.1
 
 SAME = 1e-4
 """Relative difference of two answers of the same response, beside what their errors allow."""
+
+
+def _beside(point: HarmonicPoint, steady: SteadyState) -> bool:
+    """Whether a steady motion is that of a response, as far as the error of that says."""
+    return steady.converged and distance(point.amplitude, steady.amplitude) <= point.error
 
 
 def _same(one: HarmonicPoint, other: HarmonicPoint) -> bool:

@@ -22,7 +22,6 @@ left-out harmonics of a motion have is measured, ``|r_h| / |v_h|``.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -32,26 +31,17 @@ from microslip.analyses.harmonic.operator import linear_operator
 from microslip.analyses.harmonic.paths import FrequencyPath
 from microslip.analyses.harmonic.points import HarmonicPoint
 from microslip.analyses.harmonic.problem import HarmonicProblem
-from microslip.analyses.prepared.joint import PreparedJoint
-from microslip.analyses.time.scheme import State, TimeScheme, prestressed_state, time_scheme
-from microslip.analyses.time.steady import SteadyState, raised_state, steady_state
+from microslip.analyses.time.steady import SteadyState
 from microslip.brief import Brief
 from microslip.contact.pairs import tangential_vectors
-from microslip.numerics.fourier import harmonic, to_complex, to_real, without_drift
-from microslip.typing import Array, Complex
+from microslip.numerics.fourier import harmonic, to_real, without_drift
+from microslip.typing import Array
 
 FIRST_STEP = 1e-3
 """Relative residual to which the first step is solved."""
 
 WALKS = 1e-4
 """Drift of the slip per cycle, over its range, from which on a steady cycle counts as walking."""
-
-
-STEPS, RAISED, CYCLES = 300, 10, 150
-"""Steps per cycle, cycles over which the load is raised, and cycles at most of a steady cycle."""
-
-SETTLED = 1e-4
-"""Change per cycle at which it is steady enough for a start."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -131,22 +121,6 @@ def start_from_cycle(problem: HarmonicProblem, steady: SteadyState) -> Start:
     return Start(problem, np.concatenate([u.ravel(), p]), u + problem.stiffness[:, None] * v)
 
 
-def cycles_over_time(joint: PreparedJoint, load: float) -> Callable[[float], SteadyState]:
-    """Steady cycles of time integration at any frequency: from rest, the load raised slowly.
-
-    They need not have settled: where Newton's method gets to from there is a response all the same.
-    """
-
-    def cycle(frequency: float) -> SteadyState:
-        scheme = time_scheme(joint, 1 / (frequency * STEPS), frequency=frequency)
-        start = raised_state(scheme, frequency, load, RAISED)
-        return steady_state(
-            scheme, frequency, load, start=start, tolerance=SETTLED, max_cycles=CYCLES
-        )
-
-    return cycle
-
-
 def flexibility_of_cycle(problem: HarmonicProblem, steady: SteadyState) -> float:
     """Augmentation, over the problem's, of the flexibility that its left-out harmonics have in a cycle.
 
@@ -180,36 +154,3 @@ def _coefficients(y: Array, theta: Array, harmonics: int) -> Array:
     for h in range(1, min(harmonics, len(theta) // 3) + 1):
         Y[h] = harmonic(y, theta, h)
     return to_real(Y)
-
-
-def state_from_point(scheme: TimeScheme, point: HarmonicPoint) -> State:
-    """State of a response at phase 0 of the load, to integrate over time from.
-
-    Parameters
-    ----------
-    scheme : TimeScheme
-        Of the same joint; modes that it does not follow are in its residual part.
-    point : HarmonicPoint
-    """
-    rest, model = prestressed_state(scheme), scheme.joint.model
-    operator = linear_operator(point.problem, 2 * np.pi * point.frequency)
-    followed = len(model.omega)
-    eta = operator.modes(*point.problem.split(point.w), point.load)[:, :followed]
-    i_omega = 1j * operator.omega * np.arange(len(eta))[:, None]
-    own = scheme.dt / scheme.kernel.mode_step
-    r, v, position = (_at_zero(Y) for Y in (to_complex(point.r), to_complex(point.v), eta))
-    return replace(
-        rest,
-        eta=position,
-        rate=_at_zero(i_omega * eta) * own,
-        acceleration=_at_zero(i_omega**2 * eta) * own**2,
-        residual_v=v - model.mode_v @ position,
-        r=r,
-        v=v,
-        status=point.status[:, 0].copy(),
-    )
-
-
-def _at_zero(Y: Complex) -> Array:
-    """Value at phase 0 of harmonics (H + 1, n)."""
-    return np.asarray(Y[0].real + Y[1:].imag.sum(axis=0))

@@ -1,0 +1,188 @@
+"""Time integration beside harmonic balance: where no branch leads, and what an amplitude is off by.
+
+A response of harmonic balance is a state to integrate from. Where the motion stays, the two methods have
+the same response, and their difference says what the harmonics left out do to its amplitude:
+
+    e = distance(A_H, A_s) + max(distance(A_s, A_{s/2}), distance(A_{s/2}, A_{s/4}) / 2),
+
+A_s the amplitude of time integration with s steps per cycle, whose error, of first order or better, is not
+larger than its difference from half as many steps; these are doubled until that is small. Where the motion
+leaves (the response is not stable) or does not settle there is no such estimate.
+
+Differences of amplitudes are measured by `points.distance`: near a resonance the phase turns by a radian over
+the width of the peak, and what moves that by a hundredth of its width changes the complex amplitude by a
+hundredth and the size by next to nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from microslip.analyses.harmonic.operator import linear_operator
+from microslip.analyses.harmonic.points import PULL, HarmonicPoint, distance
+from microslip.analyses.prepared.joint import PreparedJoint
+from microslip.analyses.time.scheme import State, TimeScheme, prestressed_state, time_scheme
+from microslip.analyses.time.starts import Start, end_of
+from microslip.analyses.time.steady import SteadyState, raised_state, steady_state
+from microslip.brief import Brief
+from microslip.errors import ContactError
+from microslip.numerics.fourier import to_complex
+from microslip.typing import Array, Complex
+
+STEPS, RAISED = 300, 10
+"""Steps per cycle from rest, and cycles over which the load is raised."""
+
+FEWEST, MOST_STEPS = 150, 1200
+"""Steps per cycle beside a response, at first and at most."""
+
+OWN = 3e-4
+"""Relative error of time integration at which its steps are enough."""
+
+CYCLES, SETTLED = 150, 1e-4
+"""Cycles at most of a steady cycle from rest; change per cycle at which it is steady enough for a start."""
+
+CYCLES_BESIDE, SETTLED_BESIDE = 80, 1e-5
+"""The same of a motion that starts from a response."""
+
+LEFT = 0.1
+"""Relative difference of amplitudes from which on a motion has left the response that it started from."""
+
+
+@dataclass(frozen=True, repr=False)
+class MotionBeside(Brief):
+    """The steady motion that time integration makes of a response.
+
+    Attributes
+    ----------
+    steady : SteadyState
+    own : float
+        Relative error of its amplitude: the difference from half as many steps per cycle.
+    """
+
+    steady: SteadyState
+    own: float
+
+    def error_of(self, amplitude: complex) -> float:
+        """Relative error of an amplitude of harmonic balance."""
+        return distance(amplitude, self.steady.amplitude) + self.own
+
+
+class OverTime:
+    """Steady cycles of time integration under one load.
+
+    Parameters
+    ----------
+    joint : PreparedJoint
+    load : float
+        Amplitude of the driven port.
+    port : str, optional
+        The joint's own by default.
+    """
+
+    def __init__(self, joint: PreparedJoint, load: float, port: str | None = None) -> None:
+        self.joint, self.load, self.port = joint, float(load), port
+
+    def from_rest(self, frequency: float) -> SteadyState:
+        """Cycle from rest, the load raised slowly.
+
+        It need not have settled: where Newton's method gets to from there is a response all the same.
+        """
+        scheme = self._scheme(frequency, STEPS)
+        start = raised_state(scheme, frequency, self.load, RAISED)
+        return steady_state(
+            scheme, frequency, self.load, start=start, tolerance=SETTLED, max_cycles=CYCLES
+        )
+
+    def beside(self, point: HarmonicPoint) -> MotionBeside | None:
+        """The motion from the state of a response; None where it leaves that, or does not settle.
+
+        From rest where the response walks or only the supports hold it in place: these would take it back
+        for a long time.
+        """
+        scheme = self._scheme(point.frequency, FEWEST)
+        found: SteadyState | None = None
+        steps, changes = FEWEST, [np.inf]
+        try:
+            if point.pull > PULL or point.problem.walks:
+                state = raised_state(scheme, point.frequency, self.load, RAISED)
+            else:
+                state = state_from_point(scheme, point)
+            start = end_of(state, 0.0, scheme, point.frequency)
+            while steps <= MOST_STEPS and own_error(changes) > OWN:
+                finer = self._settled(point.frequency, steps, start)
+                steps *= 2
+                if finer is None and found is None:
+                    continue
+                if finer is None:
+                    break
+                if distance(finer.amplitude, point.amplitude) > LEFT:
+                    return None
+                if found is not None:
+                    changes.append(distance(finer.amplitude, found.amplitude))
+                found, start = finer, finer.end
+        except ContactError:
+            return None
+        if found is None or len(changes) == 1:
+            return None
+        return MotionBeside(found, own_error(changes))
+
+    def _settled(self, frequency: float, steps: int, start: Start) -> SteadyState | None:
+        found = steady_state(
+            self._scheme(frequency, steps),
+            frequency,
+            self.load,
+            start=start,
+            tolerance=SETTLED_BESIDE,
+            max_cycles=CYCLES_BESIDE,
+        )
+        return found if found.converged else None
+
+    def _scheme(self, frequency: float, steps: int) -> TimeScheme:
+        return time_scheme(self.joint, 1 / (frequency * steps), port=self.port, frequency=frequency)
+
+
+def own_error(changes: Sequence[float]) -> float:
+    """Relative error of the last of some amplitudes with doubled steps.
+
+    Parameters
+    ----------
+    changes : sequence of float
+        Infinity of the first, then the distance of each from the one before.
+    """
+    return max(changes[-1], 0.5 * changes[-2]) if len(changes) > 2 else changes[-1]
+
+
+def state_from_point(scheme: TimeScheme, point: HarmonicPoint) -> State:
+    """State of a response at phase 0 of the load, to integrate over time from.
+
+    Parameters
+    ----------
+    scheme : TimeScheme
+        Of the same joint; modes that it does not follow are in its residual part.
+    point : HarmonicPoint
+    """
+    rest, model = prestressed_state(scheme), scheme.joint.model
+    operator = linear_operator(point.problem, 2 * np.pi * point.frequency)
+    followed = len(model.omega)
+    eta = operator.modes(*point.problem.split(point.w), point.load)[:, :followed]
+    i_omega = 1j * operator.omega * np.arange(len(eta))[:, None]
+    own = scheme.dt / scheme.kernel.mode_step
+    r, v, position = (_at_zero(Y) for Y in (to_complex(point.r), to_complex(point.v), eta))
+    return replace(
+        rest,
+        eta=position,
+        rate=_at_zero(i_omega * eta) * own,
+        acceleration=_at_zero(i_omega**2 * eta) * own**2,
+        residual_v=v - model.mode_v @ position,
+        r=r,
+        v=v,
+        status=point.status[:, 0].copy(),
+    )
+
+
+def _at_zero(Y: Complex) -> Array:
+    """Value at phase 0 of harmonics (H + 1, n)."""
+    return np.asarray(Y[0].real + Y[1:].imag.sum(axis=0))

@@ -1,0 +1,107 @@
+"""Time integration beside a response: what an amplitude is off by, and where there is none."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from microslip.analyses.harmonic.adaptive import Adaptive, Ladder
+from microslip.analyses.harmonic.over_time import OverTime, own_error
+from microslip.analyses.harmonic.paths import CONTROL, FrequencyPath, raise_load
+from microslip.analyses.harmonic.points import describe, distance
+from microslip.analyses.harmonic.problem import harmonic_problem, state_equations
+from microslip.analyses.harmonic.response import frequency_response
+from microslip.analyses.time.scheme import time_scheme
+from microslip.analyses.time.steady import steady_state
+from microslip.numerics.continuation import solve_at
+
+LOAD = 2.4e-4
+"""Moment over P L: pairs that stick, slip and separate."""
+
+
+def settled(joint, frequency, load, steps):
+    scheme = time_scheme(joint, 1 / (frequency * steps), frequency=frequency)
+    found = steady_state(scheme, frequency, load, tolerance=1e-6)
+    assert found.converged
+    return found
+
+
+def test_measured_errors_hold(small_reference):
+    """Against time integration from rest with other steps; few harmonics suffice where that says so."""
+    joint, load = small_reference.joint, LOAD * small_reference.moment
+    problem = harmonic_problem(joint)
+    for frequency in (170.0, 174.0, 184.0):
+        w, _ = raise_load(problem, frequency, load)
+        ladder = Ladder(
+            FrequencyPath(problem, load), CONTROL, Adaptive(tolerance=2e-3), OverTime(joint, load)
+        )
+        point = ladder.solve(problem, w, frequency)
+        truth = settled(joint, frequency, load, 1000)
+        error = abs(abs(point.amplitude) / abs(truth.amplitude) - 1)
+        print(f"{frequency} Hz, H = {point.harmonics}: {error:.1e}, stated {point.error:.1e}")
+        assert error <= point.error <= 2e-3
+
+
+def test_own_error_of_time_integration(small_reference):
+    """The difference from half as many steps is above that from the limit."""
+    joint, load = small_reference.joint, LOAD * small_reference.moment
+    amplitudes = [settled(joint, 174.0, load, steps).amplitude for steps in (150, 300, 600, 2400)]
+    limit = amplitudes[-1]
+    changes = [np.inf]
+    for coarse, fine in pairwise(amplitudes[:3]):
+        changes.append(distance(fine, coarse))
+        assert distance(fine, limit) <= own_error(changes)
+
+
+@pytest.mark.parametrize("order", [1, 2, 3])
+def test_own_error_of_powers(order):
+    """Of any order from the first on; amplitudes that differ by a tenth are each other's unit to a tenth."""
+    amplitudes = [1 + 0.1 * 2.0 ** (-order * k) for k in range(4)]
+    changes = [np.inf]
+    for coarse, fine in pairwise(amplitudes):
+        changes.append(distance(fine, coarse))
+        assert abs(fine - 1) / fine <= 1.1 * own_error(changes)
+
+
+def test_a_motion_that_leaves_is_no_measure(small_reference):
+    """From a state that is not a solution at all: far from the motion that it settles in."""
+    joint, load = small_reference.joint, LOAD * small_reference.moment
+    problem = harmonic_problem(joint)
+    path = FrequencyPath(problem, load)
+    w, _ = raise_load(problem, 174.0, load)
+    _, equations, _ = solve_at(path, w, 174.0, CONTROL)
+    point = describe(equations, 0, 0.0)
+    over_time = OverTime(joint, load)
+    assert over_time.beside(point) is not None
+    assert over_time.beside(replace(point, amplitude=1.5 * point.amplitude)) is None
+
+
+def test_another_unit_of_time_takes_the_same_steps(small_reference):
+    """Everything vibrates twice as fast with a quarter of the mass: as many points, the same reactions."""
+    joint, load = small_reference.joint, LOAD * small_reference.moment
+    model, start = joint.model, joint.prestress
+    alpha, beta = model.rayleigh
+    light = replace(
+        model,
+        omega=2 * model.omega,
+        mode_v=2 * model.mode_v,
+        port_modes=2 * model.port_modes,
+        rayleigh=(2 * alpha, beta / 2),
+    )
+    problem = harmonic_problem(joint, harmonics=3)
+    other = state_equations(
+        light,
+        replace(start, solution=replace(start.solution, q=start.solution.q / 2)),
+        joint.law,
+        problem.port,
+        problem.coordinate,
+        harmonics=3,
+    )
+    one = frequency_response(problem, load, [165.0, 170.0, 180.0])
+    two = frequency_response(other, load, [330.0, 340.0, 360.0])
+    assert [len(b.points) for b in one.branches] == [len(b.points) for b in two.branches]
+    for a, b in zip(one.points, two.points, strict=True):
+        assert b.amplitude == pytest.approx(a.amplitude, rel=1e-7)
