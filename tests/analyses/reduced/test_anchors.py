@@ -159,6 +159,19 @@ def test_the_doubt_of_an_anchor_is_part_of_the_error(flawed):
     np.testing.assert_allclose((error - sure)[10:30], 0.001, rtol=1e-9)
 
 
+def test_no_bound_is_below_what_the_past_decides(flawed):
+    """Around an anchor whose amplitude depends on its past, up to the second to either side."""
+    surface, exact = flawed
+    anchors = {
+        k: anchor_at(surface, FREQUENCY[k], LOAD, exact[k]) for k in range(0, len(FREQUENCY), 5)
+    }
+    unsure = {**anchors, 35: replace(anchors[35], past=0.03)}
+    before, after = (held(surface, LOAD, known).error for known in (anchors, unsure))
+    assert (after[30:41] >= 0.03).all()
+    np.testing.assert_array_equal(after[:20], before[:20])
+    np.testing.assert_array_equal(after[51:], before[51:])
+
+
 def test_steady_states_that_scatter_are_not_known_better_than_they_do(flawed):
     """Amplitudes that depend on the past by half a per cent: no bound is below what they are off by."""
     surface, exact = flawed

@@ -71,6 +71,8 @@ class Anchor:
         Relative change of the state over its last cycle.
     doubt : float
         Relative error of the amplitude that is left: of transients not yet gone, of a motion that wanders.
+    past : float
+        Relative difference of amplitudes after different pasts.
     """
 
     frequency: float
@@ -78,6 +80,7 @@ class Anchor:
     correction: complex
     change: float
     doubt: float = 0.0
+    past: float = 0.0
 
 
 @dataclass(frozen=True, repr=False)
@@ -216,13 +219,16 @@ def held(
         better = np.argmin(share, axis=0)
         columns = np.arange(len(inside))
         amplitude[inside] = np.array([one.amplitude for one in found])[better, columns]
-        doubt = np.array([one.doubt for one in known])
         left, right = _around(run, inside)
-        error[inside] = share[better, columns] + np.maximum(doubt[left], doubt[right]) + accuracy
+        doubt = np.array([one.doubt for one in known])
+        doubt = np.maximum(doubt[left], doubt[right])
+        past = _most_around(np.array([one.past for one in known]), left, right)
+        # scatter of pasts is in what the others miss already
+        error[inside] = np.maximum(share[better, columns], past) + doubt + accuracy
     for k, one in anchors.items():
         amplitude[k] = one.amplitude
         if not np.isfinite(error[k]):
-            error[k] = accuracy + one.doubt
+            error[k] = accuracy + one.doubt + one.past
     return Held(amplitude, np.where(np.isfinite(amplitude), error, np.inf))
 
 
@@ -273,6 +279,16 @@ def _around(run: Indices, inside: Indices) -> tuple[Indices, Indices]:
     """Numbers of the anchors to either side."""
     right = np.clip(np.searchsorted(run, inside), 0, len(run) - 1)
     return np.maximum(right - 1, 0), right
+
+
+def _most_around(values: Array, left: Indices, right: Indices) -> Array:
+    """Largest value of the two anchors to either side.
+
+    A difference of two pasts is one draw, and may be small by chance.
+    """
+    last = len(values) - 1
+    around = (np.maximum(left - 1, 0), left, right, np.minimum(right + 1, last))
+    return np.asarray(np.max([values[i] for i in around], axis=0))
 
 
 def _bound(x: Array, y: Complex, z: Complex, at: Array, there: Complex) -> Array:
