@@ -116,7 +116,7 @@ def test_under_a_small_load_the_joint_sticks_and_is_linear(moment):
 
 def test_no_answer_lies_between_two_folds():
     """Every answer shown rises with the load, as far as both are known: those between folds would fall."""
-    band = {"from": 42.8, "to": 43.1, "count": 40, "points": 60}
+    band = {"from": 42.8, "to": 43.1, "count": 40, "points": 40}
     (low,) = small(255.0, **band).responses
     (high,) = small(260.0, **band).responses
     sure = np.isfinite(low.error_indicator) & np.isfinite(high.error_indicator)

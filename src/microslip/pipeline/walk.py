@@ -11,8 +11,10 @@ beside, one or both: that follows the branch of a fold. Where rest with the velo
 leads to the same motion, that is kept.
 
 What the search ends with is worth what is left of its transients: the last change times the cycles
-that they last. A motion that still changes is looked at over `WATCHED` cycles more; if its amplitude stays
-the same to `DOUBTFUL`, its mean counts, with how far it strays and drifts as its doubt.
+that they last. Where it cannot be made finer, as pairs on the verge of slip have the motion wander from
+one nearly periodic state to the next, it is known no better than how far a longer search leads away. A motion
+that still changes is looked at over `WATCHED` cycles more; if its amplitude stays the same to `DOUBTFUL`, its
+mean counts, with how far it strays and drifts as its doubt.
 """
 
 from __future__ import annotations
@@ -45,15 +47,16 @@ STEPS = 150
 WARM, COLD, ANOTHER = 50, 100, 50
 """Cycles at most: from states beside, from rest, and from rest with another past."""
 
-TOLERANCE, FINE = 1e-5, 1e-6
-"""Relative change over a cycle at which a state is steady, and where transients last long."""
+TOLERANCE, FINE, FINER = 1e-5, 1e-7, 30
+"""Relative change over a cycle at which a state is steady, and that to which the search then goes on for so
+many cycles at most: where there is a fixed point it takes five, else the motion may go elsewhere."""
 
 LASTS, LONGEST = 100.0, 1000.0
 """Cycles that transients are taken to last at least and at most; in between the search's estimate of the
 slowest multiplier tells."""
 
 SURE = 2e-3
-"""Doubt above which a steady state is sought to `FINE`."""
+"""Spread of the amplitude below which a motion stays with a periodic one that is perhaps unstable."""
 
 WATCHED = 40
 """Cycles over which a motion that still changes is looked at."""
@@ -312,24 +315,27 @@ def _searched(
 
 def _weighed(scheme: TimeScheme, target: Target, steady: SteadyState) -> Found:
     """What a search ended with and how well it is known; `cycles` are those spent here."""
-    state, spent = _at_phase_0(scheme, steady), 0
-    if steady.converged and steady.change * _lasts(steady) > SURE:
-        start = end_of(state, 0.0, scheme, target.frequency)
-        finer = _searched(scheme, target, start, FINE, WARM)
-        spent += finer.cycles
-        if finer.converged or finer.change < steady.change:
-            steady, state = finer, finer.cycle.state
+    state, spent, moved = _at_phase_0(scheme, steady), 0, 0.0
     slowest = float(np.abs(steady.multipliers).max(initial=0.0))
+    if steady.converged:
+        start = end_of(state, 0.0, scheme, target.frequency)
+        finer = _searched(scheme, target, start, FINE, FINER)
+        spent += finer.cycles
+        if finer.converged:
+            steady, state = finer, finer.cycle.state
+        else:
+            moved = abs(abs(finer.amplitude) / abs(steady.amplitude) - 1)
+    left = max(steady.change * _lasting(slowest), moved)
     if steady.converged and slowest <= UNSTABLE:
         end = end_of(state, 0.0, scheme, target.frequency)
-        return Found(steady.amplitude, steady.change, steady.change * _lasts(steady), end, spent)
+        return Found(steady.amplitude, steady.change, left, end, spent)
     Q, last = _watched(scheme, target, state)
     spent += len(Q)
     size, mean = np.abs(Q), complex(Q.mean())
     spread = float(np.abs(size / abs(mean) - 1).max())
     if steady.converged and spread <= SURE:
-        end, doubt = end_of(state, 0.0, scheme, target.frequency), steady.change * _lasts(steady)
-        return Found(steady.amplitude, steady.change, max(doubt, spread), end, spent)
+        end = end_of(state, 0.0, scheme, target.frequency)
+        return Found(steady.amplitude, steady.change, max(left, spread), end, spent)
     doubt = spread + _to_come(size) / abs(mean)
     return Found(mean, steady.change, doubt, end_of(last, 0.0, scheme, target.frequency), spent)
 
@@ -358,9 +364,8 @@ def _to_come(size: Array) -> float:
     return float(last * factor / (1 - factor))
 
 
-def _lasts(steady: SteadyState) -> float:
+def _lasting(slowest: float) -> float:
     """Cycles in which the slowest transient falls to a third, as far as the search has met it."""
-    slowest = float(np.abs(steady.multipliers).max(initial=0.0))
     return float(np.clip(1 / max(1 - slowest, 1e-9), LASTS, LONGEST))
 
 
