@@ -195,6 +195,22 @@ def test_anchors_on_a_straight_line_miss_nothing():
     np.testing.assert_allclose(missed_by_others(x, 0.1 * x - 0.2j * x), 0.0, atol=1e-15)
 
 
+def test_anchors_close_beyond_a_stretch_say_nothing_of_it(flawed):
+    """A step between two anchors: a crowd beside either that agrees makes its bound no smaller."""
+    surface, _ = flawed
+    step = 0.002 * np.clip((FREQUENCY - 173.5) / 1.5, 0, 1)
+    exact = largest_of(contours(surface, LOAD, step), len(FREQUENCY))
+
+    def error(*marks):
+        anchors = {k: anchor_at(surface, FREQUENCY[k], LOAD, exact[k]) for k in marks}
+        return held(surface, LOAD, anchors).error[21:30]
+
+    few = error(0, 5, 10, 20, 30, 40, 50, 60, 70)
+    crowded = error(0, 5, 10, 18, 19, 20, 30, 31, 32, 40, 50, 60, 70)
+    assert few.max() > 5e-3
+    assert (crowded > 0.7 * few).all()
+
+
 def test_few_anchors_bound_nothing_between_them(flawed):
     surface, exact = flawed
     assert np.isinf(held(surface, LOAD, {}).error).all()
