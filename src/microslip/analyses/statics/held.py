@@ -100,8 +100,9 @@ def hold_mode(joint: PreparedJoint, reference_omega: float, *, upper: int = 0) -
         Modes above the sliding mode that get a port.
     """
     mode = joint.principal()
-    stiff, loose = (
-        hold_port(
+
+    def held(floats: bool) -> HeldMode:
+        return hold_port(
             joint,
             mode.port,
             mode.sliding_omega,
@@ -111,9 +112,10 @@ def hold_mode(joint: PreparedJoint, reference_omega: float, *, upper: int = 0) -
             upper=upper,
             load_on_mode=mode.load_on_sliding[joint.drive],
         )
-        for floats in (False, True)
-    )
-    return stiff if loose.floating is None else replace(stiff, loose=loose)
+
+    stiff = held(False)
+    loose = bool((stiff.flexibility.stiffness < 0).any())
+    return replace(stiff, loose=held(True)) if loose else stiff
 
 
 def resting(model: JointModel, mode: JointMode) -> Mask:
