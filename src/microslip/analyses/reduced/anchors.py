@@ -179,7 +179,7 @@ def correction(x: Array, y: Complex, at: Array) -> Complex:
 def missed_by_others(x: Array, y: Complex) -> Complex:
     """What the others make of the correction at each of ascending frequencies, less what it is."""
     every = np.arange(len(x))
-    return np.array([_missed(x, y, i, every[every != i]) for i in every], complex)
+    return np.array([_missed(x, y, i, every[every != i]) for i in range(len(x))], np.complex128)
 
 
 def missed_across(x: Array, y: Complex, missed: Complex) -> tuple[Complex, Complex]:
