@@ -116,7 +116,7 @@ def test_under_a_small_load_the_joint_sticks_and_is_linear(moment):
 
 def test_no_answer_lies_between_two_folds():
     """Every answer shown rises with the load, as far as both are known: those between folds would fall."""
-    band = {"from": 42.8, "to": 43.1, "count": 40, "points": 60}
+    band = {"from": 42.8, "to": 43.1, "count": 40, "points": 40}
     (low,) = small(255.0, **band).responses
     (high,) = small(260.0, **band).responses
     sure = np.isfinite(low.error_indicator) & np.isfinite(high.error_indicator)
@@ -185,7 +185,7 @@ def test_a_branch_is_followed_to_its_end_whatever_the_search_from_rest_finds(ref
     model, table, base = refined
     asked = []
     monkeypatch.setattr(method, "sought", joint_with_a_fold(asked))
-    found, lost, opens = method.anchored_response(
+    found, lost, opens, spent = method.anchored_response(
         SimpleNamespace(prepared=None),
         SimpleNamespace(points=141, error=0.01),
         SimpleNamespace(model=model, table=table),
@@ -197,6 +197,7 @@ def test_a_branch_is_followed_to_its_end_whatever_the_search_from_rest_finds(ref
     true = np.where(k >= ENDS, branch("larger"), branch("smaller"))
     assert not lost
     assert not opens
+    assert spent.startswith(f"{len(asked)} steady states")
     assert {ENDS - 1, ENDS} <= set(asked)  # the jump lies between two steady states
     known = found.flag == CONVERGED
     assert known.mean() > 0.98

@@ -1,4 +1,4 @@
-"""Steady states from those beside them: the same as from rest, and sooner."""
+"""Steady states along a response: each with a past of its own, and how far it depends on that."""
 
 from dataclasses import replace
 
@@ -8,6 +8,7 @@ import pytest
 import microslip
 from microslip.analyses.time.scheme import march, time_scheme
 from microslip.analyses.time.starts import placed
+from microslip.analyses.time.steady import raised_state, steady_state
 from microslip.errors import ContactError
 from microslip.pipeline import walk
 from microslip.pipeline.walk import DOUBTFUL, STEPS, Found, Lost, Target, mixed, seek
@@ -28,13 +29,34 @@ def beside(joint):
     return found
 
 
-def test_from_both_sides_it_is_the_steady_state_from_rest_and_sooner(joint, beside):
+def test_it_has_a_past_of_its_own_whatever_the_states_beside(joint, beside):
+    """What starts it is given only count where rest ends in a smaller motion: same steps, same number."""
     rest = seek(joint, Target(0, 182.0, LOAD, 0.0))
     mixture = tuple((one.state, 0.5) for one in beside)
-    warm = seek(joint, Target(0, 182.0, LOAD, 0.0, (mixture,)))
+    warm = seek(joint, Target(0, 182.0, LOAD, 0.0, (mixture,), expected=abs(rest.amplitude)))
+    assert warm.amplitude == rest.amplitude
+
+
+def test_states_beside_lead_to_the_same_where_nothing_folds(joint, beside):
+    """A motion that is expected larger is sought from beside; what is not larger is not taken."""
+    rest = seek(joint, Target(0, 182.0, LOAD, 0.0))
+    mixture = tuple((one.state, 0.5) for one in beside)
+    warm = seek(joint, Target(0, 182.0, LOAD, 0.0, (mixture,), expected=2 * abs(rest.amplitude)))
+    assert warm.amplitude == rest.amplitude
+    assert warm.cycles > rest.cycles
+    alone = seek(joint, Target(0, 182.0, LOAD, 0.0, (mixture,), cold=False))
     # what transients and tractions that are locked in leave: a part in a thousand
-    assert warm.amplitude == pytest.approx(rest.amplitude, rel=2e-3)
-    assert warm.cycles < rest.cycles
+    assert alone.amplitude == pytest.approx(rest.amplitude, rel=2e-3)
+
+
+def test_the_load_raised_slowly_ends_within_what_the_past_is_said_to_decide(joint, beside):
+    for f, found in zip((181.8, 182.2), beside, strict=True):
+        scheme = time_scheme(joint, 1 / (f * STEPS), frequency=f)
+        raised = steady_state(
+            scheme, f, LOAD, start=raised_state(scheme, f, LOAD, 30), tolerance=1e-6
+        )
+        off = abs(abs(raised.amplitude) / abs(found.amplitude) - 1)
+        assert off <= found.past + found.doubt + 1e-4
 
 
 def test_the_state_is_where_the_load_passes_through_zero(joint, beside):

@@ -53,8 +53,8 @@ def _harmonics(value: Any) -> Any:
 LISTS = ("moment_over_clamp_force_length", "moment", "force", "acceleration")
 """Keys that can list the amplitudes of cycles."""
 
-CYCLES_EACH = 40
-"""Cycles that a steady state of method "auto" may take on average."""
+CYCLES_EACH, SECONDS_EACH = 80, 0.6
+"""Cycles, and processor time in seconds, that a steady state of method "auto" may take on average."""
 
 Variant = Literal["printed", "consistent", "refined"]
 Drives = Annotated[tuple[Drive, ...], OneOrMore]
@@ -165,8 +165,8 @@ class ResponseAnalysis(Section):
     error: Number = Field(default=0.01, ge=5e-3, lt=1)
     """Of method "auto": the relative error of the amplitude to get below. More time points."""
     points: Count = Field(default=200, ge=8, le=10_000)
-    """Of method "auto": steady states at most, per load, and forty cycles each on average. Some hundredths of
-    a second each where the motion settles."""
+    """Of method "auto": steady states at most, per load, and eighty cycles and 0.6 s of processor time each
+    on average. Some tenths of a second each where the motion settles."""
     variants: Variants = ("refined",)
     """Reduced models: the accurate one, "refined"; as the paper prints it, "printed"; put right,
     "consistent". Each gives a curve per load."""

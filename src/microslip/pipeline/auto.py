@@ -11,9 +11,11 @@ where that is. The search ends when the bound holds everywhere, or with what it 
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,7 +24,7 @@ from microslip.analyses.reduced.response import Response
 from microslip.analyses.reduced.surface import Contours, LoadSurface, contours, load_surface
 from microslip.analyses.reduced.sweep import CONVERGED, OUTSIDE
 from microslip.analyses.time.starts import Start
-from microslip.describe.requests import CYCLES_EACH, ResponseAnalysis
+from microslip.describe.requests import CYCLES_EACH, SECONDS_EACH, ResponseAnalysis
 from microslip.pipeline.band import Curve
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.walk import Found, Lost, Target, sought, what_it_is
@@ -46,6 +48,10 @@ NO_DIGIT = 1.0
 ALIKE = 0.25
 """Between two states whose sizes differ by less, in logarithm, the search starts from a mixture."""
 
+GAP, UNSEEN = 1 / 16, 0.25
+"""Share of the frequencies without a steady state among them that is not left so, whatever the bound says: a
+resonance of an upper mode may hide there. They count for so much of those whose bound is too wide."""
+
 SAID = 2
 """Of so many motions that are not steady it is said what they are."""
 
@@ -65,11 +71,18 @@ class _Search:
     count: int = 0
     spent: int = 0
     opens: bool = False
+    began: float = field(default_factory=time.process_time)
+
+    @property
+    def seconds(self) -> float:
+        """Processor time spent."""
+        return time.process_time() - self.began
 
     @property
     def over(self) -> bool:
         """Whether all that may be spent is."""
-        return self.count >= self.points or self.spent >= CYCLES_EACH * self.points
+        dear = self.spent >= CYCLES_EACH * self.points or self.seconds >= SECONDS_EACH * self.points
+        return dear or self.count >= self.points
 
     @property
     def marks(self) -> list[int]:
@@ -78,7 +91,25 @@ class _Search:
 
     def held(self) -> Held:
         """The response through the anchors so far."""
-        return held(self.surface, self.base.load, self.anchors, self.lost, ACCURACY)
+        return held(self.surface, self.base.load, self.doubted(), self.lost, ACCURACY)
+
+    def doubted(self) -> dict[int, Anchor]:
+        """The anchors, each with how far its amplitude depends on the past.
+
+        Where that could not be measured, as far as those next to either side do.
+        """
+        marks = sorted(self.anchors)
+        past = np.array([self.found[k].past for k in marks])
+        known = np.flatnonzero(np.isfinite(past))
+        if len(known):
+            after = np.searchsorted(known, np.arange(len(marks)))
+            sides = (np.maximum(after - 1, 0), np.minimum(after, len(known) - 1))
+            beside = np.maximum(*(past[known[side]] for side in sides))
+            past = np.where(np.isfinite(past), past, beside)
+        past = np.nan_to_num(past)
+        return {
+            k: replace(self.anchors[k], past=float(own)) for k, own in zip(marks, past, strict=True)
+        }
 
     def keep(self, target: Target, answer: Found | Lost) -> None:
         """Learn from an answer."""
@@ -106,6 +137,26 @@ class _Search:
         )
 
 
+class Anchored(NamedTuple):
+    """A response held to steady states.
+
+    Attributes
+    ----------
+    response : Response
+    lost : tuple of str
+        Where none was found, and why.
+    opens : bool
+        Whether that opens the joint.
+    spent : str
+        When the search ended, in words.
+    """
+
+    response: Response
+    lost: tuple[str, ...]
+    opens: bool
+    spent: str
+
+
 def anchored_response(
     assembly: Assembly,
     settings: ResponseAnalysis,
@@ -113,9 +164,8 @@ def anchored_response(
     base: Response,
     stop: threading.Event,
     advance: Callable[[int], None],
-) -> tuple[Response, tuple[str, ...], bool]:
-    """A response of the refined model held to steady states, where none was found, and whether that opens
-    the joint.
+) -> Anchored:
+    """A response of the refined model held to steady states.
 
     Parameters
     ----------
@@ -143,7 +193,8 @@ def anchored_response(
             advance(_learn(assembly, search, picks))
     except KeyboardInterrupt:
         stop.set()
-    return _response(search), _said(assembly, search, stop), search.opens
+    spent = f"{search.count} steady states, {search.spent} cycles and {search.seconds:.0f} s"
+    return Anchored(_response(search), _said(assembly, search, stop), search.opens, spent)
 
 
 def _learn(assembly: Assembly, search: _Search, targets: list[Target]) -> int:
@@ -159,28 +210,31 @@ def _first(search: _Search, guess: Contours) -> list[Target]:
     if len(u):
         near = [int(np.argmin(np.abs(np.clip(t, u.min(), u.max()) - u))) for t in FIRST]
         chosen = [int(guess.point[j]) for j in near] + chosen
-    return [_target(search, k, guess) for k in dict.fromkeys(chosen)]
+    now = search.held()
+    return [_target(search, k, guess, now) for k in dict.fromkeys(chosen)]
 
 
 def _least_known(search: _Search, guess: Contours, wanted: float) -> list[Target]:
     """Jumps to be followed, then the middles of the stretches where most is not known."""
+    now = search.held()
     targets = [
-        replace(_target(search, k, guess, (beside,)), cold=False)
+        replace(_target(search, k, guess, now, (beside,)), cold=False)
         for k, beside in _jumps(search)
         if search.origin.get(k) != beside
     ]
-    marks, doubtful = search.marks, search.held().error > wanted
+    marks, doubtful = search.marks, now.error > wanted
     doubtful[marks] = False
-    blurred = {k for k, one in search.anchors.items() if one.doubt + ACCURACY > wanted}
-    weighed = []
+    blurred = {k for k, one in search.doubted().items() if one.doubt + one.past + ACCURACY > wanted}
+    weighed, widest = [], max(GAP * len(doubtful), 1)
     for left, right in pairwise(marks):
         unknown = int(doubtful[left + 1 : right].sum())
         gone = sum(k in search.lost or k in blurred for k in (left, right))
         weight = (1.0, BESIDE_LOST, BETWEEN_LOST)[gone]
-        if unknown:
-            weighed.append((weight * unknown, (left + right) // 2, left, right))
+        if unknown or right - left > widest:
+            wanting = max(unknown, UNSEEN * (right - left))
+            weighed.append((weight * wanting, (left + right) // 2, left, right))
     weighed.sort(reverse=True)
-    targets += [_target(search, k, guess, (left, right)) for _, k, left, right in weighed]
+    targets += [_target(search, k, guess, now, (left, right)) for _, k, left, right in weighed]
     return targets[: min(AT_A_TIME, search.points - search.count)]
 
 
@@ -198,27 +252,42 @@ def _jumps(search: _Search) -> list[tuple[int, int]]:
     return pairs
 
 
-def _target(search: _Search, k: int, guess: Contours, beside: tuple[int, ...] = ()) -> Target:
+def _target(
+    search: _Search, k: int, guess: Contours, now: Held, beside: tuple[int, ...] = ()
+) -> Target:
     """A steady state to seek at a frequency, from what is known beside it.
 
     From both sides where they are alike, else from the larger: that follows a branch to its end.
     """
     base = search.base
     own = guess.amplitude[guess.point == k]
+    begin = complex(own[-1]) if len(own) else 0j
     known = [j for j in beside if j in search.found]
     known.sort(key=lambda j: -abs(search.found[j].amplitude))
-    states = [search.found[j].state for j in known]
-    starts: tuple[tuple[tuple[Start, float], ...], ...] = tuple(((one, 1.0),) for one in states[:1])
-    if len(known) == 2 and step_of(search.anchors[known[0]], search.anchors[known[1]]) < ALIKE:
-        share = abs(k - known[1]) / abs(known[0] - known[1])
-        starts = (((states[0], share), (states[1], 1 - share)),)
+    starts: tuple[tuple[tuple[Start, float], ...], ...] = ()
+    expected = 0.0
+    if known:
+        main = search.found[known[0]]
+        begin, starts = main.amplitude, (((main.state, 1.0),),)
+        expected = abs(begin)
+    if len(known) == 2:
+        other = search.found[known[1]]
+        if step_of(search.anchors[known[0]], search.anchors[known[1]]) < ALIKE:
+            share = abs(k - known[1]) / abs(known[0] - known[1])
+            starts = (((main.state, share), (other.state, 1 - share)),)
+            expected = abs(other.amplitude)
+            begin = share * main.amplitude + (1 - share) * other.amplitude
+    if now.error[k] < ALIKE:
+        begin = complex(now.amplitude[k])
+        expected = abs(begin)
     return Target(
         k,
         float(base.frequency[k]),
         base.load,
-        complex(own[-1]) if len(own) else 0j,
+        begin,
         starts,
         known[0] if known else -1,
+        expected=expected,
     )
 
 
@@ -249,7 +318,7 @@ def _response(search: _Search) -> Response:
         flag=np.where(known, CONVERGED, OUTSIDE),
         error_indicator=np.where(known, now.error, np.inf),
         outgrown=fell if fell.any() else None,
-        anchors=tuple(search.anchors[k] for k in marks),
+        anchors=tuple(search.doubted().values()),
     )
 
 

@@ -17,7 +17,7 @@ from microslip.analyses.reduced.two_mode import two_mode_model
 from microslip.brief import Brief
 from microslip.describe.requests import ResponseAnalysis
 from microslip.errors import Caution, Failure, MicroslipError
-from microslip.pipeline.auto import anchored_response, unsure
+from microslip.pipeline.auto import Anchored, anchored_response, unsure
 from microslip.pipeline.band import Axis, Curve, axis_of
 from microslip.pipeline.loads import (
     Load,
@@ -88,10 +88,11 @@ def run_responses(
                 base = case.respond(axis.frequency)
                 rest, opens = share, True
                 if chosen:
-                    curve, lost, opens, rest = _put_right(
+                    found_by, rest = _put_right(
                         assembly, settings, case, base, stop, share, progress
                     )
-                    cautions += _cautions(settings, case, curve, lost)
+                    curve, opens = found_by.response, found_by.opens
+                    cautions += _cautions(settings, case, found_by)
                 else:
                     curve = _judged(base, models)
                 curve = with_outputs(assembly, models, curve)
@@ -121,9 +122,8 @@ def _put_right(
     stop: Event,
     points: int,
     progress: Progress,
-) -> tuple[Response, tuple[str, ...], bool, int]:
-    """A response by method "auto", what it could not learn, whether that opens the joint, and how many
-    points it did without."""
+) -> tuple[Anchored, int]:
+    """A response by method "auto", and how many points it did without."""
     sought = 0
 
     def advance(count: int) -> None:
@@ -131,15 +131,14 @@ def _put_right(
         sought += count
         progress.advance(count)
 
-    curve, lost, opens = anchored_response(assembly, settings, case, base, stop, advance)
-    return curve, lost, opens, max(points - sought, 0)
+    found = anchored_response(assembly, settings, case, base, stop, advance)
+    return found, max(points - sought, 0)
 
 
-def _cautions(
-    settings: ResponseAnalysis, case: Curve, curve: Response, lost: tuple[str, ...]
-) -> list[Caution]:
+def _cautions(settings: ResponseAnalysis, case: Curve, auto: Anchored) -> list[Caution]:
     """Where the bound of a response is above what is asked for."""
     place, found = f"auto, {case.load}", []
+    curve, lost = auto.response, auto.lost
     if lost:
         reason = f"no steady state found at {len(lost)} of the frequencies sought, first "
         found.append(
@@ -154,7 +153,8 @@ def _cautions(
     if len(doubtful):
         reason = (
             f"the error is not below {settings.error:g} at {len(doubtful)} of "
-            f"{len(curve.frequency)} frequencies, {doubtful.min():.6g} to {doubtful.max():.6g} Hz"
+            f"{len(curve.frequency)} frequencies, {doubtful.min():.6g} to {doubtful.max():.6g} Hz, "
+            f"after {auto.spent} of processor time"
         )
         advice = "raise analysis.response.points, unless the motion there wanders by as much"
         found.append(Caution("response", place, reason, advice))

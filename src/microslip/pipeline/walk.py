@@ -1,12 +1,20 @@
-"""Steady states along a response, each started from those that are known beside it.
+"""Steady states along a response, each with a past of its own.
 
-The state of the joint changes little from one frequency to the next. Between two known states, or from
-one, the search has ten cycles to go where it takes fifty from rest; and it stays on their branch of a
-fold. Where that fails it starts from rest with the guess of the reduced model.
+Pairs that stick all the time keep the tractions that the past has left them, and a steady state depends on
+them. A state that starts from its neighbour inherits that neighbour's, and with it whatever the motion at a
+resonance has locked in, along the whole branch. So each begins at rest: at prestress, with the velocity
+of the motion that is expected, as the points of the time domain do. It is then sought once more
+from rest, under the whole load at once; by how much the two differ is how far the answer depends on the past.
+
+Where the start from rest ends in a smaller motion than is expected the search goes on from the states
+beside, one or both: that follows the branch of a fold. Where rest with the velocity of what is found there
+leads to the same motion, that is kept.
 
 What the search ends with is worth what is left of its transients: the last change times the cycles
-that they last. A motion that still changes is looked at over `WATCHED` cycles more; if its amplitude stays
-the same to `DOUBTFUL`, its mean counts, with how far it strays and drifts as its doubt.
+that they last. Where it cannot be made finer, as pairs on the verge of slip have the motion wander from
+one nearly periodic state to the next, it is known no better than how far a longer search leads away. A motion
+that still changes is looked at over `WATCHED` cycles more; if its amplitude stays the same to `DOUBTFUL`, its
+mean counts, with how far it strays and drifts as its doubt.
 """
 
 from __future__ import annotations
@@ -36,18 +44,19 @@ from microslip.typing import Array, Complex
 STEPS = 150
 """Time steps per cycle."""
 
-WARM, COLD = 50, 200
-"""Cycles at most, from states beside and from rest."""
+WARM, COLD, ANOTHER = 50, 100, 50
+"""Cycles at most: from states beside, from rest, and from rest with another past."""
 
-TOLERANCE, FINE = 1e-5, 1e-6
-"""Relative change over a cycle at which a state is steady, and where transients last long."""
+TOLERANCE, FINE, FINER = 1e-5, 1e-7, 30
+"""Relative change over a cycle at which a state is steady, and that to which the search then goes on for so
+many cycles at most: where there is a fixed point it takes five, else the motion may go elsewhere."""
 
 LASTS, LONGEST = 100.0, 1000.0
 """Cycles that transients are taken to last at least and at most; in between the search's estimate of the
 slowest multiplier tells."""
 
 SURE = 2e-3
-"""Doubt above which a steady state is sought to `FINE`."""
+"""Spread of the amplitude below which a motion stays with a periodic one that is perhaps unstable."""
 
 WATCHED = 40
 """Cycles over which a motion that still changes is looked at."""
@@ -67,6 +76,16 @@ AGAIN = 5e-3
 DOUBTFUL = 0.05
 """Doubt of the amplitude beyond which a motion is no steady state."""
 
+OTHER = 0.1
+"""Motions whose sizes differ by more, in logarithm, are not the same one with another past."""
+
+VARIED = 1.05 * np.exp(0.05j)
+"""Where rest under the whole load ends in another motion, the other past starts with so many times the
+velocity."""
+
+TELLS = 3e-4
+"""Change over a cycle below which a motion from another past tells of it, though it may not have settled."""
+
 
 @dataclass(frozen=True)
 class Target:
@@ -84,7 +103,9 @@ class Target:
     origin : int
         Index of the frequency that the first start is of; -1 where it is none.
     cold : bool
-        Start from rest where the others fail.
+        Start from rest first.
+    expected : float
+        Size below which a motion from rest may be on a smaller branch than the states beside.
     """
 
     point: int
@@ -94,6 +115,7 @@ class Target:
     starts: tuple[tuple[tuple[Start, float], ...], ...] = ()
     origin: int = -1
     cold: bool = True
+    expected: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -113,6 +135,8 @@ class Found:
         A larger motion was sought first, and is not steady.
     opens : bool
         At some instant of that no pair touches.
+    past : float
+        Relative difference to the amplitude after another past; nan where none ended in this motion.
     """
 
     amplitude: complex
@@ -122,6 +146,7 @@ class Found:
     cycles: int
     fell: bool = False
     opens: bool = False
+    past: float = float("nan")
 
 
 @dataclass(frozen=True)
@@ -158,38 +183,88 @@ def sought(joint: PreparedJoint, targets: Sequence[Target]) -> Iterator[Found | 
 
 
 def seek(joint: PreparedJoint, target: Target) -> Found | Lost:
-    """One steady state: from the starts in turn, then from rest."""
-    f = target.frequency
-    scheme = time_scheme(joint, 1 / (f * STEPS), frequency=f)
-    spent, reason, ended, larger, opened = 0, "", None, 0.0, False
-    for mixture in (*target.starts, *([()] if target.cold else [])):
-        start = mixed(mixture) if mixture else None
+    """One steady state: from rest, then where that is smaller than expected from the starts in turn."""
+    search = _Seeking(
+        time_scheme(joint, 1 / (target.frequency * STEPS), frequency=target.frequency), target
+    )
+    found = search.attempt(None, target.guess, COLD) if target.cold else None
+    if found is None or abs(found.amplitude) < np.exp(-OTHER) * target.expected:
+        for mixture in target.starts:
+            beside = search.attempt(mixed(mixture), 0.0, WARM)
+            if beside is not None and (found is None or _apart(beside, found) > OTHER):
+                again = search.attempt(None, beside.amplitude, WARM)
+                same = again is not None and abs(_apart(again, beside)) <= OTHER
+                found = again if same else beside
+                break
+    if found is None:
+        return search.lost()
+    past = search.another_past(found) if found.doubt <= AGAIN else float("nan")
+    fell = search.larger > np.exp(OTHER) * abs(found.amplitude)
+    return replace(found, cycles=search.spent, fell=fell, opens=search.opened, past=past)
+
+
+def _apart(one: Found, other: Found) -> float:
+    """By how much one is larger, in logarithm."""
+    return float(np.log(abs(one.amplitude) / abs(other.amplitude)))
+
+
+class _Seeking:
+    """The search for one steady state: what it has met and spent."""
+
+    def __init__(self, scheme: TimeScheme, target: Target) -> None:
+        self.scheme, self.target = scheme, target
+        self.spent, self.reason = 0, ""
+        self.ended: SteadyState | None = None
+        self.larger, self.opened = 0.0, False
+
+    def attempt(self, start: Start | None, guess: complex, cycles: int) -> Found | None:
+        """A motion from a start, or from rest with the velocity of a guess, if it is steady."""
         try:
-            steady = _searched(scheme, target, start, TOLERANCE, WARM if mixture else COLD)
-            spent += steady.cycles
-            opens = opening_of(steady.cycle, joint.model.position)
+            steady = _searched(self.scheme, self.target, start, TOLERANCE, cycles, guess)
+            self.spent += steady.cycles
+            opens = opening_of(steady.cycle, self.scheme.joint.model.position)
             if opens:
-                reason, ended, larger, opened = reason or opens, steady, np.inf, True
-                continue
-            found = _weighed(scheme, target, steady)
-            spent += found.cycles
+                self.reason, self.opened = self.reason or opens, True
+                self.ended, self.larger = steady, np.inf
+                return None
+            found = _weighed(self.scheme, self.target, steady)
+            self.spent += found.cycles
         except MicroslipError as error:
-            reason, opened = reason or str(error), opened or isinstance(error, JointOpensError)
-            continue
+            self.reason = self.reason or str(error)
+            self.opened = self.opened or isinstance(error, JointOpensError)
+            return None
         if found.doubt > AGAIN:
-            found, more = _again(scheme, target, found)
-            spent += more
+            found, more = _again(self.scheme, self.target, found)
+            self.spent += more
         if found.doubt <= DOUBTFUL:
-            fell = larger > 1.1 * abs(found.amplitude)
-            return replace(found, cycles=spent, fell=fell, opens=opened)
-        ended = steady
+            return found
+        self.ended = steady
         if found.doubt < FALLING:
-            larger = max(larger, abs(found.amplitude))
-        reason = (
-            f"not steady after {spent} cycles, last change {found.change:.1e}, the "
+            self.larger = max(self.larger, abs(found.amplitude))
+        self.reason = (
+            f"not steady after {self.spent} cycles, last change {found.change:.1e}, the "
             f"amplitude known to {found.doubt:.0%}"
         )
-    return Lost(reason, spent, ended, opened)
+        return None
+
+    def another_past(self, found: Found) -> float:
+        """Relative difference of the amplitude to that after another past, see `Found`."""
+        varied = VARIED * found.amplitude
+        # where the motion settles slowly, rest under the whole load would take longer still
+        for guess in (0.0, varied) if self.spent <= ANOTHER else (varied,):
+            try:
+                other = _searched(self.scheme, self.target, None, TOLERANCE, ANOTHER, guess)
+            except MicroslipError:
+                continue
+            self.spent += other.cycles
+            ratio = abs(other.amplitude) / abs(found.amplitude)
+            if other.change <= TELLS and abs(np.log(max(ratio, 1e-300))) <= OTHER:
+                return float(abs(ratio - 1))
+        return float("nan")
+
+    def lost(self) -> Lost:
+        """What is said where nothing is steady."""
+        return Lost(self.reason, self.spent, self.ended, self.opened)
 
 
 def what_it_is(joint: PreparedJoint, frequency: float, steady: SteadyState) -> str:
@@ -220,13 +295,18 @@ def mixed(mixture: Sequence[tuple[Start, float]]) -> Start:
 
 
 def _searched(
-    scheme: TimeScheme, target: Target, start: Start | None, tolerance: float, cycles: int
+    scheme: TimeScheme,
+    target: Target,
+    start: Start | None,
+    tolerance: float,
+    cycles: int,
+    guess: complex = 0.0,
 ) -> SteadyState:
     return steady_state(
         scheme,
         target.frequency,
         target.load,
-        guess=0.0 if start is not None else target.guess,
+        guess=guess,
         tolerance=tolerance,
         max_cycles=cycles,
         start=start,
@@ -235,24 +315,27 @@ def _searched(
 
 def _weighed(scheme: TimeScheme, target: Target, steady: SteadyState) -> Found:
     """What a search ended with and how well it is known; `cycles` are those spent here."""
-    state, spent = _at_phase_0(scheme, steady), 0
-    if steady.converged and steady.change * _lasts(steady) > SURE:
-        start = end_of(state, 0.0, scheme, target.frequency)
-        finer = _searched(scheme, target, start, FINE, WARM)
-        spent += finer.cycles
-        if finer.converged or finer.change < steady.change:
-            steady, state = finer, finer.cycle.state
+    state, spent, moved = _at_phase_0(scheme, steady), 0, 0.0
     slowest = float(np.abs(steady.multipliers).max(initial=0.0))
+    if steady.converged:
+        start = end_of(state, 0.0, scheme, target.frequency)
+        finer = _searched(scheme, target, start, FINE, FINER)
+        spent += finer.cycles
+        if finer.converged:
+            steady, state = finer, finer.cycle.state
+        else:
+            moved = abs(abs(finer.amplitude) / abs(steady.amplitude) - 1)
+    left = max(steady.change * _lasting(slowest), moved)
     if steady.converged and slowest <= UNSTABLE:
         end = end_of(state, 0.0, scheme, target.frequency)
-        return Found(steady.amplitude, steady.change, steady.change * _lasts(steady), end, spent)
+        return Found(steady.amplitude, steady.change, left, end, spent)
     Q, last = _watched(scheme, target, state)
     spent += len(Q)
     size, mean = np.abs(Q), complex(Q.mean())
     spread = float(np.abs(size / abs(mean) - 1).max())
     if steady.converged and spread <= SURE:
-        end, doubt = end_of(state, 0.0, scheme, target.frequency), steady.change * _lasts(steady)
-        return Found(steady.amplitude, steady.change, max(doubt, spread), end, spent)
+        end = end_of(state, 0.0, scheme, target.frequency)
+        return Found(steady.amplitude, steady.change, max(left, spread), end, spent)
     doubt = spread + _to_come(size) / abs(mean)
     return Found(mean, steady.change, doubt, end_of(last, 0.0, scheme, target.frequency), spent)
 
@@ -281,9 +364,8 @@ def _to_come(size: Array) -> float:
     return float(last * factor / (1 - factor))
 
 
-def _lasts(steady: SteadyState) -> float:
+def _lasting(slowest: float) -> float:
     """Cycles in which the slowest transient falls to a third, as far as the search has met it."""
-    slowest = float(np.abs(steady.multipliers).max(initial=0.0))
     return float(np.clip(1 / max(1 - slowest, 1e-9), LASTS, LONGEST))
 
 

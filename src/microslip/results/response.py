@@ -149,6 +149,15 @@ def _anchors(run: Run) -> xr.Dataset:
             "change": variable(
                 dims, [one.change for _, one in found], "1", "change of the state over a cycle"
             ),
+            "doubt": variable(
+                dims, [one.doubt for _, one in found], "1", "relative error left of transients"
+            ),
+            "past_difference": variable(
+                dims,
+                [one.past for _, one in found],
+                "1",
+                "relative difference of amplitudes after different pasts",
+            ),
         },
         {
             "frequency": variable(dims, [one.frequency for _, one in found], "Hz", "frequency"),

@@ -159,6 +159,19 @@ def test_the_doubt_of_an_anchor_is_part_of_the_error(flawed):
     np.testing.assert_allclose((error - sure)[10:30], 0.001, rtol=1e-9)
 
 
+def test_no_bound_is_below_what_the_past_decides(flawed):
+    """Around an anchor whose amplitude depends on its past, up to the second to either side."""
+    surface, exact = flawed
+    anchors = {
+        k: anchor_at(surface, FREQUENCY[k], LOAD, exact[k]) for k in range(0, len(FREQUENCY), 5)
+    }
+    unsure = {**anchors, 35: replace(anchors[35], past=0.03)}
+    before, after = (held(surface, LOAD, known).error for known in (anchors, unsure))
+    assert (after[30:41] >= 0.03).all()
+    np.testing.assert_array_equal(after[:20], before[:20])
+    np.testing.assert_array_equal(after[51:], before[51:])
+
+
 def test_steady_states_that_scatter_are_not_known_better_than_they_do(flawed):
     """Amplitudes that depend on the past by half a per cent: no bound is below what they are off by."""
     surface, exact = flawed
@@ -180,6 +193,22 @@ def test_one_anchor_corrects_by_a_constant():
 def test_anchors_on_a_straight_line_miss_nothing():
     x = np.array([-2.0, -1.0, 0.5, 1.0, 3.0])
     np.testing.assert_allclose(missed_by_others(x, 0.1 * x - 0.2j * x), 0.0, atol=1e-15)
+
+
+def test_anchors_close_beyond_a_stretch_say_nothing_of_it(flawed):
+    """A step between two anchors: a crowd beside either that agrees makes its bound no smaller."""
+    surface, _ = flawed
+    step = 0.002 * np.clip((FREQUENCY - 173.5) / 1.5, 0, 1)
+    exact = largest_of(contours(surface, LOAD, step), len(FREQUENCY))
+
+    def error(*marks):
+        anchors = {k: anchor_at(surface, FREQUENCY[k], LOAD, exact[k]) for k in marks}
+        return held(surface, LOAD, anchors).error[21:30]
+
+    few = error(0, 5, 10, 20, 30, 40, 50, 60, 70)
+    crowded = error(0, 5, 10, 18, 19, 20, 30, 31, 32, 40, 50, 60, 70)
+    assert few.max() > 5e-3
+    assert (crowded > 0.7 * few).all()
 
 
 def test_few_anchors_bound_nothing_between_them(flawed):

@@ -40,9 +40,9 @@ from microslip.analyses.backbone.points import (
     material_damping,
 )
 from microslip.analyses.prepared.joint import PreparedJoint
-from microslip.analyses.prepared.joint_modes import JointMode, walking_modes, with_mode_port
+from microslip.analyses.prepared.joint_modes import JointMode, with_mode_port
 from microslip.analyses.statics.cycle import quasi_static_cycle
-from microslip.analyses.statics.held import hold_port
+from microslip.analyses.statics.held import hold_port, resting
 from microslip.analyses.statics.prescribed import PrescribedCycle, prescribed_cycle
 from microslip.errors import ContactError, Failure
 from microslip.numerics.execute import Executor, each, threads
@@ -53,9 +53,6 @@ OWN_FREQUENCY = 1e-6
 """Relative change of the reference frequency at which it is the mode's own."""
 
 MOST_FREQUENCIES = 12
-
-LINKED = 1e-6
-"""Share of a body's slide in the stuck mode beyond which it moves with the mode, not as a mean."""
 
 
 @dataclass(frozen=True)
@@ -155,8 +152,7 @@ def prescribed_backbone(
     Parameters and results as in `quasi_static_backbone`, but `amplitudes` are those of q.
     """
     wide = joint.with_model(with_mode_port(joint.model, mode))
-    walking = walking_modes(joint.model)
-    static = walking & (mode.stuck**2 < LINKED)
+    static = resting(joint.model, mode)
 
     def at_its_frequency(amplitude: float, floats: bool) -> tuple[PrescribedCycle, float]:
         omega, tried = mode.stuck_omega, []

@@ -11,7 +11,8 @@ the response. On a branch, which has one answer at a frequency, it is interpolat
 the search found no steady state, and where the size jumps from one frequency of the response to the next.
 
 How right is measured by leaving anchors out: the correction of each is predicted from the others, at
-the ends of a branch by a straight line. That spans twice the distance. The most that it misses at the two
+the ends of a branch by a straight line. That spans twice the distance; those close by on the other side are
+left out as well. The most that it misses at the two
 anchors around bounds the error in between, in the shape ``4 t (1 - t)``; to it comes the median of what is
 missed anywhere on the branch, as resonances of upper modes may lie between two anchors that agree. Tractions
 that are locked in make steady states scatter: they depend on what was before. So an anchor is not known
@@ -51,6 +52,9 @@ AROUND = 4
 CLOSE = 3
 """What the others miss of an anchor whose neighbours are so many frequencies away, or fewer, is scatter."""
 
+HALF = 0.5
+"""Others that are nearer to the end of a stretch, over its length, say nothing of it."""
+
 STRAY = 0.25
 """Answers of the surface farther, in logarithm, from the size between two anchors are others than theirs."""
 
@@ -71,6 +75,8 @@ class Anchor:
         Relative change of the state over its last cycle.
     doubt : float
         Relative error of the amplitude that is left: of transients not yet gone, of a motion that wanders.
+    past : float
+        Relative difference of amplitudes after different pasts.
     """
 
     frequency: float
@@ -78,6 +84,7 @@ class Anchor:
     correction: complex
     change: float
     doubt: float = 0.0
+    past: float = 0.0
 
 
 @dataclass(frozen=True, repr=False)
@@ -171,18 +178,62 @@ def correction(x: Array, y: Complex, at: Array) -> Complex:
 
 def missed_by_others(x: Array, y: Complex) -> Complex:
     """What the others make of the correction at each of ascending frequencies, less what it is."""
-    n = len(x)
-    missed = np.full(n, np.inf, complex)
-    for i in range(n if n > 2 else 0):
-        if i in (0, n - 1):
-            a, b = (1, 2) if i == 0 else (n - 2, n - 3)
-            guess = y[a] + (y[b] - y[a]) * (x[i] - x[a]) / (x[b] - x[a])
-        else:
-            near = np.arange(max(i - AROUND, 0), min(i + AROUND + 1, n))
-            near = near[near != i]
-            guess = complex(correction(x[near], y[near], x[i]))
-        missed[i] = guess - y[i]
-    return missed
+    every = np.arange(len(x))
+    return np.array([_missed(x, y, i, every[every != i]) for i in range(len(x))], np.complex128)
+
+
+def missed_across(x: Array, y: Complex, missed: Complex) -> tuple[Complex, Complex]:
+    """What the others make of both ends of every stretch between two ascending frequencies.
+
+    As `missed_by_others`, but of others that are at least half as far away as the stretch is long: those that
+    stand close beyond an end would tell what is there, and nothing of the stretch.
+
+    Parameters
+    ----------
+    x, y : (n,) arrays
+    missed : (n,) array
+        Of all others.
+
+    Returns
+    -------
+    left, right : (n - 1,) arrays
+
+    Examples
+    --------
+    A curve with a kink, and two frequencies close beyond it:
+
+    >>> x = np.array([0.0, 1.0, 2.0, 3.0, 5.0, 5.01, 5.02])
+    >>> y = np.maximum(x - 4.9, 0.0).astype(complex)
+    >>> missed = missed_by_others(x, y)
+    >>> left, right = missed_across(x, y, missed)
+    >>> bool(abs(missed[4]) < 0.03), bool(abs(right[3]) > 0.09)
+    (True, True)
+    """
+    every, left, right = np.arange(len(x)), missed[:-1].copy(), missed[1:].copy()
+    for j, width in enumerate(np.diff(x)):
+        for end, side, found in ((j, -1, left), (j + 1, 1, right)):
+            away = side * (x - x[end])
+            crowd = (away > 0) & (away < HALF * width)
+            if crowd.any():
+                found[j] = _missed(x, y, end, every[~crowd & (every != end)])
+    return left, right
+
+
+def _missed(x: Array, y: Complex, i: int, others: Indices) -> complex:
+    """What others, ascending, make of the correction at a frequency, less what it is.
+
+    Beyond all of them by a straight line.
+    """
+    if len(others) < 2:
+        return complex(np.inf)
+    after = int(np.searchsorted(others, i))
+    if after in (0, len(others)):
+        a, b = others[[0, 1]] if after == 0 else others[[-1, -2]]
+        guess = y[a] + (y[b] - y[a]) * (x[i] - x[a]) / (x[b] - x[a])
+    else:
+        near = others[max(after - AROUND, 0) : after + AROUND]
+        guess = complex(correction(x[near], y[near], x[i]))
+    return complex(guess - y[i])
 
 
 def held(
@@ -216,13 +267,16 @@ def held(
         better = np.argmin(share, axis=0)
         columns = np.arange(len(inside))
         amplitude[inside] = np.array([one.amplitude for one in found])[better, columns]
-        doubt = np.array([one.doubt for one in known])
         left, right = _around(run, inside)
-        error[inside] = share[better, columns] + np.maximum(doubt[left], doubt[right]) + accuracy
+        doubt = np.array([one.doubt for one in known])
+        doubt = np.maximum(doubt[left], doubt[right])
+        past = _most_around(np.array([one.past for one in known]), left, right)
+        # scatter of pasts is in what the others miss already
+        error[inside] = np.maximum(share[better, columns], past) + doubt + accuracy
     for k, one in anchors.items():
         amplitude[k] = one.amplitude
         if not np.isfinite(error[k]):
-            error[k] = accuracy + one.doubt
+            error[k] = accuracy + one.doubt + one.past
     return Held(amplitude, np.where(np.isfinite(amplitude), error, np.inf))
 
 
@@ -275,6 +329,16 @@ def _around(run: Indices, inside: Indices) -> tuple[Indices, Indices]:
     return np.maximum(right - 1, 0), right
 
 
+def _most_around(values: Array, left: Indices, right: Indices) -> Array:
+    """Largest value of the two anchors to either side.
+
+    A difference of two pasts is one draw, and may be small by chance.
+    """
+    last = len(values) - 1
+    around = (np.maximum(left - 1, 0), left, right, np.minimum(right + 1, last))
+    return np.asarray(np.max([values[i] for i in around], axis=0))
+
+
 def _bound(x: Array, y: Complex, z: Complex, at: Array, there: Complex) -> Array:
     """Relative error of the size, for a slope of one, at frequencies from an anchor to another.
 
@@ -294,9 +358,10 @@ def _bound(x: Array, y: Complex, z: Complex, at: Array, there: Complex) -> Array
     own = np.searchsorted(at, x)
     close = np.diff(own) <= CLOSE
     with np.errstate(invalid="ignore"):  # nan where there is no answer
-        most = np.maximum(_grown(missed[left] / there), _grown(missed[right] / there))
+        begin, end = missed_across(x, y, missed)
+        most = np.maximum(_grown(begin[left] / there), _grown(end[left] / there))
         scatter = _grown(missed / there[own])[1:-1]
-    between = most * 4 * t * (1 - t)
+        between = np.where((t > 0) & (t < 1), most * 4 * t * (1 - t), 0.0)
     between[own[1:-1]] = np.where(close[1:] & close[:-1], scatter, 0.0)
     floor = np.median(np.abs((missed / z).real) * np.abs(z))
     return np.asarray(between + floor / np.abs(there))

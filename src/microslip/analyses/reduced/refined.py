@@ -33,7 +33,12 @@ from scipy.interpolate import Akima1DInterpolator, PchipInterpolator
 from microslip.analyses.reduced.table import EquivalentTable, UpperHarmonics
 from microslip.analyses.statics.cycle_tangent import upper_answers
 from microslip.analyses.statics.held import HeldMode
-from microslip.analyses.statics.prescribed import PrescribedCycle, prescribed_cycle
+from microslip.analyses.statics.prescribed import (
+    PrescribedCycle,
+    cycle_at,
+    in_equilibrium,
+    prescribed_cycle,
+)
 from microslip.errors import ContactError, Failure, MicroslipError
 from microslip.numerics.execute import Executor, each, threads
 from microslip.typing import Array, Complex
@@ -104,9 +109,11 @@ def refined_table(
     failures: list[Failure] = []
 
     def one(a: float) -> PrescribedCycle | Failure:
-        below = [c for c in solved if abs(c.q) < a] if len(solved) > 4 else []
+        below = [c for c in solved if abs(c.q) < a and in_equilibrium(held, c)]
+        if len(solved) <= 4:
+            below = []
         try:
-            return prescribed_cycle(
+            return cycle_at(
                 held,
                 a,
                 steps=steps,
@@ -211,7 +218,10 @@ def _upper_harmonics(
     kept = _resonant(held, solved[int(np.argmax(gamma))], omegas)
     if not kept:
         return None
-    damped = np.flatnonzero(gamma > DAMPED * gamma.max())
+    stiff = np.array([in_equilibrium(held, c) for c in solved])
+    damped = np.flatnonzero((gamma > DAMPED * gamma.max()) & stiff)
+    if not len(damped):
+        return None
     chosen = damped[np.unique(np.linspace(0, len(damped) - 1, min(knots, len(damped))).astype(int))]
     rows = list(each(lambda i: upper_answers(held, solved[i], kept, steps=steps), chosen, executor))
     x = np.log([abs(c.q) for c in solved])

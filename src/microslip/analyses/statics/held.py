@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from microslip.analyses.prepared.joint import PreparedJoint
-from microslip.analyses.prepared.joint_modes import walking_modes
+from microslip.analyses.prepared.joint_modes import JointMode, walking_modes
 from microslip.analyses.prepared.prestress import Prestress
 from microslip.analyses.statics.floating import Floating, floating
 from microslip.analyses.statics.half_turn import HalfTurn, find_half_turn
@@ -22,6 +22,9 @@ from microslip.typing import Array, Indices, Mask
 
 HOLD = 100.0
 """Stiffness that holds the mode to its course, over omega_sl²."""
+
+LINKED = 1e-6
+"""Share of a body's slide in the stuck mode beyond which it moves with the mode, not as a mean."""
 
 RELATIVE = 1e-2
 """Share of the largest relative motion of the bodies below which they move together."""
@@ -53,6 +56,9 @@ class HeldMode(Brief):
         Driven port.
     half_turn : HalfTurn, optional
         Where the joint is its own image: cycles are then marched by halves.
+    loose : HeldMode, optional
+        The same with motions that have more inertia than support sought, for amplitudes at which
+        equilibrium has no stable path; None where there are no such motions.
     """
 
     model: JointModel
@@ -68,6 +74,7 @@ class HeldMode(Brief):
     port: str
     drive: str
     half_turn: HalfTurn | None = None
+    loose: HeldMode | None = None
 
     @property
     def carried(self) -> Array:
@@ -80,6 +87,9 @@ class HeldMode(Brief):
 def hold_mode(joint: PreparedJoint, reference_omega: float, *, upper: int = 0) -> HeldMode:
     """Prepare cycles with the joint's own mode prescribed.
 
+    Bodies that slide past each other as the stuck mode has them do so with their inertia; where the mode
+    leaves that motion alone, as by symmetry that of a lap joint does, it has a mean only, and no inertia.
+
     Parameters
     ----------
     joint : PreparedJoint
@@ -90,14 +100,27 @@ def hold_mode(joint: PreparedJoint, reference_omega: float, *, upper: int = 0) -
         Modes above the sliding mode that get a port.
     """
     mode = joint.principal()
-    return hold_port(
-        joint,
-        mode.port,
-        mode.sliding_omega,
-        reference_omega,
-        upper=upper,
-        load_on_mode=mode.load_on_sliding[joint.drive],
-    )
+
+    def held(floats: bool) -> HeldMode:
+        return hold_port(
+            joint,
+            mode.port,
+            mode.sliding_omega,
+            reference_omega,
+            static=resting(joint.model, mode),
+            floats=floats,
+            upper=upper,
+            load_on_mode=mode.load_on_sliding[joint.drive],
+        )
+
+    stiff = held(False)
+    loose = bool((stiff.flexibility.stiffness < 0).any())
+    return replace(stiff, loose=held(True)) if loose else stiff
+
+
+def resting(model: JointModel, mode: JointMode) -> Mask:
+    """Modes (k,) that slide the bodies past each other and that a stuck mode leaves alone."""
+    return np.asarray(walking_modes(model) & (mode.stuck**2 < LINKED))
 
 
 def hold_port(

@@ -15,8 +15,10 @@ course. The modal contact force follows from the equation of the mode itself,
 The inertia is exact for the first harmonic only. Upper modes whose frequency lies near a multiple
 of the first are given the rest of theirs as a load on their own port, see `refined.py`.
 
-Rigid motions that slide the beams past each other keep their static stiffness: they are nearly at
-rest, and their steady offset has no inertia.
+Rigid motions that slide the beams past each other and that the stuck mode leaves alone keep their static
+stiffness: they are nearly at rest, and their steady offset has no inertia. Where the mode has some of such
+a motion (a beam whose end is free shortens with its bending) that has its inertia too; from the amplitude on
+at which equilibrium is then unstable it is sought as `floating.py` says (`cycle_at`).
 """
 
 from __future__ import annotations
@@ -35,6 +37,7 @@ from microslip.contact.fallbacks import Counts, together
 from microslip.contact.pairs import slip_history
 from microslip.contact.path import PathRecord, follow_path
 from microslip.contact.solver import ContactSolver
+from microslip.errors import ContactError
 from microslip.numerics.fourier import harmonic, without_drift
 from microslip.typing import Array, Complex, Status
 
@@ -185,6 +188,50 @@ def prescribed_cycle(
         fallbacks=together(taken),
         state=_state_after(solver, turn if closed.turned else None, path[-1]),
     )
+
+
+def cycle_at(
+    held: HeldMode,
+    amplitude: float,
+    *,
+    steps: int,
+    cycles: int,
+    closure: float = 1e-4,
+    harmonics: int = 1,
+    start: ContactState | None = None,
+) -> PrescribedCycle:
+    """A cycle in equilibrium; where that has no stable path, with the motions of loose bodies sought.
+
+    Parameters as in `prescribed_cycle`; `start` is for the first.
+
+    Raises
+    ------
+    ContactError
+        Where neither is found.
+    """
+
+    def cycle(of: HeldMode, start: ContactState | None) -> PrescribedCycle:
+        return prescribed_cycle(
+            of,
+            amplitude,
+            steps=steps,
+            cycles=cycles,
+            closure=closure,
+            harmonics=harmonics,
+            start=start,
+        )
+
+    try:
+        return cycle(held, start)
+    except ContactError:
+        if held.loose is None:
+            raise
+        return cycle(held.loose, None)
+
+
+def in_equilibrium(held: HeldMode, cycle: PrescribedCycle) -> bool:
+    """Whether a cycle was followed in equilibrium, not with the motions of loose bodies sought."""
+    return len(cycle.state.load) == len(held.carried)
 
 
 def prescribed_path(held: HeldMode, amplitude: float, steps: int) -> tuple[Array, Array]:
