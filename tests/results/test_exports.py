@@ -114,9 +114,7 @@ def test_contact_over_the_cycle_is_that_of_the_run(plates, vtk):
     assert [float(e.get("timestep")) for e in listed] == pytest.approx(cycle.theta[steps])
     for entry, step in list(zip(listed, steps, strict=True))[::9]:
         found = meshio.read(vtk[0] / entry.get("file"))
-        at = [
-            int(np.argmin(np.linalg.norm(surface.points - x, axis=1))) for x in found.points
-        ]
+        at = [int(np.argmin(np.linalg.norm(surface.points - x, axis=1))) for x in found.points]
         data = found.point_data
         assert data["pressure"] == pytest.approx(cycle.pressure[step, at], abs=0)
         assert (data["state"] == cycle.status[step, at]).all()
@@ -194,7 +192,12 @@ def test_functions_say_what_they_are(lap, tmp_path):
     units, nodes, *functions = sets_of(write_universal(lap, tmp_path / UFF))
     assert (units["type"], units["units_code"], units["length"], units["force"]) == (164, 1, 1, 1)
     assert nodes["type"] == 15
-    kinds = {"middle": (8, 2, "m"), "end": (8, 6, "rad"), "rate": (11, 2, "m/s"), "slip": (8, 0, "m")}
+    kinds = {
+        "middle": (8, 2, "m"),
+        "end": (8, 6, "rad"),
+        "rate": (11, 2, "m/s"),
+        "slip": (8, 0, "m"),
+    }
     for each in functions:
         kind, direction, unit = kinds[each["rsp_ent_name"].strip()]
         assert each["func_type"] == 4

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from conftest import with_value
 from matplotlib.collections import PolyCollection
 from matplotlib.quiver import Quiver
 from mesh_files import plates_document
@@ -240,3 +242,28 @@ def test_loads_are_forces_on_the_nodes(run):
     geometry, loads = run.geometry, run.structure.loads
     assert geometry.forces(loads["tip"]).sum(axis=0) == pytest.approx([0, 0, 1], abs=1e-12)
     assert np.abs(geometry.forces(loads["bolt"]).sum(axis=0)).max() < 1e-12
+
+
+def test_a_steady_state_in_time_is_drawn_as_a_cycle_is(run):
+    """The same contact as that of the cycle: the same maps, from reactions and relative displacements."""
+    *_, cycle = shown_cycle(run)
+    steps = len(cycle.theta) - 1
+    march = SimpleNamespace(r=cycle.r, v=cycle.v, status=cycle.status, time=np.arange(steps + 1.0))
+    steady = SimpleNamespace(
+        converged=True, amplitude=1.0, cycle=march, load=cycle.amplitude, phase=0.0, frequency=50.0
+    )
+    timed = with_value(run, "time", (SimpleNamespace(steady=steady),))
+    figure = figures_of(timed)["steady_state"](timed)
+    other = figures_of(run)["contact_states"](run)
+    for one, two in zip(figure.axes, other.axes, strict=True):
+        assert shown(one)[1].tolist() == shown(two)[1].tolist()
+    assert "50.00 Hz" in figure._suptitle.get_text()
+
+
+def test_why_figures_are_left_out_is_said(run):
+    bare = replace(run)
+    bare.__dict__["geometry"] = None
+    said = left_out(bare)
+    assert {"prestress", "contact_states", "overview"} <= set(said)
+    assert set(said.values()) == {"the nodes have no coordinates"}
+    assert not set(said) & set(figures_of(bare))

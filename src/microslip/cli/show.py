@@ -35,7 +35,7 @@ def show(
         bool, typer.Option("--open", help="Open the overview with the viewer for pictures.")
     ] = False,
 ) -> None:
-    """Tables of an earlier run again, its figures, and files for other programs, from its folder."""
+    """Tables of an earlier run again, and its figures, from its folder."""
     console = Console()
     with messages():
         kinds = listed("--format", formats, FORMATS)

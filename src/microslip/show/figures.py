@@ -21,6 +21,7 @@ from microslip.show.plots.spatial_fields import (
     pressure_figure,
     spatial_dissipation_figure,
     spatial_states_figure,
+    spatial_steady_figure,
     spatial_tractions_figure,
 )
 from microslip.show.plots.structure import modes_figure, motion_figure, structure_figure
@@ -35,6 +36,7 @@ IN_SPACE: dict[str, Drawing] = {
     "contact_states": spatial_states_figure,
     "tractions": spatial_tractions_figure,
     "dissipation": spatial_dissipation_figure,
+    "steady_state": spatial_steady_figure,
 }
 """What draws on surfaces what other figures draw along a line."""
 
@@ -43,7 +45,6 @@ ALONG = ("prestress", "overview", "contact_states", "tractions", "dissipation", 
 
 NO_PLACES = "the nodes have no coordinates"
 NO_LINE = "pairs of several interfaces in the plane are not in line"
-NO_MAP = "not drawn in space"
 """Why figures are left out."""
 
 
@@ -64,10 +65,7 @@ def left_out(run: Run) -> dict[str, str]:
     """Figures that there would be of another joint with the same analyses, and why there are none of this."""
     names = [name for name in _every(run, None) if name in ALONG]
     if run.model.dimension == 3:
-        drawn = {*IN_SPACE, "overview"}
-        if run.geometry is None:
-            return dict.fromkeys(names, NO_PLACES)
-        return {name: NO_MAP for name in names if name not in drawn}
+        return dict.fromkeys(names, NO_PLACES) if run.geometry is None else {}
     return {} if in_line(run) else dict.fromkeys(names, NO_LINE)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
@@ -9,6 +11,8 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from microslip.analyses.statics.cycle import Cycle
+from microslip.analyses.time.readings import phases
+from microslip.contact.fields import contact_fields
 from microslip.contact.pairs import SEPARATED, STICK, touches
 from microslip.pipeline.run import Run
 from microslip.show.plots.interface_maps import (
@@ -28,7 +32,7 @@ from microslip.show.plots.interface_maps import (
 )
 from microslip.show.plots.selection import greatest_damping, main_drive, name_of
 from microslip.show.plots.style import house_style, letters
-from microslip.typing import Array, Mask
+from microslip.typing import Array, Mask, Status
 
 MEGA, MICRO = 1e-6, 1e6
 """Pa to MPa, m to µm."""
@@ -77,27 +81,65 @@ def shown_cycle(run: Run) -> tuple[str, int, Cycle] | None:
     return drive, index, run.cycles[drive][index]
 
 
+@dataclass(frozen=True)
+class Turn:
+    """Contact over one turn of the load.
+
+    Attributes
+    ----------
+    load : (s + 1,) array
+        The last repeats the first.
+    status : (s + 1, m) int8 array
+    slip : (s + 1, m, 2) array
+        m.
+    """
+
+    load: Array
+    status: Status
+    slip: Array
+
+
 def spatial_states_figure(run: Run) -> Figure | dict[str, Figure] | None:
     """States of the cycle of greatest damping at both ends of the load and between, and over all of it."""
-    return by_interface(run, _states)
-
-
-@house_style
-def _states(run: Run, drawn: Drawn) -> Figure | None:
     found = shown_cycle(run)
     if found is None:
         return None
     drive, index, cycle = found
+    turn = Turn(cycle.load, cycle.status, cycle.slip)
+    said = f"{name_of(run, drive, index)}, the cycle of greatest damping"
+    return by_interface(run, lambda run, drawn: states_of_turn(run, drawn, turn, said))
+
+
+def spatial_steady_figure(run: Run) -> Figure | dict[str, Figure] | None:
+    """The same of the steady state of largest amplitude in time; of one that is not steady where none is."""
+    if not run.time_domain:
+        return None
+    steady = [p for p in run.time_domain if p.steady.converged]
+    point = max(steady or run.time_domain, key=lambda p: abs(p.steady.amplitude))
+    march = point.steady.cycle
+    fields = contact_fields(march.r, march.v, run.prestress.solution.v, run.model.area)
+    load = point.steady.load * np.sin(phases(point.steady))
+    turn = Turn(load, march.status, fields.slip)
+    what = "steady state" if point.steady.converged else "not steady, the cycle"
+    driven = run.joint.driven.load.named(point.steady.load)
+    said = f"{what} of largest amplitude: {driven}, {point.steady.frequency:.2f} Hz"
+    return by_interface(run, lambda run, drawn: states_of_turn(run, drawn, turn, said))
+
+
+@house_style
+def states_of_turn(run: Run, drawn: Drawn, turn: Turn, said: str) -> Figure:
+    """States of one interface where the load is largest either way and between, and over the whole turn."""
     figure, axes = panels([drawn[1]] * 4)
-    never = never_touching(cycle.status[1:, drawn[0].pairs])
-    for ax, (step, said) in zip(axes, instants(cycle.load), strict=False):
-        draw_instant(ax, drawn, cycle, step, never)
-        ax.set_title(title(drawn, run, said), loc="left")
-    draw_over_cycle(axes[3], drawn, cycle.status[1:, drawn[0].pairs])
+    status = turn.status[1:, drawn[0].pairs]
+    never = never_touching(status)
+    for ax, (step, name) in zip(axes, instants(turn.load), strict=False):
+        draw_instant(ax, drawn, turn, step, never)
+        ax.set_title(title(drawn, run, name), loc="left")
+    draw_over_cycle(axes[3], drawn, status)
     axes[3].set_title(title(drawn, run, "over the whole cycle"), loc="left")
     letters(axes)
     figure.legend(handles=state_handles(never), loc="outside lower center", ncols=5)
-    figure.suptitle(f"{name_of(run, drive, index)}, the cycle of greatest damping")
+    figure.suptitle(said)
     return figure
 
 
@@ -114,12 +156,12 @@ def instants(load: Array) -> list[tuple[int, str]]:
     ]
 
 
-def draw_instant(ax: Axes, drawn: Drawn, cycle: Cycle, step: int, never: Mask) -> None:
+def draw_instant(ax: Axes, drawn: Drawn, turn: Turn | Cycle, step: int, never: Mask) -> None:
     """States at a step, with arrows of how the upper side slips in it."""
     own = drawn[0].pairs
-    status = cycle.status[step, own]
+    status = turn.status[step, own]
     draw_states(ax, drawn, status, never)
-    moved = cycle.slip[step, own] - cycle.slip[step - 1, own]
+    moved = turn.slip[step, own] - turn.slip[step - 1, own]
     draw_arrows(ax, drawn, moved, (status != STICK) & (status != SEPARATED))
 
 
