@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
+import tomllib
 from xml.etree import ElementTree
 
 import meshio
 import numpy as np
 import pytest
 import pyuff
-from conftest import description
+from conftest import ROOT, description
 from mesh_files import plates_document
 
 from microslip.describe.reading import parse_joint
@@ -154,6 +155,39 @@ def test_a_lap_joint_is_written_as_well(lap, tmp_path):
     assert line.point_data["pressure"] @ lap.model.area == pytest.approx(
         lap.prestress.preload["clamp"], rel=1e-9
     )
+
+
+def test_vtk_itself_reads_the_files(vtk):
+    """Integrated by VTK: the pressure is the bolt, the elements are two plates of 95 by 20 by 5 mm."""
+    io = pytest.importorskip("vtkmodules.vtkIOXML")
+    parallel = pytest.importorskip("vtkmodules.vtkFiltersParallel")
+    for name, size, volume in (("prestress_contact", "Area", 600e-6), ("modes", "Volume", 19e-6)):
+        reader = io.vtkXMLUnstructuredGridReader()
+        reader.SetFileName(str(vtk[0] / f"{name}.vtu"))
+        whole = parallel.vtkIntegrateAttributes()
+        whole.SetInputConnection(reader.GetOutputPort())
+        whole.Update()
+        found = whole.GetOutput()
+        assert found.GetCellData().GetArray(size).GetValue(0) == pytest.approx(volume, rel=1e-9)
+        if size == "Area":
+            force = found.GetPointData().GetArray("pressure").GetValue(0)
+            assert force == pytest.approx(FORCE, rel=1e-6)
+
+
+def test_motion_of_matrices_in_millimetres_is_in_metres(tmp_path):
+    """The node that the load acts on moves as its output says."""
+    document = tomllib.loads((ROOT / "examples" / "matrices_beam.toml").read_text("utf-8"))
+    document["analysis"] = {"cycle": {"force": [200.0], "drives": ["load"], "steps": 24}}
+    beam = run_joint(parse_joint(document, "matrices", ROOT / "examples"))
+    write_vtk(beam, tmp_path, "load", 0)
+    (cycle,) = beam.cycles["load"]
+    node = int(np.flatnonzero(beam.geometry.labels == 144)[0])
+    y = [
+        meshio.read(tmp_path / "cycle" / f"motion_{k:03d}.vtu").point_data["displacement"][node, 1]
+        for k in range(len(steps_of(cycle)))
+    ]
+    expected = cycle.output[steps_of(cycle), beam.model.port("tip")]
+    assert y == pytest.approx(expected, abs=1e-6 * np.abs(expected).max())
 
 
 def test_without_places_of_nodes_there_is_no_vtk(plates, tmp_path):

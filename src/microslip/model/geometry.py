@@ -93,7 +93,7 @@ class Geometry(Brief):
     blocks : tuple of Block
         Elements; empty where only nodes are known.
     motion : (d n, dofs) sparse
-        Displacements of the points from those of the structure, up to a common factor.
+        Displacements of the points, m, from those of the structure.
     place : (dofs,) int array
         Component ``d k + i`` of point k that each degree of freedom of the structure is, -1 of none.
     surfaces : tuple of ContactSurface
@@ -233,7 +233,7 @@ def geometry_of_nodes(
     numbering : Numbering or None
     pairs : Pairs
     length : float
-        Unit of the coordinates, m.
+        Unit of length of the matrices and the coordinates, m.
     """
     if numbering is None or numbering.x is None or numbering.y is None:
         return None
@@ -250,7 +250,7 @@ def geometry_of_nodes(
         labels=labels,
         body=np.asarray(part[at]),
         blocks=(),
-        motion=_picked(place, points.size),
+        motion=length * _picked(place, points.size),
         place=place,
         surfaces=(_line(structure, points, place, pairs.normals, "contact"),),
     )

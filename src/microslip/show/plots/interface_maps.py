@@ -32,7 +32,7 @@ MOST_ARROWS = 260
 WIDEST, TALLEST = 150.0, 68.0
 """Room that one panel has at most, mm."""
 
-LABELS = 17.0
+LABELS = 19.0
 """Height of the title and the labels of a panel, mm."""
 
 Drawn = tuple[ContactSurface, Chart]

@@ -303,12 +303,18 @@ def frame(ax: Axes, flat: Array, margin: float = 0.06) -> None:
     ax.set_axis_off()
 
 
+TRIAD = 0.055
+"""Length of a direction, over the width of the picture."""
+
+
 def draw_triad(ax: Axes, geometry: Geometry, view: View) -> None:
-    """Directions of the coordinates in the lower left corner."""
+    """Directions of the coordinates in the lower left corner, below plane structures."""
     d = geometry.dimension
-    low, high = ax.get_xlim(), ax.get_ylim()
-    size = 0.055 * (low[1] - low[0])
-    start = np.array([low[0] + 1.1 * size, high[0] + 1.1 * size])
+    across, along = ax.get_xlim(), ax.get_ylim()
+    size = TRIAD * (across[1] - across[0])
+    bottom = along[0] - (1.8 * size if d == 2 else 0.0)
+    ax.set_ylim(bottom, along[1])
+    start = np.array([across[0] + 1.1 * size, bottom + (0.3 if d == 2 else 1.1) * size])
     for k, name in enumerate("xyz"[:d]):
         way = view.flat(np.eye(d)[k]) / MILLI * size
         arrow = {"arrowstyle": "-|>", "lw": 0.7, "mutation_scale": 6}
