@@ -251,7 +251,7 @@ def bare(ax: Axes, chart: Chart) -> None:
     ax.set_aspect("equal")
     every = np.vstack([chart.centres, *chart.cells])
     low, high = every.min(axis=0), every.max(axis=0)
-    margin = 0.045 * max(float((high - low).max()), 1e-9)
+    margin = 0.08 * max(float((high - low).max()), 1e-9)
     ax.set_xlim(low[0] - margin, high[0] + margin)
     ax.set_ylim(low[1] - margin, high[1] + margin)
     ax.grid(False)
