@@ -72,6 +72,16 @@ class Chart:
         every = np.vstack([self.centres, *self.cells])
         return np.asarray(np.ptp(every, axis=0))
 
+    @property
+    def margins(self) -> Array:
+        """(2,) room around it for arrows, mm."""
+        extent = self.extent
+        return np.minimum(ROOM * max(float(extent.max()), 1e-9), EDGE * np.maximum(extent, 1e-9))
+
+
+ROOM, EDGE = 0.08, 0.15
+"""Room around an interface, over its larger extent, and at most over its extent that way."""
+
 
 def chart_of(surface: ContactSurface, points: Array) -> Chart:
     """The interface laid flat.
@@ -251,9 +261,9 @@ def bare(ax: Axes, chart: Chart) -> None:
     ax.set_aspect("equal")
     every = np.vstack([chart.centres, *chart.cells])
     low, high = every.min(axis=0), every.max(axis=0)
-    margin = 0.08 * max(float((high - low).max()), 1e-9)
-    ax.set_xlim(low[0] - margin, high[0] + margin)
-    ax.set_ylim(low[1] - margin, high[1] + margin)
+    across, along = chart.margins
+    ax.set_xlim(low[0] - across, high[0] + across)
+    ax.set_ylim(low[1] - along, high[1] + along)
     ax.grid(False)
     ax.set_xlabel(chart.labels[0])
     ax.set_ylabel(chart.labels[1])

@@ -68,7 +68,7 @@ def panels(charts: Sequence[Chart], foot: float = 12.0) -> tuple[Figure, list[Ax
         Height of what stands below all, mm.
     """
     count = len(charts)
-    shape = max(float(np.divide(*chart.extent)) if chart.extent[1] else 1.0 for chart in charts)
+    shape = max(float(np.divide(*(chart.extent + 2 * chart.margins))) for chart in charts)
     columns = min(count, 1 if shape > 3.2 else 2 if shape > 0.9 else 4)
     rows = -(-count // columns)
     wide = min(WIDEST, DOUBLE / MM / columns - 24.0)
