@@ -225,7 +225,7 @@ def reference_cells(kind: str) -> tuple[Array, ...]:
     --------
     >>> [len(cell) for cell in reference_cells("quad4")]
     [4, 4, 4, 4]
-    >>> reference_cells("tri3")[0].round(3).tolist()
+    >>> (reference_cells("tri3")[0].round(3) + 0.0).tolist()
     [[0.0, 0.0], [0.5, 0.0], [0.333, 0.333], [0.0, 0.5]]
     """
     shape = element_type(kind)
