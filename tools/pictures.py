@@ -196,16 +196,14 @@ def make(recipe: Recipe) -> dict[str, Any]:
 
 
 def facts_of(summary: dict[str, Any]) -> dict[str, float]:
-    """What every analysis of a joint stands on, from the summary of a run."""
+    """What every analysis of a lap joint stands on, from the summary of a run; nothing of other joints."""
     model = summary["model"]
-    return {
-        key: model[key]
-        for key in (
-            "sliding_frequency_hz",
-            "stuck_frequency_hz",
-            "opening_moment_over_clamp_force_length",
-        )
-    }
+    keys = (
+        "sliding_frequency_hz",
+        "stuck_frequency_hz",
+        "opening_moment_over_clamp_force_length",
+    )
+    return {key: model[key] for key in keys} if set(keys) <= set(model) else {}
 
 
 def _python(words: list[str]) -> None:

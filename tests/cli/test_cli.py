@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import os
 import re
+import shutil
 import subprocess
 import sys
 from io import StringIO
@@ -13,6 +14,7 @@ from pathlib import Path
 import command_line
 import pytest
 from command_line import EXAMPLE, assert_refused
+from conftest import ROOT
 from rich.console import Console
 from wrong_inputs import MEASURED, RIGHT, WRONG, WRONG_SIGNALS, history
 
@@ -127,6 +129,37 @@ def test_check_shows_what_follows(command):
     # E'h³/12 = 70e9/0.91 * 0.0125³/12; P/(2 L_p) = 1e6/0.05; L_o/L = 37.5/251.5
     for part in ("12.52 kN", "20 MPa", "0.1491", "201", "estimated time"):
         assert part in result.stdout
+
+
+def test_check_draws_what_the_file_describes(command, tmp_path):
+    result = command("check", "joint.toml", "--out", "pictures")
+    assert result.exit_code == 0, result.output
+    written = {path.name for path in (tmp_path / "pictures").iterdir()}
+    assert written == {"structure.png", "interface_contact.png"}
+    assert "are in pictures" in result.stdout
+
+
+def test_check_draws_also_where_the_preload_does_not_press(command, tmp_path):
+    """Normals the wrong way round: the pictures are there before the message."""
+    shutil.copytree(ROOT / "examples" / "mesh_plates", tmp_path / "mesh_plates")
+    text = (ROOT / "examples" / "mesh_plates.toml").read_text("utf-8")
+    pulled = text.replace('force = "600 kN/m"', 'force = "600 kN/m"\ndirection = "z"')
+    (tmp_path / "pulled.toml").write_text(pulled)
+    result = command("check", "pulled.toml", "--out", "pictures")
+    assert result.exit_code == 2
+    assert "pulls the sides of the pairs apart" in result.stderr
+    assert (tmp_path / "pictures" / "interface_contact.png").is_file()
+
+
+def test_check_has_no_pictures_of_nodes_without_places(command, tmp_path):
+    """Matrices of which nothing says where their nodes are."""
+    shutil.copytree(ROOT / "examples" / "matrices_beam", tmp_path / "matrices_beam")
+    text = (ROOT / "examples" / "matrices_beam.toml").read_text("utf-8")
+    (tmp_path / "bare.toml").write_text(text.replace('nodes = "matrices_beam/nodes.csv"\n', ""))
+    result = command("check", "bare.toml", "--out", "pictures")
+    assert result.exit_code == 0, result.output
+    assert "no pictures: the nodes of the matrices have no coordinates" in result.stdout
+    assert not (tmp_path / "pictures").exists()
 
 
 def test_a_title_is_shown_as_written(command, tmp_path):

@@ -230,6 +230,15 @@ def test_show_draws_the_figures_again(command, stored):
     assert {"overview", "model", "prestress", "hysteresis"} <= set(drawn)
 
 
+def test_show_writes_files_for_other_programs(command, stored):
+    """Into the folder of the run, beside what is there."""
+    result = command("show", stored, "--export", "vtk,uff")
+    assert result.exit_code == 0, result.output
+    assert (stored / "vtk" / "prestress.vtu").is_file()
+    assert "for other programs are in" in result.stdout
+    assert_refused(command("show", stored, "--export", "stl"), "--export 'stl'", "vtk, uff")
+
+
 def test_show_opens_the_overview(command, stored, monkeypatch):
     opened = []
     overview = stored / "figures" / "overview.svg"

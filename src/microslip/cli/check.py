@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated
 
 import typer
 from rich import box
@@ -12,6 +14,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from microslip.cli.folders import claim, withdraw
 from microslip.cli.messages import messages, warn
 from microslip.cli.options import JointFile
 from microslip.contact.fields import contact_extent
@@ -25,6 +28,7 @@ from microslip.pipeline.estimate import Estimate, elastic_limit, estimate, input
 from microslip.pipeline.prepare import assemble
 from microslip.pipeline.run import asked_for
 from microslip.registry import column
+from microslip.show.described import draw_described
 
 app = typer.Typer(add_completion=False)
 
@@ -32,15 +36,40 @@ Row = tuple[str, str]
 
 
 @app.command()
-def check(file: JointFile) -> None:
+def check(
+    file: JointFile,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out",
+            metavar="DIR",
+            help="Draw the structure, its interfaces and what moves without stiffness into DIR.",
+        ),
+    ] = None,
+) -> None:
     """Validate a joint file; show what follows from it and what a run will cost."""
     with messages():
         joint = load_joint(file)
         check_size(joint, degrees_of_freedom(joint))
+        if out is not None:
+            _draw(joint, out)
         table = derived(joint)
         cautions = input_doubts(joint)
     Console().print(table)
     warn(cautions)
+
+
+def _draw(joint: Joint, folder: Path) -> None:
+    """Pictures first: they are wanted most where the rest ends with an error."""
+    created = claim(folder, force=True)
+    try:
+        written = draw_described(joint, folder)
+    finally:
+        withdraw(created)
+    if written:
+        typer.echo(f"{', '.join(path.name for path in written)} are in {folder}")
+    else:
+        typer.echo("no pictures: the nodes of the matrices have no coordinates; see matrices.nodes")
 
 
 def derived(joint: Joint) -> Table:

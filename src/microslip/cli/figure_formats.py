@@ -1,4 +1,4 @@
-"""The option ``--format`` of the commands that draw figures."""
+"""The options ``--format`` and ``--export`` of the commands that write results."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ from typing import Annotated
 
 import typer
 
+from microslip.cli.options import listed
+from microslip.show.exports import EXPORTS
 from microslip.show.plots.style import FORMATS, USUAL_FORMATS
 
 FigureFormats = Annotated[
@@ -15,3 +17,25 @@ FigureFormats = Annotated[
 
 USUAL = ",".join(USUAL_FORMATS)
 """What the option is where it is left out."""
+
+Exports = Annotated[
+    str | None,
+    typer.Option(
+        "--export",
+        metavar="LIST",
+        help="Also write for other programs, of "
+        + ", ".join(f"{name} ({what})" for name, what in EXPORTS.items())
+        + ".",
+    ),
+]
+
+
+def exports_of(text: str | None) -> tuple[str, ...]:
+    """Formats for other programs that are asked for.
+
+    Raises
+    ------
+    InputError
+        Where one is not known.
+    """
+    return () if text is None else listed("--export", text, EXPORTS)

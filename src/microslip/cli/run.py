@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from microslip.cli.figure_formats import USUAL, FigureFormats
+from microslip.cli.figure_formats import USUAL, Exports, FigureFormats, exports_of
 from microslip.cli.folders import claimed, report
 from microslip.cli.messages import EXIT_CODES, messages, stop_interrupted, stop_unanswered, warn
 from microslip.cli.options import Force, JointFile, Quiet, at_least_one, listed
@@ -22,6 +22,7 @@ from microslip.pipeline.run import run as run_joint
 from microslip.results.files import SUMMARY
 from microslip.results.store import STORE, Keeper, RunStore, finished
 from microslip.results.summary import summary
+from microslip.show.exports import export
 from microslip.show.plots.style import FORMATS
 from microslip.show.progress import progress_on
 from microslip.show.terminal import print_found
@@ -38,6 +39,7 @@ def run(
         typer.Option("--out", metavar="DIR", help="Output folder; FILE's name with -output."),
     ] = None,
     formats: FigureFormats = USUAL,
+    exports: Exports = None,
     threads: Annotated[
         int | None,
         typer.Option(
@@ -60,6 +62,7 @@ def run(
     folder = out if out is not None else Path(f"{file.stem}-output")
     with messages():
         kinds = listed("--format", formats, FORMATS)
+        others = exports_of(exports)
         most = at_least_one("--threads", threads)
         joint = load_joint(file)
         check_size(joint, degrees_of_freedom(joint))
@@ -80,6 +83,8 @@ def run(
             written = write_results(
                 result, folder, progress, kinds, found=found, judged=judged, store=store
             )
+            if others:
+                written += export(result, folder, others)
             progress.finish()
     if as_json or quiet:
         said = set(map(str, doubts))

@@ -8,13 +8,14 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from microslip.cli.figure_formats import USUAL, FigureFormats
+from microslip.cli.figure_formats import USUAL, Exports, FigureFormats, exports_of
 from microslip.cli.messages import messages
 from microslip.cli.options import listed
 from microslip.errors import InputError
 from microslip.results.files import FIGURES, SUMMARY, load_results
 from microslip.results.store import load_run
-from microslip.show.figures import figures_of, save_figures
+from microslip.show.exports import export
+from microslip.show.figures import figures_of, left_out, save_figures
 from microslip.show.plots.style import FORMATS
 from microslip.show.progress import progress_on
 from microslip.show.terminal import print_found
@@ -29,6 +30,7 @@ def show(
         bool, typer.Option("--figures", help="Draw the figures again, into DIR/figures.")
     ] = False,
     formats: FigureFormats = USUAL,
+    exports: Exports = None,
     open_it: Annotated[
         bool, typer.Option("--open", help="Open the overview with the viewer for pictures.")
     ] = False,
@@ -37,6 +39,7 @@ def show(
     console = Console()
     with messages():
         kinds = listed("--format", formats, FORMATS)
+        others = exports_of(exports)
         with load_results(folder) as stored, console.capture() as tables:
             try:
                 print_found(stored.summary, console)
@@ -45,13 +48,18 @@ def show(
                     f"{folder / SUMMARY}: not a summary that this version can show; run again"
                 ) from None
         typer.echo(tables.get(), nl=False)
-        if figures:
+        run = load_run(folder) if figures or others else None
+        if figures and run is not None:
             with progress_on(Console(stderr=True), quiet=False) as progress:
-                run = load_run(folder)
                 progress.start("figures", len(figures_of(run)))
                 written = save_figures(run, folder / FIGURES, progress, kinds)
                 progress.finish()
             typer.echo(f"{len(written)} figures are in {folder / FIGURES}")
+            for name, reason in left_out(run).items():
+                typer.echo(f"no {name}: {reason}")
+        if others and run is not None:
+            files = export(run, folder, others)
+            typer.echo(f"{len(files)} files for other programs are in {folder}")
         if open_it:
             _open(folder / FIGURES)
 

@@ -143,6 +143,7 @@ def _built(described: _Described, changed: tuple[tuple[int, int], ...]) -> Impor
         cautions=(*found.cautions, *([] if joint.material else doubtful_materials(mesh, given))),
         points=np.concatenate([c.points for c in couplings]),
         facts=facts,
+        meshed=found,
     )
 
 

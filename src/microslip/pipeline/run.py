@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -21,8 +22,10 @@ from microslip.analyses.time.history import History
 from microslip.analyses.time.points import TimePoint
 from microslip.describe.joint import Joint
 from microslip.errors import Caution, Failure, InputError, MicroslipError
+from microslip.model.geometry import Geometry
 from microslip.model.joint import JointModel
 from microslip.model.structure import Structure
+from microslip.pipeline.geometry import geometry_of
 from microslip.pipeline.harmonic import HarmonicRun
 from microslip.pipeline.notebook import html_page
 from microslip.pipeline.outcome import Outcome, value_of
@@ -89,6 +92,11 @@ class Run:
     def structure(self) -> Structure:
         """The finite elements."""
         return self.assembly.structure
+
+    @cached_property
+    def geometry(self) -> Geometry | None:
+        """What the structure looks like; None of matrices whose nodes have no coordinates."""
+        return geometry_of(self.joint, self.structure, self.assembly.imported)
 
     @property
     def prestress(self) -> Prestress:

@@ -15,24 +15,37 @@ from microslip.pipeline.run import Run
 from microslip.registry import ANALYSES, resolved
 from microslip.show.plots.model import model_figure
 from microslip.show.plots.overview import overview
+from microslip.show.plots.overview_spatial import spatial_overview
 from microslip.show.plots.prestress import prestress_figure
+from microslip.show.plots.spatial_fields import (
+    pressure_figure,
+    spatial_dissipation_figure,
+    spatial_states_figure,
+    spatial_steady_figure,
+    spatial_tractions_figure,
+)
+from microslip.show.plots.structure import modes_figure, motion_figure, structure_figure
 from microslip.show.plots.style import USUAL_FORMATS, save
 
 Drawing = Callable[[Run], Figure | Mapping[str, Figure] | None]
 """A figure, several by what is appended to the file name, or None where there is nothing to show."""
 
 
-ALONG = (
-    "model",
-    "prestress",
-    "overview",
-    "contact_states",
-    "tractions",
-    "dissipation",
-    "hysteresis",
-    "steady_state",
-)
+IN_SPACE: dict[str, Drawing] = {
+    "prestress": pressure_figure,
+    "contact_states": spatial_states_figure,
+    "tractions": spatial_tractions_figure,
+    "dissipation": spatial_dissipation_figure,
+    "steady_state": spatial_steady_figure,
+}
+"""What draws on surfaces what other figures draw along a line."""
+
+ALONG = ("prestress", "overview", "contact_states", "tractions", "dissipation", "steady_state")
 """Figures of fields along one planar interface."""
+
+NO_PLACES = "the nodes have no coordinates"
+NO_LINE = "pairs of several interfaces in the plane are not in line"
+"""Why figures are left out."""
 
 
 def figures_of(run: Run, judged: Judgement | None = None) -> dict[str, Drawing]:
@@ -44,14 +57,36 @@ def figures_of(run: Run, judged: Judgement | None = None) -> dict[str, Drawing]:
     judged : Judgement, optional
         Of that run, where it is known, for the overview.
     """
-    drawings: dict[str, Drawing] = {"model": model_figure, "prestress": prestress_figure}
+    drawings = _every(run, judged)
+    return {name: draw for name, draw in drawings.items() if name not in left_out(run)}
+
+
+def left_out(run: Run) -> dict[str, str]:
+    """Figures that there would be of another joint with the same analyses, and why there are none of this."""
+    names = [name for name in _every(run, None) if name in ALONG]
+    if run.model.dimension == 3:
+        return dict.fromkeys(names, NO_PLACES) if run.geometry is None else {}
+    return {} if in_line(run) else dict.fromkeys(names, NO_LINE)
+
+
+def _every(run: Run, judged: Judgement | None) -> dict[str, Drawing]:
+    """Figures of everything that was computed."""
+    described = not run.structure.meshes
+    drawings: dict[str, Drawing] = {
+        "model": structure_figure if described else model_figure,
+        "prestress": prestress_figure,
+    }
+    if described:
+        drawings["modes"] = modes_figure
     for row in ANALYSES.values():
         if run.value(row.name) is not None:
             drawings |= {name: resolved(draw) for name, draw in row.figures.items()}
-    drawings["overview"] = partial(overview, judged=judged)
-    if in_line(run):
-        return drawings
-    return {name: draw for name, draw in drawings.items() if name not in ALONG}
+    if described and run.value("cycle") is not None:
+        drawings["motion"] = motion_figure
+    if run.model.dimension == 3:
+        drawings |= {name: draw for name, draw in IN_SPACE.items() if name in drawings}
+        return drawings | {"overview": partial(spatial_overview, judged=judged)}
+    return drawings | {"overview": partial(overview, judged=judged)}
 
 
 def in_line(run: Run) -> bool:

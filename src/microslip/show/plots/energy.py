@@ -13,6 +13,9 @@ from microslip.results.outputs import displacement
 from microslip.show.plots.shown import in_units, label
 from microslip.show.plots.style import DOUBLE, DRIVES, MM, house_style, letters, new_figure
 
+ROUNDING = 1e-12
+"""Of the largest, friction work that is rounding of joints that stick."""
+
 
 @house_style
 def energy_figure(run: Run) -> Figure | None:
@@ -41,7 +44,7 @@ def energy_figure(run: Run) -> Figure | None:
 def draw_energy(ax: Axes, run: Run, drive: str, over: np.ndarray) -> None:
     """Dissipated energy of the cycles of one drive on logarithmic axes."""
     work = np.array([cycle.dissipated for cycle in run.cycles[drive]])
-    shown = work > 0
+    shown = work > ROUNDING * work.max(initial=0.0)
     ax.loglog(over[shown], work[shown], **DRIVES[drive])
 
 

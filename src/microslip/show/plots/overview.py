@@ -59,23 +59,27 @@ def overview(run: Run, judged: Judgement | None = None) -> Figure:
         places += [grid[1, 0], grid[1, 1]] if len(panels) == MOST_PANELS else [grid[1, :]]
     for draw, place, letter in zip(panels, places, "bcd", strict=False):
         draw(figure, place, run, letter)
-    _warn(figure, judge(run) if judged is None else judged)
+    warn(figure, judge(run) if judged is None else judged)
     return figure
 
 
 def _panels(run: Run) -> list[Panel]:
     """What there is to show, the most telling first."""
+    states = [_states] if main_drive(run) else []
+    return [*states, *found_panels(run)][:MOST_PANELS] or [_prestress]
+
+
+def found_panels(run: Run) -> list[Panel]:
+    """Panels of what was computed that need no line of contact pairs."""
     response = bool(run.responses) and run.frictionless is not None
     found = {
-        _states: bool(main_drive(run)),
         _equivalent: bool(run.tables),
         _response: response,
         _harmonic: not response and any(entry.points for entry in run.harmonic),
         _backbone: any(b.points for b in run.backbones),
         _motion: bool(run.histories),
     }
-    panels: list[Panel] = [draw for draw, there in found.items() if there]
-    return panels[:MOST_PANELS] or [_prestress]
+    return [draw for draw, there in found.items() if there]
 
 
 def _states(figure: Figure, place: SubplotSpec, run: Run, letter: str) -> None:
@@ -136,7 +140,7 @@ def _prestress(figure: Figure, place: SubplotSpec, run: Run, letter: str) -> Non
     ax.set_title(f"({letter})  {PRELOADED[run.assembly.measures.clamp]}", loc="left")
 
 
-def _warn(figure: Figure, judged: Judgement) -> None:
+def warn(figure: Figure, judged: Judgement) -> None:
     """What should be doubted, at the foot, a line each; what to do is in the summary."""
     said = [str(replace(caution, remedy="")) for caution in judged.cautions]
     cautions = [textwrap.shorten(line, LINE, placeholder=" ...") for line in said]

@@ -1,0 +1,43 @@
+"""Results for other programs: ParaView (VTK) and test rigs (universal files)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from microslip.pipeline.run import Run
+from microslip.results.universal import UFF, write_universal
+from microslip.results.vtk import VTK, write_vtk
+from microslip.show.plots.selection import greatest_damping, main_drive
+
+EXPORTS = {
+    "vtk": "for ParaView: modes, prestress, motion and contact over the cycle of greatest damping",
+    "uff": "universal file, dataset 58: frequency responses",
+}
+"""Formats for other programs."""
+
+
+def export(run: Run, folder: Path, formats: tuple[str, ...]) -> list[Path]:
+    """Write a run for other programs; what it has nothing for is left out.
+
+    Parameters
+    ----------
+    run : Run
+    folder : Path
+        Of the run.
+    formats : tuple of str
+        Of `EXPORTS`.
+
+    Raises
+    ------
+    InputError
+        Where VTK is asked for and nothing is known of the places of the nodes.
+    """
+    written: list[Path] = []
+    if "vtk" in formats:
+        drive = main_drive(run)
+        index = greatest_damping(run, drive) if drive else 0
+        written += write_vtk(run, folder / VTK, drive, index)
+    if "uff" in formats:
+        path = write_universal(run, folder / UFF)
+        written += [] if path is None else [path]
+    return written

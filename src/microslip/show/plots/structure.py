@@ -1,0 +1,366 @@
+"""The structure: what holds and loads it, its modes, and its motion where the load turns."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from microslip.describe.joint import Joint
+from microslip.model.geometry import ContactSurface, Geometry
+from microslip.model.structure import Structure
+from microslip.pipeline.motion import motion_from_prestress
+from microslip.pipeline.run import Run
+from microslip.show.plots.charts import loop_of
+from microslip.show.plots.interface_maps import colour_bar
+from microslip.show.plots.selection import name_of
+from microslip.show.plots.spatial_fields import shown_cycle
+from microslip.show.plots.style import (
+    BLACK,
+    BLUE,
+    DOUBLE,
+    GREEN,
+    GREY,
+    PURPLE,
+    VERMILLION,
+    house_style,
+    letters,
+    new_figure,
+)
+from microslip.show.plots.view import (
+    Skin,
+    View,
+    columns_of,
+    draw_edges,
+    draw_skin,
+    draw_triad,
+    fitted,
+    frame,
+    skin_of,
+    view_of,
+)
+from microslip.typing import Array, Indices
+
+LARGEST = 0.08
+"""Largest displacement as it is drawn, over the size of the structure."""
+
+ARROW = 0.11
+"""Length of the arrow of a load, over the size of the structure."""
+
+FEW = 4
+"""Arrows of one load in one direction."""
+
+FAINT = 0.1
+"""Of the largest, a force on a node that is not drawn."""
+
+
+BAR = 22.0
+"""Width of the scale of colours, mm."""
+
+
+@dataclass(frozen=True)
+class Marks:
+    """What acts on a structure, by name.
+
+    Attributes
+    ----------
+    preload : mapping of str to (dofs,) array
+        Unit loads that are held.
+    drive : mapping
+        Loads that drive it, or may.
+    """
+
+    preload: Mapping[str, Array]
+    drive: Mapping[str, Array]
+
+
+def marks_of(joint: Joint, structure: Structure, held: Mapping[str, float], drive: str) -> Marks:
+    """Preload and ports of a described structure."""
+    ports = dict.fromkeys([drive, *(port.name for port in joint.ports)])
+    return Marks(
+        {name: structure.loads[name] for name in held if name in structure.loads},
+        {name: structure.loads[name] for name in ports if name in structure.loads},
+    )
+
+
+@house_style
+def structure_figure(run: Run) -> Figure | None:
+    """Bodies with what holds and loads them and where they touch; None where no nodes are known."""
+    if run.geometry is None:
+        return None
+    marks = marks_of(run.joint, run.structure, run.prestress.preload, run.prepared.drive)
+    return given_figure(run.geometry, run.structure, marks, run.joint.title or "")
+
+
+@house_style
+def given_figure(geometry: Geometry, structure: Structure, marks: Marks, name: str) -> Figure:
+    """The same of what a file describes, before anything is computed."""
+    view = view_of(geometry)
+    figure = new_figure(DOUBLE, DOUBLE)
+    ax = figure.subplots()
+    handles = draw_given(ax, geometry, structure, marks, view)
+    fitted(figure, [ax], 1)
+    figure.legend(handles=handles, loc="outside lower center", ncols=min(4, len(handles)))
+    if name:
+        ax.set_title(name, loc="left")
+    return figure
+
+
+def draw_given(
+    ax: Axes, geometry: Geometry, structure: Structure, marks: Marks, view: View
+) -> list[Line2D]:
+    """Bodies, supports, springs, loads and interfaces on given axes; gives entries of the legend."""
+    skin = skin_of(geometry)
+    draw_skin(ax, geometry, skin, view)
+    draw_edges(ax, geometry, skin, view)
+    flat = view.flat(geometry.points)
+    handles = []
+    held = geometry.held
+    for some, label, marker, colour in (
+        (held.all(axis=1), "held", "s", BLACK),
+        (held.any(axis=1) & ~held.all(axis=1), "held in some directions", "D", GREY),
+        (_sprung(geometry, structure), "on springs", "v", GREEN),
+    ):
+        if some.any():
+            ax.plot(*flat[some].T, marker, color=colour, ms=2.6, mew=0, zorder=4)
+            handles.append(_entry(label, colour, marker=marker, linestyle=""))
+    handles += _draw_interfaces(ax, geometry, view)
+    reach = ARROW * geometry.size
+    ends = [flat]
+    for loads, colour, what in (
+        (marks.preload, BLUE, "preload"),
+        (marks.drive, VERMILLION, "load"),
+    ):
+        for name, load in loads.items():
+            found = _draw_load(ax, geometry, view, geometry.forces(load), reach, colour)
+            if found is not None:
+                ends.append(found)
+                handles.append(_entry(f"{what} {name}", colour, marker=r"$\rightarrow$", ms=9))
+    frame(ax, np.vstack(ends))
+    draw_triad(ax, geometry, view)
+    return handles
+
+
+def _entry(label: str, colour: str, **style: object) -> Line2D:
+    kept = {"linestyle": "", **style}
+    return Line2D([], [], color=colour, label=label, **kept)  # type: ignore[arg-type]
+
+
+def _sprung(geometry: Geometry, structure: Structure) -> np.ndarray:
+    """Points on springs to the ground."""
+    found = np.zeros(len(geometry.points), bool)
+    if structure.supports is not None:
+        stiff = np.flatnonzero(structure.supports.diagonal() > 0)
+        at = geometry.place[stiff]
+        found[at[at >= 0] // geometry.dimension] = True
+    return found
+
+
+def _draw_interfaces(ax: Axes, geometry: Geometry, view: View) -> list[Line2D]:
+    handles = []
+    for k, surface in enumerate(geometry.surfaces):
+        style = ("-", "--", "-.", ":")[k % 4]
+        lines = rim_of(surface, geometry.points)
+        if len(lines):
+            ax.add_collection(
+                LineCollection(
+                    list(view.flat(lines)),
+                    colors=PURPLE,
+                    linewidths=1.3,
+                    linestyles=style,
+                    zorder=5,
+                )
+            )
+        else:
+            ax.plot(*view.flat(surface.points).T, ".", color=PURPLE, ms=2.5, mew=0, zorder=5)
+        named = "interface" if len(geometry.surfaces) == 1 else f"interface {surface.name}"
+        label = f"{named}, {len(surface.points)} pairs"
+        handles.append(_entry(label, PURPLE, linestyle=style if len(lines) else "", marker=""))
+        if not len(lines):
+            handles[-1].set_marker(".")
+    return handles
+
+
+def rim_of(surface: ContactSurface, points: Array) -> Array:
+    """(e, k, d) edges around the faces of an interface; the faces themselves in the plane."""
+    found: list[Indices] = []
+    for group in surface.facets:
+        loops = group.nodes if points.shape[1] == 2 else group.nodes[:, loop_of(group.kind)]
+        if points.shape[1] == 2:
+            order = [0, 2, 1] if loops.shape[1] == 3 else [0, 1]
+            return np.asarray(points[np.vstack([g.nodes[:, order] for g in surface.facets])])
+        found.append(np.stack([loops, np.roll(loops, -1, axis=1)], axis=2).reshape(-1, 2))
+    if not found:
+        return np.zeros((0, 2, points.shape[1]))
+    ends = np.sort(np.vstack(found), axis=1)
+    once, count = np.unique(ends, axis=0, return_counts=True)
+    return np.asarray(points[once[count == 1]])
+
+
+def _draw_load(
+    ax: Axes, geometry: Geometry, view: View, forces: Array, reach: float, colour: str
+) -> Array | None:
+    """Arrows of a load on its nodes, of a few of each direction; what they reach, None where none acts on a
+    node."""
+    size = np.linalg.norm(forces, axis=1)
+    acting = np.flatnonzero(size > FAINT * size.max(initial=0.0))
+    if not len(acting):
+        return None
+    way = np.round(forces[acting] / size[acting][:, None], 1)
+    _, group = np.unique(way, axis=0, return_inverse=True)
+    reached = []
+    for k in range(int(group.max()) + 1):
+        own = acting[group.ravel() == k]
+        reached.append(_arrows(ax, geometry, view, own, forces[own], reach, colour))
+    return np.vstack(reached)
+
+
+def _arrows(
+    ax: Axes,
+    geometry: Geometry,
+    view: View,
+    nodes: Indices,
+    forces: Array,
+    reach: float,
+    colour: str,
+) -> Array:
+    """Arrows of forces of one direction on nodes: they end there where they push a body."""
+    every = geometry.points[nodes]
+    some = scattered(every, FEW)
+    x = every[some]
+    way = forces[some] / np.linalg.norm(forces[some], axis=1)[:, None]
+    middle = geometry.points[geometry.body == geometry.body[nodes[0]]].mean(axis=0)
+    pushes = float(((middle - every) * forces).sum()) > 0
+    start = x - reach * way if pushes else x
+    ends = view.flat(np.stack([start, start + reach * way], axis=1))
+    for tail, tip in ends:
+        ax.annotate(
+            "",
+            tip,
+            tail,
+            arrowprops={
+                "arrowstyle": "-|>",
+                "lw": 0.8,
+                "color": colour,
+                "shrinkA": 0,
+                "shrinkB": 0,
+                "mutation_scale": 7,
+            },
+            zorder=6,
+        )
+    return np.asarray(ends.reshape(-1, 2))
+
+
+def scattered(points: Array, count: int) -> Indices:
+    """(c,) rows of points as far from each other as they may be, at most so many.
+
+    Examples
+    --------
+    >>> scattered(np.array([[0.0], [1.0], [2.0], [9.0]]), 2).tolist()
+    [0, 3]
+    """
+    first = int(np.argmin(points.sum(axis=1)))
+    chosen = [first]
+    apart = np.linalg.norm(points - points[first], axis=1)
+    while len(chosen) < min(count, len(points)) and apart.max() > 0:
+        chosen.append(int(np.argmax(apart)))
+        apart = np.minimum(apart, np.linalg.norm(points - points[chosen[-1]], axis=1))
+    return np.array(chosen)
+
+
+@house_style
+def modes_figure(run: Run) -> Figure | None:
+    """The mode that the load excites most, sliding and stuck; colours are sizes of displacements."""
+    if run.geometry is None or not len(run.geometry.points):
+        return None
+    states, mode = run.assembly.states, run.mode
+    shapes = {
+        f"sliding, {mode.sliding_frequency:.4g} Hz": states.sliding,
+        f"stuck, {mode.stuck_frequency:.4g} Hz": states.stuck,
+    }
+    return shapes_figure(run.geometry, shapes)
+
+
+@house_style
+def shapes_figure(geometry: Geometry, shapes: Mapping[str, Array]) -> Figure:
+    """Motions of the structure (dofs,) by what they are called, each in its own scale."""
+    view, skin = view_of(geometry), skin_of(geometry)
+    columns = columns_of(geometry, view, len(shapes)) if len(shapes) < FEW else 3
+    rows = -(-len(shapes) // columns)
+    figure = new_figure(DOUBLE, DOUBLE)
+    axes = list(figure.subplots(rows, columns, squeeze=False).ravel())
+    for ax in axes[len(shapes) :]:
+        ax.set_axis_off()
+    shown = None
+    for ax, (name, shape) in zip(axes, shapes.items(), strict=False):
+        moved = geometry.displacement(shape)
+        size = np.linalg.norm(moved, axis=1)
+        top = float(size.max()) or 1.0
+        shown = draw_motion(ax, geometry, skin, view, moved / top, Normalize(0.0, 1.0))
+        ax.set_title(name, loc="left")
+    fitted(figure, axes[: len(shapes)], columns, BAR)
+    if shown is not None:
+        colour_bar(figure, shown, axes, "displacement over its largest")
+    if len(shapes) > 1:
+        letters(axes[: len(shapes)])
+    return figure
+
+
+@house_style
+def motion_figure(run: Run) -> Figure | None:
+    """Displacement from prestress at both turns of the load, in the cycle of greatest damping."""
+    found = shown_cycle(run)
+    if run.geometry is None or found is None:
+        return None
+    drive, index, cycle = found
+    geometry = run.geometry
+    steps = [int(np.argmax(cycle.load)), int(np.argmin(cycle.load))]
+    moved = [geometry.displacement(x) for x in motion_from_prestress(run.assembly, cycle, steps)]
+    size = [1e6 * np.linalg.norm(u, axis=1) for u in moved]
+    top = max(float(s.max()) for s in size) or 1.0
+    unit, factor = ("mm", 1e-3) if top > 1e3 else ("µm", 1.0)
+    view, skin = view_of(geometry), skin_of(geometry)
+    columns = columns_of(geometry, view, 2)
+    figure = new_figure(DOUBLE, DOUBLE)
+    axes = list(figure.subplots(2 // columns, columns))
+    norm = Normalize(0.0, factor * top)
+    shown = None
+    for ax, u, label in zip(axes, moved, ("largest", "largest the other way"), strict=True):
+        size_of = factor * 1e6 * np.linalg.norm(u, axis=1)
+        shown = draw_motion(ax, geometry, skin, view, u / (1e-6 * top), norm, size_of)
+        ax.set_title(f"load at its {label}", loc="left")
+    fitted(figure, axes, columns, BAR)
+    if shown is not None:
+        colour_bar(figure, shown, axes, f"displacement ({unit})")
+    letters(axes)
+    times = LARGEST * geometry.size / (1e-6 * top)
+    figure.suptitle(
+        f"motion from prestress, {name_of(run, drive, index)}, drawn {times:.2g} times as large"
+    )
+    return figure
+
+
+def draw_motion(
+    ax: Axes,
+    geometry: Geometry,
+    skin: Skin,
+    view: View,
+    unit: Array,
+    norm: Normalize,
+    values: Array | None = None,
+) -> ScalarMappable | None:
+    """Bodies displaced and coloured, with their edges where they were; `unit` is at most 1."""
+    moved = geometry.points + LARGEST * geometry.size * unit
+    values = np.linalg.norm(unit, axis=1) if values is None else values
+    draw_edges(ax, geometry, skin, view, "#00000045")
+    shown = draw_skin(ax, geometry, skin, view, moved=moved, values=values, norm=norm)
+    frame(ax, np.vstack([view.flat(geometry.points), view.flat(moved)]))
+    draw_triad(ax, geometry, view)
+    return shown
