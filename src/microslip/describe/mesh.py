@@ -16,10 +16,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from microslip.describe import units
 from microslip.describe.amplitude import Load
-from microslip.describe.driving import check_loads
-from microslip.describe.joint import Joint, check_cycle_range, check_requests
-from microslip.describe.matrices import USUAL_QUANTITY
-from microslip.describe.named import check_drive_is_said, check_names
+from microslip.describe.named_joint import USUAL_QUANTITY, NamedJoint, check_named, driven_of
 from microslip.describe.outputs import NamedOutput
 from microslip.describe.parts import Damping
 from microslip.describe.ports import LoadPort
@@ -277,7 +274,7 @@ MeshOutputs = Annotated[tuple[MeshOutput, ...], *_listed("output")]
 
 
 @holds_requests
-class MeshJoint(Joint):
+class MeshJoint(NamedJoint):
     """A joint from a finite-element mesh, its loads and the analyses asked for."""
 
     unnamed: ClassVar[str] = "a joint from a mesh"
@@ -312,37 +309,16 @@ class MeshJoint(Joint):
     figures show the first."""
 
     @property
-    def outputs(self) -> tuple[NamedOutput, ...]:
-        """Quantities that are reported; the first is the one that tables and figures show."""
-        return self.measured
-
-    @property
     def measured(self) -> tuple[MeshOutput, ...]:
-        """The same, and where each is."""
+        """Quantities that are reported, and where each is."""
         if self.output:
             return self.output
-        port = self.driven
+        port = driven_of(self.port, self.load)
         quantity = USUAL_QUANTITY[port.kind]
         output = MeshOutput.model_construct(
             name=quantity, quantity=quantity, on=port.on, direction=port.direction
         )
         return (output,)
-
-    @property
-    def ports(self) -> tuple[MeshPort, ...]:
-        """Loads that the file names."""
-        return self.port
-
-    @property
-    def driven(self) -> MeshPort:
-        """The port that drives the joint: that of ``[load]``, else the first."""
-        name = None if self.load is None else self.load.port
-        return next((port for port in self.port if port.name == name), self.port[0])
-
-    @property
-    def rayleigh(self) -> tuple[float, float]:
-        """alpha and beta of ``C = alpha M + beta K``, 1/s and s."""
-        return self.damping.alpha, self.damping.beta
 
     @property
     def modes_kept(self) -> int:
@@ -373,15 +349,8 @@ class MeshJoint(Joint):
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
-        check_names(self.preload, self.port, self.output)
-        check_drive_is_said(self.port, self.load)
+        check_named(self)
         _interfaces_differ(self.interface, self.output)
-        check_loads(self.port, self.driven, self.load, self.analysis.cycle, self.analysis.history)
-        said = self.driven.load
-        check_requests(self, f'{said.key} = "1 {said.unit}"')
-        check_cycle_range(self)
-        if not self.output and self.driven.kind == "base":
-            raise Rule("output", "the motion of a base is no output: name one, [[output]]")
         if len(self.material) > 1 and any(m.elements is None for m in self.material):
             raise Rule("material", "of several materials each says its element sets, elements")
         return self
