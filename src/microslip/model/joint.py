@@ -234,8 +234,21 @@ class Reducer:
             self.modes, self.loose = separated(self.modes, structure.stiffness, structure.interface)
         self._mass_modes = structure.mass @ self.modes.shapes
         self.equilibrium_modes = soft_modes(
-            held(self.modes.omega, self.loose)[0], structure.interface.relative @ self.modes.shapes
+            held(self.modes.omega, self.loose)[0],
+            structure.interface.relative @ self.modes.shapes,
+            self._truncated_flexibility(),
         )
+
+    def _truncated_flexibility(self) -> float:
+        """Mean flexibility of a pair's component that the truncated modes have, estimated with one load.
+
+        For entries of z that are 1 or -1 at random the mean of ``z^T W z`` is the trace of W.
+        """
+        relative = self.structure.interface.relative
+        z = np.where(np.sin(1.0 + np.arange(relative.shape[0]) ** 1.5) < 0, -1.0, 1.0)
+        load = relative.T @ z
+        elastic = load - self._mass_modes @ (self.modes.shapes.T @ load)
+        return max(0.0, float(elastic @ self._factors.solve(elastic[:, None])[:, 0])) / len(z)
 
     def residual_response(self, loads: Array) -> Array:
         """Static response of the truncated modes to load vectors (columns)."""
@@ -329,7 +342,7 @@ class Reducer:
         )
 
 
-def soft_modes(omega: Array, mode_v: Array) -> int:
+def soft_modes(omega: Array, mode_v: Array, truncated: float = 0.0) -> int:
     """How many of the lowest modes are so soft that statics takes them as unknowns.
 
     Any mode may be taken so, it changes nothing but the conditioning: the flexibility at the pairs
@@ -343,6 +356,8 @@ def soft_modes(omega: Array, mode_v: Array) -> int:
         Ascending, rad/s.
     mode_v : (d m, k) array
         Relative displacements of the modes.
+    truncated : float
+        Flexibility that the modes beyond these have at a pair: stiffer than all of them, m/N.
 
     Examples
     --------
@@ -353,6 +368,6 @@ def soft_modes(omega: Array, mode_v: Array) -> int:
     """
     tiny = 1e-12 * omega[-1]
     share = (np.abs(mode_v).max(axis=0) / np.maximum(omega, tiny)) ** 2
-    stiffer = share[::-1].cumsum()[::-1] - share
+    stiffer = share[::-1].cumsum()[::-1] - share + truncated
     soft = np.flatnonzero(share[:-1] > OUTWEIGHS * stiffer[:-1])
     return int(soft[-1]) + 1 if len(soft) else 0
