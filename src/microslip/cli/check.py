@@ -91,6 +91,8 @@ def _of_files(joint: Joint) -> Iterator[Row]:
         "resonance",
         f"{modes.sliding_frequency:.4g} Hz sliding, {modes.stuck_frequency:.4g} Hz stuck",
     )
+    for name, force, by in () if assembly.bolts is None else assembly.bolts.rows:
+        yield f"bolt {name}", f"{readable(force, 'N/m', 4)}, shortened by {readable(by, 'm', 3)}"
     yield "contact force under the preload", readable(measures.force, "N/m")
     left, right = contact_extent(model.position, start.touching)
     yield (

@@ -8,14 +8,14 @@ of width, as lap joints; of a spatial one all loads and results are divided by i
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from microslip.describe import units
 from microslip.describe.amplitude import Load
+from microslip.describe.bolts import MeshPreload, readable_preload
+from microslip.describe.mesh_names import Components, OnNames, Vector
 from microslip.describe.named_joint import USUAL_QUANTITY, NamedJoint, check_named, driven_of
 from microslip.describe.outputs import NamedOutput
 from microslip.describe.parts import Damping
@@ -27,56 +27,14 @@ from microslip.describe.quantities import (
     Density,
     Friction,
     Length,
-    LineForce,
     Modulus,
     Number,
     Rule,
     Section,
-    Stress,
     list_of_sections,
 )
 from microslip.describe.requests import Requests, cycles_and_response, holds_requests
 from microslip.describe.sources import Source, split_source
-
-AXES: dict[str, tuple[float, float, float]] = {
-    "x": (1.0, 0.0, 0.0),
-    "y": (0.0, 1.0, 0.0),
-    "z": (0.0, 0.0, 1.0),
-}
-"""Directions that have a name."""
-
-
-def _direction(value: Any) -> tuple[float, ...]:
-    if isinstance(value, str) and value in AXES:
-        return AXES[value]
-    message = 'must be "x", "y", "z", or a vector of two or three numbers, [0.6, 0.8, 0]'
-    if not isinstance(value, list | tuple) or len(value) not in (2, 3):
-        raise ValueError(message)
-    if any(isinstance(v, bool) or not isinstance(v, int | float) for v in value):
-        raise ValueError(message)
-    length = math.hypot(*value)
-    if not 0 < length < math.inf:
-        raise ValueError("the vector has no length: " + message)
-    x, y, z = (*value, 0.0)[:3]
-    return (x / length, y / length, z / length)
-
-
-def _names(value: Any) -> tuple[Any, ...]:
-    values = tuple(value) if isinstance(value, list | tuple) else (value,)
-    if not values or not all(isinstance(v, str) and v for v in values):
-        raise ValueError("must be the name of a set or surface of the mesh, or a list of them")
-    return values
-
-
-Vector = Annotated[tuple[float, ...], BeforeValidator(_direction)]
-"""A direction: a unit vector."""
-
-OnNames = Annotated[tuple[str, ...], BeforeValidator(_names)]
-"""One name of the mesh, or several."""
-
-Components = Annotated[
-    tuple[Literal["x", "y", "z", "rx", "ry", "rz"], ...], BeforeValidator(_names)
-]
 
 
 class MeshFile(Section):
@@ -174,33 +132,6 @@ class MeshInterface(Section):
     gives."""
     normal_stiffness: AreaStiffness | None = Field(default=None, gt=0)
     """The same normal to the surface. Evens out the pressure."""
-
-
-class MeshPreload(Section):
-    """A load that is held through every analysis, `[[preload]]`: the force of a bolt."""
-
-    name: str = Field(default="clamp", pattern=NAME, max_length=40)
-    """What it is called. Messages and the joint model name it so."""
-    on: OnNames
-    """Surfaces or node sets it acts on: two of a force, which draws them towards each other, as a bolt does
-    with head and nut; any number of surfaces of a pressure. All contact pressure."""
-    force: LineForce | None = Field(default=None, gt=0)
-    """Force that draws the two together, per metre of width. This or pressure."""
-    pressure: Stress | None = Field(default=None, gt=0)
-    """Pressure against the surfaces. This or force."""
-    direction: Vector | None = None
-    """Of the force on the first of the two; left out, towards the second. Where their middles do not face
-    each other along the bolt."""
-
-    @model_validator(mode="after")
-    def _force_or_pressure(self) -> Self:
-        if (self.force is None) == (self.pressure is None):
-            raise Rule("", "give a force between two places, or a pressure on surfaces")
-        if self.force is not None and len(self.on) != 2:
-            raise Rule("on", 'a force acts between two places: ["head", "nut"]')
-        if self.pressure is not None and self.direction is not None:
-            raise Rule("direction", "a pressure acts against the surface: remove it")
-        return self
 
 
 class Place(Section):
@@ -340,7 +271,7 @@ class MeshJoint(NamedJoint):
         title = [repr(self.title)] if self.title else []
         facts = (
             f"mesh {self.mesh.file}",
-            f"preload {readable_force(self)}",
+            f"preload {readable_preload(self.preload)}",
             f"analyses: {', '.join(self.analysis.asked) or 'none'}",
         )
         return f"MeshJoint({', '.join((*title, *facts))})"
@@ -371,19 +302,3 @@ def _interfaces_differ(interfaces: Sequence[MeshInterface], outputs: Sequence[Me
     for k, output in enumerate(outputs):
         if output.interface is not None and output.interface not in names:
             raise Rule(f"output.{k}.interface", f"there is none; there are {', '.join(names)}")
-
-
-def readable_force(joint: MeshJoint) -> str:
-    """Preloads in words.
-
-    Examples
-    --------
-    >>> clamp = MeshPreload(on=["head", "nut"], force="12 kN/m")
-    >>> readable_force(MeshJoint.model_construct(preload=(clamp,)))
-    'clamp 12 kN/m'
-    """
-    parts = []
-    for each in joint.preload:
-        unit, value = ("Pa", each.pressure) if each.force is None else ("N/m", each.force)
-        parts.append(f"{each.name} {units.readable(value or 0.0, unit)}")
-    return ", ".join(parts)

@@ -24,6 +24,7 @@ from microslip.describe.matrices import FORCES, LENGTHS, MatricesJoint, Vector, 
 from microslip.describe.profile import Profile
 from microslip.describe.sources import split_source
 from microslip.errors import Caution, InputError
+from microslip.model.bolts import Tightening
 from microslip.model.interface import Interface
 from microslip.model.numbering import Numbering, numbering_of_table, with_coordinates
 from microslip.model.pair_table import Pairs, pairs_of
@@ -68,6 +69,8 @@ class Imported(Brief):
         Of the pairs, where a mesh has them, m.
     facts : tuple of (str, str)
         What else is told of it by ``microslip check``.
+    tightening : Tightening, optional
+        Bolts that keep their length, and the order in which all that presses is applied.
     """
 
     structure: Structure
@@ -79,6 +82,7 @@ class Imported(Brief):
     cautions: tuple[Caution, ...]
     points: Array | None = None
     facts: tuple[tuple[str, str], ...] = ()
+    tightening: Tightening | None = None
 
     def friction(self, given: float | Profile | None) -> Array:
         """(m,) coefficient of friction of each pair: as the joint file gives it, else the table.

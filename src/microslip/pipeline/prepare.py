@@ -10,6 +10,7 @@ from threadpoolctl import threadpool_limits
 from microslip.analyses.prepared.joint import PreparedJoint, flexibility_of
 from microslip.analyses.prepared.joint_modes import JointMode, mode_of_structure
 from microslip.analyses.prepared.prestress import Prestress, opening_load, prestress
+from microslip.analyses.prepared.tightening import Tightened, tighten
 from microslip.contact.pairs import normal_rows
 from microslip.describe.joint import Joint
 from microslip.errors import Caution, ContactError, InputError, ModelError
@@ -46,6 +47,8 @@ class Assembly:
         What positions, pressures and friction are reported by.
     imported : Imported or None
         What the files of matrices hold that it came from, if it did.
+    bolts : Tightened, optional
+        Bolts that keep their length, where there are any.
     signals : tuple of Prepared
         What loads the joint in each of its histories, read and resampled.
     """
@@ -58,6 +61,7 @@ class Assembly:
     opening_moment: float
     measures: Measures
     imported: Imported | None = None
+    bolts: Tightened | None = None
     signals: tuple[Prepared, ...] = ()
 
     def __repr__(self) -> str:
@@ -153,7 +157,7 @@ def _assemble(joint: Joint) -> Assembly:
         model = with_half_turn(model)
     law = law_of(joint, source, model)
     apart = source.with_gaps(model)
-    start = _prestress(apart, flexibility_of(apart, law), source)
+    start, bolts = _prestress(apart, flexibility_of(apart, law), source)
     pairs = np.flatnonzero(start.touching)
     held = start.bonded(1), start.bonded(model.dimension)
     states = linear_states(
@@ -177,6 +181,7 @@ def _assemble(joint: Joint) -> Assembly:
         opening_moment=opening,
         measures=measures_of(joint, model, start, law),
         imported=source.imported,
+        bolts=bolts,
         signals=tuple(
             prepare_histories(
                 joint.analysis.history, mode.sliding_frequency, joint.driven.load.parsed
@@ -211,8 +216,11 @@ FEWEST_FREE = 4
 """Degrees of freedom that the stuck joint has at least."""
 
 
-def _prestress(model: JointModel, flexibility: Flexibility, source: Source) -> Prestress:
-    """Contact under the preload; of a joint from files an error says whether the normals are turned.
+def _prestress(
+    model: JointModel, flexibility: Flexibility, source: Source
+) -> tuple[Prestress, Tightened | None]:
+    """Contact under the preload, and the bolts that keep their length; of a joint from files an error says
+    whether the normals are turned.
 
     Raises
     ------
@@ -221,8 +229,12 @@ def _prestress(model: JointModel, flexibility: Flexibility, source: Source) -> P
     ContactError
         Where it presses nothing together either way, or the solver fails.
     """
+    plan = None if source.imported is None else source.imported.tightening
+    if plan is not None and plan.bolts.names:
+        bolts = tighten(model, flexibility, source.held, plan)
+        return prestress(model, flexibility, {**source.held, **bolts.preload}), bolts
     try:
-        return prestress(model, flexibility, source.held)
+        return prestress(model, flexibility, source.held), None
     except ContactError as error:
         if source.imported is None or not _presses_turned(model, flexibility, source):
             raise
