@@ -266,3 +266,26 @@ def test_a_bolt_pulls_along_the_normals_of_its_surfaces(folder):
     sideways = [load[found.structure.free % 3 == axis] for axis in (0, 1)]
     assert max(np.abs(each).max() for each in sideways) < 1e-12 * np.abs(load).max()
     assert any("off their normals" in str(caution) for caution in found.doubts)
+
+
+def test_a_joint_on_a_rigid_flat_is_described_by_its_normal(folder):
+    """The upper plate alone pressed on a flat at z = 0: the sum of the pressure is the force."""
+    given = document({"name": "press", "on": "head1", "pressure": "10 MPa"})
+    given["interface"] = [
+        {"name": "flat", "first": "upper_contact", "flat": "z", "friction": 0.2},
+        {"name": "plates", "first": "lower_contact", "flat": [0, 0, -1], "friction": 0.2},
+    ]
+    found = assemble(parse_joint(given, "flat", folder))
+    upper = np.abs(found.imported.pairs.friction - 0.2) < 1e-12
+    assert upper.all()
+    carried = found.prestress.pressure @ found.model.area
+    assert carried == pytest.approx(10e6 * 1e-4, rel=1e-3)  # what the weak springs carry is missing
+    for wrong, said in (
+        ({"second": "lower_contact"}, "give the second surface, or flat"),
+        ({"flat": None, "second": "lower_contact", "offset": 1.0}, "is of a rigid flat"),
+        ({"offset": "1 m"}, "never meets the rigid flat"),
+    ):
+        with pytest.raises(InputError, match=said):
+            assemble(
+                parse_joint(given | {"interface": given["interface"][0] | wrong}, "flat", folder)
+            )

@@ -104,14 +104,19 @@ class MeshTie(Section):
 
 
 class MeshInterface(Section):
-    """Two surfaces in contact, `[[interface]]`."""
+    """Two surfaces in contact, or one and a rigid flat, `[[interface]]`."""
 
     name: str = Field(default="contact", pattern=NAME, max_length=40)
     """What it is called. Tables, results and outputs name it so."""
     first: str
     """One surface. Which comes first does not matter."""
-    second: str
+    second: str | None = None
     """The other one; its nodes need not match. Bodies have nodes of their own."""
+    flat: Vector | None = None
+    """Normal of a rigid flat that the first surface touches instead, towards the body. A test rig, or half of
+    what is symmetric."""
+    offset: Length = Field(default=0.0)
+    """Of the flat from the origin along its normal, in m or with a unit. Where it is."""
     pairs_on: str | None = None
     """Which of the two carries the contact pairs, at its nodes; left out, the finer one. Number of pairs."""
     friction: Friction
@@ -132,6 +137,16 @@ class MeshInterface(Section):
     gives."""
     normal_stiffness: AreaStiffness | None = Field(default=None, gt=0)
     """The same normal to the surface. Evens out the pressure."""
+
+    @model_validator(mode="after")
+    def _two_sides(self) -> Self:
+        if (self.second is None) == (self.flat is None):
+            raise Rule("second", "give the second surface, or flat, the normal of a rigid flat")
+        if self.flat is None and self.offset != 0:
+            raise Rule("offset", "is of a rigid flat: give flat, or remove it")
+        if self.flat is not None and self.pairs_on not in (None, self.first):
+            raise Rule("pairs_on", "a flat carries no pairs: remove it")
+        return self
 
 
 class Place(Section):
@@ -294,7 +309,7 @@ def _interfaces_differ(interfaces: Sequence[MeshInterface], outputs: Sequence[Me
         if interface.name in names:
             raise Rule(f"interface.{k}.name", f"two interfaces are called {interface.name!r}")
         names.append(interface.name)
-        sides = (interface.first, interface.second)
+        sides = (interface.first, *([] if interface.second is None else [interface.second]))
         if interface.first == interface.second:
             raise Rule(f"interface.{k}.second", "is the first surface: contact is between two")
         if interface.pairs_on is not None and interface.pairs_on not in sides:

@@ -45,7 +45,7 @@ def nodes_named(mesh: FiniteElementMesh, name: str) -> Indices:
     )
 
 
-def _along(mesh: FiniteElementMesh, direction: Sequence[float] | None, where: str) -> Array:
+def direction_in(mesh: FiniteElementMesh, direction: Sequence[float] | None, where: str) -> Array:
     """A direction with the components of the mesh."""
     if direction is None:
         raise InputError(f"{where}: direction is missing: in space it is the axis")
@@ -67,14 +67,14 @@ def _acting(
 ) -> Array:
     """A unit force or a unit moment on a named place."""
     if not turns:
-        return _force(mesh, name, _along(mesh, direction, where))
+        return _force(mesh, name, direction_in(mesh, direction, where))
     if mesh.dimension == 2:
         if direction is not None:
             raise InputError(
                 f"{where}: direction: in the plane moments and rotations have none: remove it"
             )
         return moment_load(mesh, name)
-    return moment_load(mesh, name, _along(mesh, direction, where))
+    return moment_load(mesh, name, direction_in(mesh, direction, where))
 
 
 def bolted(
@@ -122,7 +122,7 @@ def _axis(mesh: FiniteElementMesh, entry: MeshPreload) -> Array:
     """Direction of the force on the first place: that given, or against the mean normals of two surfaces that
     look away from each other, or along the line between the middles."""
     if entry.direction is not None:
-        return _along(mesh, entry.direction, f"preload {entry.name!r}")
+        return direction_in(mesh, entry.direction, f"preload {entry.name!r}")
     line, normals = _line(mesh, entry), _normals(mesh, entry)
     return line if normals is None else normals
 
@@ -243,7 +243,7 @@ def output_load(
         return np.asarray(-rows[0])
     if d == 2:
         return np.asarray(rows[1])
-    way = coupling.tangents[pair] @ _along(mesh, output.direction, where)
+    way = coupling.tangents[pair] @ direction_in(mesh, output.direction, where)
     return np.asarray(way @ rows[1:])
 
 
@@ -258,7 +258,7 @@ def base_loads(
     mass = assemble(mesh, materials)[1]
     out = {}
     for name, port in bases.items():
-        rigid = np.tile(_along(mesh, port.direction, f"port {name!r}"), len(mesh.points))
+        rigid = np.tile(direction_in(mesh, port.direction, f"port {name!r}"), len(mesh.points))
         extra = found.basis.shape[0] - len(rigid)
         out[name] = -(found.basis.T @ np.pad(mass @ rigid, (0, extra))) / width
     return out

@@ -28,6 +28,7 @@ from microslip.model.described_loads import (
     bolt_cautions,
     bolted,
     constant_preload,
+    direction_in,
     nodes_named,
     output_load,
     port_load,
@@ -46,6 +47,7 @@ from microslip.model.mesh_in_words import (
 )
 from microslip.model.meshed import structure_from_mesh
 from microslip.model.mortar.coupling import MortarCoupling, couple
+from microslip.model.mortar.flat import couple_with_flat
 from microslip.model.pair_table import Pairs
 from microslip.model.soundness import zero_modes
 from microslip.model.structure import Structure
@@ -252,6 +254,15 @@ def _springs(mesh: FiniteElementMesh, joint: MeshJoint) -> sp.csc_matrix | None:
 
 
 def _coupled(mesh: FiniteElementMesh, entry: MeshInterface) -> MortarCoupling:
+    if entry.second is None:
+        return couple_with_flat(
+            mesh,
+            entry.first,
+            direction_in(mesh, entry.flat, f"interface {entry.name!r}"),
+            entry.offset,
+            reach=entry.reach,
+            overlap=entry.overlap,
+        )
     return couple(
         mesh,
         entry.first,

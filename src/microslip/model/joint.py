@@ -17,6 +17,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy.sparse as sp
 
 from microslip.brief import Brief
 from microslip.errors import ModelError
@@ -26,6 +27,9 @@ from microslip.model.loose import held, separated
 from microslip.model.modes import LinearModes, PartFactors, linear_modes, spectral_shift
 from microslip.model.structure import Structure
 from microslip.typing import Array, Indices
+
+IDLE = 1e-12
+"""Of the largest row of B: one that moves no more is held."""
 
 OUTWEIGHS = 10.0
 """A mode is an unknown of statics where it is softer than all stiffer ones by this factor."""
@@ -286,7 +290,7 @@ class Reducer:
         relative = interface.relative
         vectors = np.column_stack(list(ports.values()))
         x = self.residual_response(vectors)
-        residual = self._residual_flexibility()
+        residual = with_idle_components(self._residual_flexibility(), relative)
         port_port = vectors.T @ x
         omega, springs = held(self.modes.omega, self.loose)
         supports = self.structure.supports
@@ -340,6 +344,27 @@ class Reducer:
             if model.bodies is None or self.structure.motions is None
             else model.bodies.with_ports(vectors.T @ self.structure.motions),
         )
+
+
+def with_idle_components(residual: Array, relative: sp.csr_matrix) -> Array:
+    """Flexibility of the pairs, with some for components that supports hold, as on planes of symmetry.
+
+    Nothing is felt of their reactions, which are therefore not determined; with a flexibility of their own,
+    the median of the others, they are zero.
+
+    Examples
+    --------
+    >>> with_idle_components(np.diag([2.0, 0.0]), sp.csr_matrix([[1.0], [0.0]])).tolist()
+    [[2.0, 0.0], [0.0, 2.0]]
+    """
+    size = np.asarray(abs(relative).sum(axis=1)).ravel()
+    idle = np.flatnonzero(size <= IDLE * size.max(initial=0.0))
+    if not len(idle):
+        return residual
+    own = residual.diagonal()
+    out = residual.copy()
+    out[idle, idle] += np.median(own[own > 0]) if (own > 0).any() else 1.0
+    return out
 
 
 def soft_modes(omega: Array, mode_v: Array, truncated: float = 0.0) -> int:
