@@ -106,6 +106,12 @@ def _of_files(joint: Joint) -> Iterator[Row]:
             readable(float(gap), "m", 3) for gap in (found.pairs.gap.min(), found.pairs.gap.max())
         ]
         yield "initial gaps", f"{gaps[0]} to {gaps[1]}"
+    if assembly.damping is not None:
+        fit = assembly.damping
+        yield (
+            "damping matrix",
+            f"alpha = {fit.alpha:.4g} 1/s, beta = {fit.beta:.4g} s, up to {fit.missed:.1e} of it",
+        )
     friction = assembly.prepared.law.friction
     yield "coefficient of friction", _span(friction.min(), friction.max())
     yield (

@@ -15,9 +15,14 @@ from pydantic import Field, model_validator
 
 from microslip.describe import units
 from microslip.describe.amplitude import Load
-from microslip.describe.named_joint import USUAL_QUANTITY, NamedJoint, check_named, driven_of
+from microslip.describe.named_joint import (
+    USUAL_QUANTITY,
+    DampingOrRatio,
+    NamedJoint,
+    check_named,
+    driven_of,
+)
 from microslip.describe.outputs import NamedOutput
-from microslip.describe.parts import Damping
 from microslip.describe.ports import LoadPort
 from microslip.describe.quantities import (
     NAME,
@@ -48,6 +53,9 @@ class Matrices(Section):
     contact."""
     mass: Source
     """File of the mass matrix M, likewise. Of the same degrees of freedom, in the same order."""
+    damping: Source | None = None
+    """File of a viscous damping matrix C, likewise, in force s/length; instead of [damping]. It must be nearly
+    in proportion to mass and stiffness."""
     stored: Literal["full", "upper", "lower"] = "full"
     """Which part of K and M the files hold: both triangles, or one of them. Formats that say it themselves
     do not need it."""
@@ -239,7 +247,7 @@ class MatricesJoint(NamedJoint):
     contact: PairContact = Field(default_factory=PairContact)
     preload: Preloads
     """Loads that press the sides together, [[preload]]."""
-    damping: Damping = Field(default_factory=Damping)
+    damping: DampingOrRatio = Field(default_factory=DampingOrRatio)
     port: VectorPorts
     """Loads that [load] may name, [[port]]; where there is one, it drives the joint."""
     load: Load | None = None
@@ -274,7 +282,7 @@ class MatricesJoint(NamedJoint):
         """Every file that the joint comes from, each once."""
         m, pairs = self.matrices, self.interface
         given = (
-            *(m.stiffness, m.mass, m.dofs, m.nodes, m.motions, m.supports),
+            *(m.stiffness, m.mass, m.damping, m.dofs, m.nodes, m.motions, m.supports),
             *(pairs.pairs, pairs.relative, pairs.normal, pairs.tangential),
             *(each.vector for each in (*self.preload, *self.port, *self.measured)),
         )
@@ -295,4 +303,6 @@ class MatricesJoint(NamedJoint):
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         check_named(self)
+        if self.matrices.damping is not None and self.damping.model_fields_set:
+            raise Rule("damping", "is in matrices.damping already: remove one of the two")
         return self

@@ -16,9 +16,14 @@ from pydantic import BeforeValidator, Field, model_validator
 from microslip.describe.amplitude import Load
 from microslip.describe.bolts import MeshPreload, readable_preload
 from microslip.describe.mesh_names import Components, OnNames, Vector
-from microslip.describe.named_joint import USUAL_QUANTITY, NamedJoint, check_named, driven_of
+from microslip.describe.named_joint import (
+    USUAL_QUANTITY,
+    DampingOrRatio,
+    NamedJoint,
+    check_named,
+    driven_of,
+)
 from microslip.describe.outputs import NamedOutput
-from microslip.describe.parts import Damping
 from microslip.describe.ports import LoadPort
 from microslip.describe.quantities import (
     NAME,
@@ -245,7 +250,7 @@ class MeshJoint(NamedJoint):
     """Surfaces in contact, [[interface]]."""
     preload: MeshPreloads
     """Loads that press the sides together, [[preload]]."""
-    damping: Damping = Field(default_factory=Damping)
+    damping: DampingOrRatio = Field(default_factory=DampingOrRatio)
     port: MeshPorts
     """Loads that [load] may name, [[port]]; where there is one, it drives the joint."""
     load: Load | None = None

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Literal, TypeVar
+from typing import TYPE_CHECKING, Literal, Self, TypeVar
+
+from pydantic import Field, model_validator
 
 from microslip.describe.amplitude import Load
 from microslip.describe.driving import check_loads
@@ -12,13 +15,54 @@ from microslip.describe.named import Named, check_drive_is_said, check_names
 from microslip.describe.outputs import NamedOutput
 from microslip.describe.parts import Damping
 from microslip.describe.ports import LoadPort
-from microslip.describe.quantities import Rule
+from microslip.describe.quantities import Frequencies, Number, Rule
 
 USUAL_QUANTITY: dict[str, Literal["deflection", "rotation"]] = {
     "force": "deflection",
     "moment": "rotation",
 }
 """What is reported of the driven port where the file names no output."""
+
+
+class DampingOrRatio(Damping):
+    """Rayleigh damping of the structure: alpha and beta, or the damping ratio that it has at two frequencies.
+
+    With ``omega = 2 pi f`` at both, ``alpha = 2 zeta omega_1 omega_2 / (omega_1 + omega_2)`` and
+    ``beta = 2 zeta / (omega_1 + omega_2)``.
+
+    Examples
+    --------
+    >>> own = DampingOrRatio(ratio=0.01, frequencies=["100 Hz", "400 Hz"])
+    >>> alpha, beta = own.rayleigh
+    >>> omega = 2 * math.pi * 100.0
+    >>> round(alpha / (2 * omega) + beta * omega / 2, 12)
+    0.01
+    """
+
+    ratio: Number | None = Field(default=None, ge=0, lt=0.5)
+    """Damping ratio, half of a loss factor, at the two frequencies; less between them, more beyond them.
+    Instead of alpha and beta."""
+    frequencies: Frequencies | None = None
+    """Two frequencies at which ratio holds, about those of interest. With ratio."""
+
+    @property
+    def rayleigh(self) -> tuple[float, float]:
+        """alpha (1/s) and beta (s)."""
+        if self.ratio is None or self.frequencies is None:
+            return self.alpha, self.beta
+        low, high = (2 * math.pi * f for f in self.frequencies)
+        return 2 * self.ratio * low * high / (low + high), 2 * self.ratio / (low + high)
+
+    @model_validator(mode="after")
+    def _one_or_the_other(self) -> Self:
+        if (self.ratio is None) != (self.frequencies is None):
+            raise Rule("ratio", "and frequencies, two of them, are given both or not at all")
+        if self.frequencies is not None and len(self.frequencies) != 2:
+            raise Rule("frequencies", f"must be two, and are {len(self.frequencies)}")
+        if self.ratio is not None and {"alpha", "beta"} & self.model_fields_set:
+            raise Rule("ratio", "says the damping: remove alpha and beta")
+        return self
+
 
 AnyPort = TypeVar("AnyPort", bound=LoadPort)
 
@@ -36,7 +80,7 @@ class NamedJoint(Joint):
         preload: tuple[Named, ...]
         port: tuple[LoadPort, ...]
         output: tuple[NamedOutput, ...]
-        damping: Damping
+        damping: DampingOrRatio
 
     @property
     def measured(self) -> tuple[NamedOutput, ...]:
@@ -61,7 +105,7 @@ class NamedJoint(Joint):
     @property
     def rayleigh(self) -> tuple[float, float]:
         """alpha and beta of ``C = alpha M + beta K``, 1/s and s."""
-        return self.damping.alpha, self.damping.beta
+        return self.damping.rayleigh
 
 
 def check_named(joint: NamedJoint) -> None:

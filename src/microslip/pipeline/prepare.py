@@ -14,6 +14,7 @@ from microslip.analyses.prepared.tightening import Tightened, tighten
 from microslip.contact.pairs import normal_rows
 from microslip.describe.joint import Joint
 from microslip.errors import Caution, ContactError, InputError, ModelError
+from microslip.model.damping import FittedDamping, rayleigh_of
 from microslip.model.flexibility import Flexibility
 from microslip.model.imported import Imported
 from microslip.model.joint import JointModel, Reducer
@@ -49,6 +50,8 @@ class Assembly:
         What the files of matrices hold that it came from, if it did.
     bolts : Tightened, optional
         Bolts that keep their length, where there are any.
+    damping : FittedDamping, optional
+        What stands for a damping matrix, where there is one.
     signals : tuple of Prepared
         What loads the joint in each of its histories, read and resampled.
     """
@@ -62,6 +65,7 @@ class Assembly:
     measures: Measures
     imported: Imported | None = None
     bolts: Tightened | None = None
+    damping: FittedDamping | None = None
     signals: tuple[Prepared, ...] = ()
 
     def __repr__(self) -> str:
@@ -85,7 +89,8 @@ class Assembly:
         """What should be doubted of the files that it came from."""
         if self.imported is None:
             return ()
-        return (*self.imported.cautions, *_soft_contact(self.prepared))
+        fitted = () if self.damping is None else self.damping.cautions
+        return (*self.imported.cautions, *fitted, *_soft_contact(self.prepared))
 
     @property
     def mode(self) -> JointMode:
@@ -152,6 +157,7 @@ def _assemble(joint: Joint) -> Assembly:
     if free:
         check_balanced(structure, (drive, *source.preload))
     reducer = Reducer(structure, modes, joint.rayleigh, free=free)
+    damping = _damped(reducer, source)
     model = reducer.model(structure.loads)
     if source.imported is not None:
         model = with_half_turn(model)
@@ -182,12 +188,23 @@ def _assemble(joint: Joint) -> Assembly:
         measures=measures_of(joint, model, start, law),
         imported=source.imported,
         bolts=bolts,
+        damping=damping,
         signals=tuple(
             prepare_histories(
                 joint.analysis.history, mode.sliding_frequency, joint.driven.load.parsed
             )
         ),
     )
+
+
+def _damped(reducer: Reducer, source: Source) -> FittedDamping | None:
+    """Give the reduction the damping of a matrix, where there is one."""
+    C = None if source.imported is None else source.imported.damping
+    if C is None:
+        return None
+    found = rayleigh_of(C, reducer.modes)
+    reducer.rayleigh = (found.alpha, found.beta)
+    return found
 
 
 LOOKED_AT = 8
