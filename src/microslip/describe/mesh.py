@@ -32,6 +32,8 @@ from microslip.describe.quantities import (
     Density,
     Friction,
     Length,
+    LineStiffness,
+    Mass,
     Modulus,
     Number,
     Rule,
@@ -87,14 +89,31 @@ class MeshSupport(Section):
 
 
 class MeshSpring(Section):
-    """Springs to the ground, `[[spring]]`, spread evenly over a surface."""
+    """Springs to the ground, `[[spring]]`, spread evenly over surfaces or shared by nodes."""
 
     on: OnNames
-    """Surfaces they are on. Weak springs only hold the place of a body."""
+    """Surfaces or node sets they are on. Weak springs only hold the place of a body."""
     direction: Literal["x", "y", "z"]
     """Along which they resist. Others are free."""
-    stiffness: AreaStiffness = Field(gt=0)
-    """Stiffness per area. What opens the joint is computed without them."""
+    stiffness: AreaStiffness | None = Field(default=None, gt=0)
+    """Stiffness per area of surfaces; this or total. What opens the joint is computed without them."""
+    total: LineStiffness | None = Field(default=None, gt=0)
+    """Stiffness of all springs on one name together, per metre of width; of node sets always. Mounts."""
+
+    @model_validator(mode="after")
+    def _one_stiffness(self) -> Self:
+        if (self.stiffness is None) == (self.total is None):
+            raise Rule("stiffness", "give stiffness, per area, or total")
+        return self
+
+
+class MeshMass(Section):
+    """A mass that is not in the mesh, `[[mass]]`, beside the point masses of the file."""
+
+    on: str
+    """Surface over which it is spread evenly, or node set whose nodes share it. Instruments, a shaker."""
+    mass: Mass = Field(gt=0)
+    """All of it: in the plane that of one metre of width. Frequencies."""
 
 
 class MeshTie(Section):
@@ -217,6 +236,7 @@ def _listed(what: str) -> tuple[BeforeValidator, ...]:
 Materials = Annotated[tuple[MeshMaterial, ...], *_listed("material")]
 Supports = Annotated[tuple[MeshSupport, ...], *_listed("support")]
 Springs = Annotated[tuple[MeshSpring, ...], *_listed("spring")]
+Masses = Annotated[tuple[MeshMass, ...], *_listed("mass")]
 Ties = Annotated[tuple[MeshTie, ...], *_listed("tie")]
 Interfaces = Annotated[tuple[MeshInterface, ...], *_listed("interface"), Field(min_length=1)]
 MeshPreloads = Annotated[tuple[MeshPreload, ...], *_listed("preload"), Field(min_length=1)]
@@ -244,6 +264,8 @@ class MeshJoint(NamedJoint):
     """What does not move, [[support]]."""
     spring: Springs = Field(default=())
     """Springs to the ground, [[spring]]."""
+    mass: Masses = Field(default=())
+    """Masses that are not in the mesh, [[mass]]."""
     tie: Ties = Field(default=())
     """Surfaces that are glued, [[tie]]."""
     interface: Interfaces

@@ -148,6 +148,7 @@ def _known_unit(unit: str) -> tuple[Fraction, Dimension | None, bool]:
 NUMBER = Kind("a plain number", "", "0.25")
 LENGTH = Kind("a length", "m", '"12.5 mm"')
 MODULUS = Kind("a modulus of elasticity", "Pa", '"70 GPa"')
+MASS = Kind("a mass", "kg", '"0.5 kg"')
 STRESS = Kind("a stress", "Pa", '"250 MPa"')
 DENSITY = Kind("a density", "kg/m^3", '"2 g/cm^3"')
 LINE_FORCE = Kind("a force per metre of width", "N/m", '"1 MN/m"')

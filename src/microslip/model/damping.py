@@ -1,12 +1,12 @@
 """A damping matrix as the Rayleigh damping that the joint model has.
 
-Modes stay uncoupled, and truncated ones follow behind their stiffness damping, where ``C = alpha M + beta K``. Of
-a matrix C, alpha and beta are those that come nearest in the kept modes Phi, each weighed by its own damping,
+Modes are uncoupled, and truncated ones follow behind their stiffness damping, where ``C = alpha M + beta K``.
+Of a matrix C, alpha and beta are those that come nearest in the kept modes Phi, each weighed by its damping:
 
     D = Phi^T C Phi,   min sum_n (D_nn - alpha - beta omega_n²)² / D_nn²,
 
-and what they miss is measured by all entries, ``|D - diag(alpha + beta omega²)| / |D|`` in the norm of the matrix whose
-entries are over ``sqrt(d_m d_n)``, d the diagonal.
+and what they miss is measured by all entries, ``|D - diag(alpha + beta omega²)| / |D|`` in the norm of the
+matrix whose entries are over ``sqrt(d_m d_n)``, d the diagonal.
 """
 
 from __future__ import annotations
@@ -54,8 +54,8 @@ class FittedDamping:
             Caution(
                 "input",
                 "matrices.damping",
-                f"taken as alpha = {self.alpha:.4g} 1/s and beta = {self.beta:.4g} s, which misses {self.missed:.2%} "
-                "of it in the kept modes",
+                f"taken as alpha = {self.alpha:.4g} 1/s and beta = {self.beta:.4g} s, which misses "
+                f"{self.missed:.2%} of it in the kept modes",
                 "damping in proportion to mass and stiffness is what the model has",
             ),
         )
@@ -108,7 +108,7 @@ def rayleigh_of(C: sp.csc_matrix, modes: LinearModes) -> FittedDamping:
         raise InputError(
             f"matrices.damping: no alpha M + beta K comes near it: the nearest, alpha = {alpha:.3g} 1/s and "
             f"beta = {beta:.3g} s, misses {missed:.0%} of it in the kept modes, {coupled:.0%} couples them; "
-            "the model has damping in proportion to mass and stiffness: leave it out and give [damping] alpha "
-            "and beta that fit the modes of interest"
+            "the model has damping in proportion to mass and stiffness: leave it out and give [damping] "
+            "alpha and beta that fit the modes of interest"
         )
     return FittedDamping(float(alpha), float(beta), missed)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -15,7 +16,14 @@ from microslip.model.mesh.assembly import assemble
 from microslip.model.mesh.bolts import MeshBolt, bolt_between, bolt_through
 from microslip.model.mesh.facets import facets_of
 from microslip.model.mesh.finite_elements import FiniteElementMesh
-from microslip.model.mesh.loads import moment_load, nodal_load, pressure_load, resultant_load
+from microslip.model.mesh.loads import (
+    moment_load,
+    nodal_load,
+    nodal_moment,
+    pressure_load,
+    resultant_load,
+    shared_mass,
+)
 from microslip.model.meshed import MeshedStructure
 from microslip.model.mortar.coupling import MortarCoupling
 from microslip.typing import Array, Indices
@@ -68,13 +76,27 @@ def _acting(
     """A unit force or a unit moment on a named place."""
     if not turns:
         return _force(mesh, name, direction_in(mesh, direction, where))
-    if mesh.dimension == 2:
-        if direction is not None:
-            raise InputError(
-                f"{where}: direction: in the plane moments and rotations have none: remove it"
-            )
-        return moment_load(mesh, name)
-    return moment_load(mesh, name, direction_in(mesh, direction, where))
+    if mesh.dimension == 2 and direction is not None:
+        raise InputError(
+            f"{where}: direction: in the plane moments and rotations have none: remove it"
+        )
+    axis = None if mesh.dimension == 2 else direction_in(mesh, direction, where)
+    if name in mesh.surfaces:
+        return moment_load(mesh, name, axis)
+    return nodal_moment(mesh, nodes_named(mesh, name), axis)
+
+
+def with_masses(mesh: FiniteElementMesh, joint: MeshJoint) -> FiniteElementMesh:
+    """The mesh with the masses that the description adds, at nodes."""
+    masses = dict(mesh.masses)
+    for entry in joint.mass:
+        nodes = nodes_named(mesh, entry.on)
+        surface = entry.on if entry.on in mesh.surfaces else None
+        if surface is not None:
+            nodes = facets_of(mesh, surface).nodes
+        for node, share in zip(nodes, shared_mass(mesh, nodes, surface), strict=True):
+            masses[int(node)] = masses.get(int(node), 0.0) + entry.mass * float(share)
+    return replace(mesh, masses=masses)
 
 
 def bolted(

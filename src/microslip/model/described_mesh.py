@@ -20,7 +20,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from microslip.describe.matrices import FORCES, LENGTHS
-from microslip.describe.mesh import MeshInterface, MeshJoint
+from microslip.describe.mesh import MeshInterface, MeshJoint, MeshSpring
 from microslip.describe.profile import Profile
 from microslip.errors import InputError, ModelError
 from microslip.model.described_loads import (
@@ -33,11 +33,12 @@ from microslip.model.described_loads import (
     output_load,
     port_load,
     tightening_of,
+    with_masses,
 )
 from microslip.model.elasticity import Material
 from microslip.model.imported import Imported
 from microslip.model.mesh.finite_elements import FiniteElementMesh, Tie
-from microslip.model.mesh.loads import spring_stiffness
+from microslip.model.mesh.loads import nodal_springs, spring_stiffness
 from microslip.model.mesh.read import read_mesh
 from microslip.model.mesh_in_words import (
     bodies_said,
@@ -108,7 +109,7 @@ def _built(described: _Described, changed: tuple[tuple[int, int], ...]) -> Impor
     mesh = replace(mesh, ties=(*mesh.ties, *ties))
     materials = _materials(joint)
     bodies = bodies_said(mesh)
-    mesh, bolts = bolted(mesh, joint.preload, width)
+    mesh, bolts = bolted(with_masses(mesh, joint), joint.preload, width)
     couplings = [_coupled(mesh, entry) for entry in joint.interface]
     loads, preload = {}, {}
     for each in joint.preload:
@@ -127,7 +128,7 @@ def _built(described: _Described, changed: tuple[tuple[int, int], ...]) -> Impor
         held=_held(joint, d),
         loads=loads,
         materials=materials,
-        springs=_springs(mesh, joint),
+        springs=_springs(mesh, joint, width),
         bolts=bolts,
     )
     structure = found.structure
@@ -241,14 +242,32 @@ def _held(joint: MeshJoint, dimension: int) -> dict[str, list[int]]:
     return held
 
 
-def _springs(mesh: FiniteElementMesh, joint: MeshJoint) -> sp.csc_matrix | None:
+def _spring(
+    mesh: FiniteElementMesh, spring: MeshSpring, name: str, axis: int, width: float
+) -> sp.csc_matrix:
+    """Springs on one name."""
+    if name in mesh.surfaces:
+        if spring.total is None:
+            assert spring.stiffness is not None
+            return spring_stiffness(mesh, name, spring.stiffness, axis)
+        whole = spring_stiffness(mesh, name, 1.0, axis)
+        return (spring.total * width / whole.sum() * whole).tocsc()
+    nodes = np.unique(nodes_named(mesh, name))
+    if spring.total is None:
+        raise InputError(
+            f"spring.stiffness: {name!r} is a node set and has no area: give total, for all of it"
+        )
+    return nodal_springs(mesh, nodes, spring.total * width / len(nodes), axis)
+
+
+def _springs(mesh: FiniteElementMesh, joint: MeshJoint, width: float) -> sp.csc_matrix | None:
     total = None
     for spring in joint.spring:
         axis = COMPONENTS[spring.direction]
         if axis >= mesh.dimension:
             raise InputError("spring.direction: a plane mesh has no direction z")
         for name in spring.on:
-            part = spring_stiffness(mesh, name, spring.stiffness, axis)
+            part = _spring(mesh, spring, name, axis, width)
             total = part if total is None else total + part
     return total
 

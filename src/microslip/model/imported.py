@@ -189,8 +189,8 @@ def _damping(joint: MatricesJoint, dofs: int) -> sp.csc_matrix:
     off, largest = abs(matrix - matrix.T).max(), abs(matrix).max()
     if off > ASYMMETRIC * largest:
         raise InputError(
-            f"{where}: is not symmetric by {off / largest:.2g} of its largest entry: gyroscopic and circulatory "
-            "terms are not taken; is it the damping matrix?"
+            f"{where}: is not symmetric by {off / largest:.2g} of its largest entry: gyroscopic and "
+            "circulatory terms are not taken; is it the damping matrix?"
         )
     return matrix
 
