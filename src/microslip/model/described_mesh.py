@@ -146,6 +146,11 @@ def _built(described: _Described, changed: tuple[tuple[int, int], ...]) -> Impor
     plan = tightening_of(joint.preload, found.bolts.per_width(width))
     facts = (
         ("bodies", "; ".join(bodies)),
+        *(
+            []
+            if d == 2
+            else [("width", f"{width:.4g} m: all forces and energies are per metre of it")]
+        ),
         *(interface_said(entry, c) for entry, c in zip(joint.interface, couplings, strict=True)),
     )
     return Imported(

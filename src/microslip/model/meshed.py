@@ -28,6 +28,7 @@ from microslip.model.mesh.constraints import (
     stacked,
 )
 from microslip.model.mesh.finite_elements import FiniteElementMesh, bending_cautions
+from microslip.model.mesh.naming import named_bodies
 from microslip.model.mortar.coupling import MortarCoupling
 from microslip.model.mortar.ties import tied
 from microslip.model.structure import Structure
@@ -325,10 +326,10 @@ def _check_held(
         return
     d, largest = mesh.dimension, np.abs(loose).max()
     names = []
-    for nodes in mesh.bodies:
+    for name, nodes in named_bodies(mesh):
         rows = (d * nodes[:, None] + np.arange(d)).ravel()
         if np.abs(loose[rows]).max() > 1e-6 * largest:
-            names.append(f"the one with node {mesh.node_labels[nodes[0]]}")
+            names.append(f"{name} (node {mesh.node_labels[nodes[0]]})")
     raise ModelError(
         f"{loose.shape[1]} rigid motions meet no support, no spring and no other body; the bodies that "
         f"move are {', '.join(names)}: hold them, tie them, or give them springs"

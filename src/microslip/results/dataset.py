@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import xarray as xr
 
+from microslip.describe.mesh import MeshJoint
 from microslip.errors import MicroslipError
 from microslip.pipeline.run import Run
 from microslip.registry import column
@@ -51,8 +52,19 @@ def dataset(run: Run) -> xr.DataTree:
             "title": run.joint.title or run.joint.unnamed.removeprefix("a "),
             "source": f"microslip {__version__}",
             "joint": run.joint.model_dump_json(by_alias=True, exclude_unset=True),
-            "comment": "two-dimensional: forces, moments and energies are per metre of width",
+            "comment": _per_width(run),
             "failures": "\n".join(map(str, run.failures)),
         }
     )
     return xr.DataTree.from_dict({"/": root, **groups})
+
+
+def _per_width(run: Run) -> str:
+    """What forces, moments and energies are per metre of."""
+    width = run.joint.mesh.width if isinstance(run.joint, MeshJoint) else None
+    if width is None:
+        return "two-dimensional: forces, moments and energies are per metre of width"
+    return (
+        f"three-dimensional: forces, moments and energies are per metre of the width, {width:g} m; times "
+        "the width they are those of the whole structure"
+    )

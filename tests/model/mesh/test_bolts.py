@@ -16,7 +16,7 @@ from microslip.model.elasticity import Material
 from microslip.model.flexibility import static_flexibility
 from microslip.model.joint import Reducer
 from microslip.model.mesh.bolts import bolt_between, bolt_through
-from microslip.model.mesh.boundary import all_faces, joined, with_surfaces
+from microslip.model.mesh.boundary import all_faces, joined, surface_of_cells, with_surfaces
 from microslip.model.mesh.finite_elements import Equation, Surface
 from microslip.model.mesh.loads import resultant_load
 from microslip.model.meshed import structure_from_mesh
@@ -153,6 +153,28 @@ def test_a_constant_force_in_a_section_leaves_its_axis_free():
     model = Reducer(found.structure, 20, (0.0, 0.0)).model(found.structure.loads)
     start = prestress(model, static_flexibility(model), {"bolt": 5e3})
     np.testing.assert_allclose(start.pressure, 5e3 / area(3), rtol=1e-8)
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_cells_inside_a_bolt_are_a_section(d):
+    """As a group of faces of a mesher is, in any order and looking either way: all on one side."""
+    mesh = bars(d)
+    faces, corners = all_faces(mesh.blocks)
+    named = mesh.surfaces["cut"]
+    own = [
+        int(np.flatnonzero((faces.elements == e) & (faces.faces == f))[0])
+        for e, f in zip(named.elements, named.faces, strict=True)
+    ]
+    cells = np.random.default_rng(1).permutation(corners[own])
+    found = surface_of_cells(mesh.blocks, cells, "cut", mesh.points)
+    mesh = with_surfaces(mesh, {"inside": found})
+    done = [
+        tightened(*bolt_through(mesh, "bolt", name), force={"bolt": 5e3})[0]
+        for name in ("cut", "inside")
+    ]
+    assert done[0].shortening == pytest.approx(done[1].shortening, rel=1e-7)
+    with pytest.raises(ModelError, match="between two"):
+        surface_of_cells(mesh.blocks, cells, "cut")
 
 
 def test_what_is_no_section_is_refused():
