@@ -25,6 +25,7 @@ from microslip.pipeline.estimate import Estimate, elastic_limit, estimate, input
 from microslip.pipeline.prepare import assemble
 from microslip.pipeline.run import asked_for
 from microslip.registry import column
+from microslip.results.whole import in_whole
 
 app = typer.Typer(add_completion=False)
 
@@ -56,7 +57,7 @@ def derived(joint: Joint) -> Table:
     )
     rows = _of_beams(joint) if isinstance(joint, LapJoint) else _of_files(joint)
     for name, value in rows:
-        table.add_row(name, escape(value))
+        table.add_row(name, escape(in_whole(value) if joint.whole else value))
     return table
 
 

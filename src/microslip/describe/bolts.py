@@ -100,8 +100,8 @@ class MeshPreload(Section):
                 raise Rule(key, "is of a bolt, and this is a pressure: remove it")
 
 
-def readable_preload(preloads: Iterable[MeshPreload]) -> str:
-    """Preloads in words.
+def readable_preload(preloads: Iterable[MeshPreload], whole: bool = False) -> str:
+    """Preloads in words; `whole` where forces are not per metre of width.
 
     Examples
     --------
@@ -110,7 +110,11 @@ def readable_preload(preloads: Iterable[MeshPreload]) -> str:
     """
     parts = []
     for each in preloads:
-        amounts = (("N/m", each.force), ("m", each.shortening), ("Pa", each.pressure))
+        amounts = (
+            ("N" if whole else "N/m", each.force),
+            ("m", each.shortening),
+            ("Pa", each.pressure),
+        )
         unit, value = next((unit, value) for unit, value in amounts if value is not None)
         parts.append(f"{each.name} {units.readable(value, unit)}")
     return ", ".join(parts)

@@ -8,11 +8,12 @@ of width, as lap joints; of a spatial one all loads and results are divided by i
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Annotated, ClassVar, Literal, Self
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field, ModelWrapValidatorHandler, PrivateAttr, model_validator
 
+from microslip.describe import units
 from microslip.describe.amplitude import Load
 from microslip.describe.bolts import MeshPreload, readable_preload
 from microslip.describe.mesh_names import Components, OnNames, Vector
@@ -24,7 +25,7 @@ from microslip.describe.named_joint import (
     driven_of,
 )
 from microslip.describe.outputs import NamedOutput
-from microslip.describe.ports import LoadPort
+from microslip.describe.ports import KINDS_OF_THE_WHOLE, LoadKind, LoadPort
 from microslip.describe.quantities import (
     NAME,
     AreaStiffness,
@@ -44,6 +45,22 @@ from microslip.describe.requests import Requests, cycles_and_response, holds_req
 from microslip.describe.sources import Source, split_source
 
 
+def _width(value: Any) -> float | str:
+    if value == "whole":
+        return "whole"
+    try:
+        width = units.LENGTH.parse(value)
+    except ValueError as error:
+        raise ValueError(f'{error}, or "whole"') from None
+    if not width > 0:
+        raise ValueError('must be greater than 0, or "whole"')
+    return width
+
+
+Width = Annotated[float | Literal["whole"], BeforeValidator(_width)]
+"""A width that loads and results are per metre of, or none."""
+
+
 class MeshFile(Section):
     """The mesh."""
 
@@ -55,9 +72,9 @@ class MeshFile(Section):
     force_unit: Literal["N", "mN", "uN", "kN", "MN", "lbf"] = "N"
     """Unit of force of the file. Materials of an .inp: E in force/length², density in force s²/length⁴,
     tonnes/mm³ with N and mm."""
-    width: Length | None = Field(default=None, gt=0)
-    """Width of a spatial structure: loads and results are per metre of it, and "1 m" makes them the forces
-    themselves. Needed in space, not in the plane, where a mesh is one metre wide."""
+    width: Width | None = None
+    """Of a spatial structure: "whole" where loads and results are its forces, moments and energies, or a
+    width that they are per metre of. Needed in space, not in the plane, where a mesh is 1 m wide."""
     modes: Count = Field(default=60, ge=4, le=2000)
     """Free-interface modes kept dynamic; all others follow statically. More where the load has high
     frequencies."""
@@ -189,6 +206,16 @@ class MeshPort(LoadPort, Place):
 
     opposite: str | None = None
     """Surface or node set with the opposite load. A pair, such as moments that bend both ends."""
+    _whole: bool = PrivateAttr(default=False)
+
+    @property
+    def load(self) -> LoadKind:
+        """What its load is called and measured in."""
+        return KINDS_OF_THE_WHOLE[self.kind] if self._whole else super().load
+
+    def mark_whole(self) -> None:
+        """Make its load that of a whole structure, which a joint decides when it is read."""
+        self._whole = True
 
     @model_validator(mode="after")
     def _is_somewhere(self) -> Self:
@@ -313,15 +340,31 @@ class MeshJoint(NamedJoint):
         title = [repr(self.title)] if self.title else []
         facts = (
             f"mesh {self.mesh.file}",
-            f"preload {readable_preload(self.preload)}",
+            f"preload {readable_preload(self.preload, self.whole)}",
             f"analyses: {', '.join(self.analysis.asked) or 'none'}",
         )
         return f"MeshJoint({', '.join((*title, *facts))})"
 
     __str__ = __repr__
 
+    @property
+    def whole(self) -> bool:
+        """Whether forces, moments and energies are of the whole structure, and not per metre of width."""
+        return self.mesh.width == "whole"
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _in_its_units(cls, data: Any, read: ModelWrapValidatorHandler[Self]) -> Self:
+        mesh = data.get("mesh") if isinstance(data, Mapping) else None
+        whole = isinstance(mesh, Mapping) and mesh.get("width") == "whole"
+        with units.of_the_whole(whole):
+            return read(data)
+
     @model_validator(mode="after")
     def _consistent(self) -> Self:
+        if self.whole:
+            for port in self.port:
+                port.mark_whole()
         check_named(self)
         _interfaces_differ(self.interface, self.output)
         if len(self.material) > 1 and any(m.elements is None for m in self.material):

@@ -148,7 +148,7 @@ def _built(described: _Described, changed: tuple[tuple[int, int], ...]) -> Impor
         ("bodies", "; ".join(bodies)),
         *(
             []
-            if d == 2
+            if d == 2 or joint.whole
             else [("width", f"{width:.4g} m: all forces and energies are per metre of it")]
         ),
         *(interface_said(entry, c) for entry, c in zip(joint.interface, couplings, strict=True)),
@@ -180,11 +180,11 @@ def _width(joint: MeshJoint, dimension: int) -> float:
         return 1.0
     if width is None:
         raise InputError(
-            "mesh.width is missing: loads and results of a spatial mesh are per metre of its width; "
-            'with "1 m" they are the forces themselves'
+            "mesh.width is missing: loads and results of a spatial mesh are per metre of its width; with "
+            '"whole" they are the forces themselves'
         )
     _check_planar_analyses(joint)
-    return width
+    return 1.0 if isinstance(width, str) else width
 
 
 def _check_planar_analyses(joint: MeshJoint) -> None:

@@ -10,6 +10,7 @@ from microslip.pipeline.run import Run
 from microslip.registry import column
 from microslip.results.joint import model_dataset, prestress_dataset
 from microslip.results.outputs import outputs_dataset
+from microslip.results.whole import whole_dataset
 from microslip.version import __version__
 
 
@@ -47,6 +48,8 @@ def dataset(run: Run) -> xr.DataTree:
             if name in groups:
                 raise MicroslipError(f"analysis {row.name!r}: there is a group {name!r} already")
             groups[name] = group
+    if run.joint.whole:
+        groups = {name: whole_dataset(group) for name, group in groups.items()}
     root = xr.Dataset(
         attrs={
             "title": run.joint.title or run.joint.unnamed.removeprefix("a "),
@@ -62,6 +65,8 @@ def dataset(run: Run) -> xr.DataTree:
 def _per_width(run: Run) -> str:
     """What forces, moments and energies are per metre of."""
     width = run.joint.mesh.width if isinstance(run.joint, MeshJoint) else None
+    if run.joint.whole:
+        return "three-dimensional: forces, moments and energies are those of the whole structure"
     if width is None:
         return "two-dimensional: forces, moments and energies are per metre of width"
     return (
