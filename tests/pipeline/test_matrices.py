@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib.util
 import shutil
-import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +11,16 @@ import pytest
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 from matrices_files import arrays_of, as_matrices, sparse_parts
+from same_joint import (
+    LOAD,
+    REQUESTS,
+    SAME,
+    check_answers,
+    check_cycles,
+    check_states,
+    differ,
+    reference_document,
+)
 
 from microslip.describe.reading import load_joint, parse_joint
 from microslip.describe.reference import reference_joint
@@ -23,25 +32,10 @@ from microslip.pipeline.run import run
 ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / "examples" / "matrices_beam.toml"
 
-REQUESTS = {
-    "cycle": {"moment": ["2 kN*m/m", "15 kN*m/m"], "drives": ["load", "mode"], "steps": 100},
-    "response": {"count": 101},
-    "reduced": {"amplitudes": 8},
-    "harmonic": {"frequencies": [172.0, 176.0], "harmonics": 3, "stability": False},
-    "time": {"frequencies": [174.0]},
-    "backbone": {"count": 3, "methods": ["quasi_static", "prescribed"]},
-}
-LOAD = {"moment": ["20 N*m/m", "200 N*m/m"]}
-
 
 @pytest.fixture(scope="module")
 def lap_file():
-    """The reference joint with analyses of every kind, and outputs that both descriptions can name."""
-    text = (ROOT / "src/microslip/templates/reference_joint.toml").read_text("utf-8")
-    document = tomllib.loads(text)
-    document["contact"]["pairs"] = 41
-    document |= {"analysis": REQUESTS, "load": LOAD, "output": [{"name": "deflection"}]}
-    return document
+    return reference_document(41)
 
 
 @pytest.fixture(scope="module")
@@ -60,52 +54,16 @@ def both(lap_file, document, folder):
     return run(parse_joint(lap_file)), run(parse_joint(document, "matrices", folder))
 
 
-SAME = 1e-8
-"""What the reference joint may differ as matrices from itself as dimensions."""
-
-
-def differ(a, b):
-    """Largest difference over the largest value."""
-    a, b = np.asarray(a), np.asarray(b)
-    return np.abs(a - b).max() / np.abs(a).max()
-
-
 def test_reference_joint_as_matrices_has_the_same_states(both):
-    lap, matrices = both
-    for name in ("sliding_omega", "stuck_omega", "overlap"):
-        assert differ(getattr(lap.mode, name), getattr(matrices.mode, name)) < SAME
-    assert differ(lap.prestress.pressure, matrices.prestress.pressure) < SAME
-    assert differ(lap.assembly.opening_moment, matrices.assembly.opening_moment) < SAME
-    assert differ(lap.model.residual, matrices.model.residual) < SAME
+    check_states(*both)
 
 
 def test_reference_joint_as_matrices_has_the_same_cycles(both):
-    lap, matrices = both
-    assert not lap.failures
-    assert not matrices.failures
-    for drive, cycles in lap.cycles.items():
-        for a, b in zip(cycles, matrices.cycles[drive], strict=True):
-            assert differ(a.r, b.r) < SAME
-            assert differ(a.dissipated, b.dissipated) < SAME
-    for drive, table in lap.tables.items():
-        assert differ(table.k_eq, matrices.tables[drive].k_eq) < SAME
-        assert differ(table.gamma_eq, matrices.tables[drive].gamma_eq) < SAME
+    check_cycles(*both)
 
 
 def test_reference_joint_as_matrices_answers_the_same(both):
-    lap, matrices = both
-    for a, b in zip(lap.responses, matrices.responses, strict=True):
-        assert differ(a.frequency, b.frequency) < SAME
-        assert differ(a.outputs["deflection"], b.outputs["deflection"]) < SAME
-    for a, b in zip(lap.harmonic, matrices.harmonic, strict=True):
-        for one, other in zip(a.points, b.points, strict=True):
-            assert differ(one.amplitude, other.amplitude) < SAME
-    for a, b in zip(lap.time_domain, matrices.time_domain, strict=True):
-        assert differ(a.steady.amplitude, b.steady.amplitude) < SAME
-    for a, b in zip(lap.backbones, matrices.backbones, strict=True):
-        for one, other in zip(a.points, b.points, strict=True):
-            assert differ(one.omega, other.omega) < SAME
-            assert differ(one.damping_ratio, other.damping_ratio) < SAME
+    check_answers(*both)
 
 
 OTHERS = {

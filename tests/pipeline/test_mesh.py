@@ -4,13 +4,22 @@ from __future__ import annotations
 
 import runpy
 import shutil
-import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
 from mesh_files import lap_document, plates_document, section_document
+from same_joint import (
+    LOAD,
+    REQUESTS,
+    SAME,
+    check_answers,
+    check_cycles,
+    check_states,
+    differ,
+    reference_document,
+)
 from typer.testing import CliRunner
 
 from microslip.analyses.statics.cycle import quasi_static_cycle
@@ -34,32 +43,10 @@ from microslip.show.figures import save_figures
 ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / "examples" / "mesh_plates.toml"
 
-SAME = 1e-8
-"""What the reference joint may differ as a mesh from itself as dimensions."""
-
-REQUESTS = {
-    "cycle": {"moment": ["2 kN*m/m", "15 kN*m/m"], "drives": ["load", "mode"], "steps": 100},
-    "response": {"count": 101},
-    "reduced": {"amplitudes": 8},
-    "harmonic": {"frequencies": [172.0, 176.0], "harmonics": 3, "stability": False},
-    "time": {"frequencies": [174.0]},
-    "backbone": {"count": 3, "methods": ["quasi_static", "prescribed"]},
-}
-LOAD = {"moment": ["20 N*m/m", "200 N*m/m"]}
-
-
-def differ(a, b):
-    """Largest difference over the largest value."""
-    a, b = np.asarray(a), np.asarray(b)
-    return np.abs(a - b).max() / np.abs(a).max()
-
 
 @pytest.fixture(scope="module")
 def lap_file():
-    text = (ROOT / "src/microslip/templates/reference_joint.toml").read_text("utf-8")
-    document = tomllib.loads(text)
-    document["contact"]["pairs"] = 49  # so that elements end where the clamp does
-    return document | {"analysis": REQUESTS, "load": LOAD, "output": [{"name": "deflection"}]}
+    return reference_document(49)  # so that elements end where the clamp does
 
 
 @pytest.fixture(scope="module")
@@ -71,43 +58,17 @@ def both(lap_file, tmp_path_factory):
 
 
 def test_reference_joint_as_a_mesh_has_the_same_states(both):
-    lap, mesh = both
-    for name in ("sliding_omega", "stuck_omega", "overlap"):
-        assert differ(getattr(lap.mode, name), getattr(mesh.mode, name)) < SAME
-    assert differ(lap.prestress.pressure, mesh.prestress.pressure) < SAME
-    assert differ(lap.assembly.opening_moment, mesh.assembly.opening_moment) < SAME
-    assert differ(lap.model.residual, mesh.model.residual) < SAME
+    check_states(*both)
 
 
 def test_reference_joint_as_a_mesh_has_the_same_cycles(both):
-    lap, mesh = both
-    assert not lap.failures
-    assert not mesh.failures
-    for drive, cycles in lap.cycles.items():
-        for a, b in zip(cycles, mesh.cycles[drive], strict=True):
-            assert differ(a.r, b.r) < SAME
-            assert differ(a.dissipated, b.dissipated) < SAME
-    for drive, table in lap.tables.items():
-        assert differ(table.k_eq, mesh.tables[drive].k_eq) < SAME
-        assert differ(table.gamma_eq, mesh.tables[drive].gamma_eq) < SAME
+    check_cycles(*both)
 
 
 def test_reference_joint_as_a_mesh_answers_the_same(both):
     """At resonance a difference of frequency counts 1 / (2 zeta) times."""
-    lap, mesh = both
-    quality = 1 / (lap.joint.damping.beta * lap.mode.sliding_omega)
-    for a, b in zip(lap.responses, mesh.responses, strict=True):
-        assert differ(a.frequency, b.frequency) < SAME
-        assert differ(a.outputs["deflection"], b.outputs["deflection"]) < SAME * quality
-    for a, b in zip(lap.harmonic, mesh.harmonic, strict=True):
-        for one, other in zip(a.points, b.points, strict=True):
-            assert differ(one.amplitude, other.amplitude) < SAME * quality
-    for a, b in zip(lap.time_domain, mesh.time_domain, strict=True):
-        assert differ(a.steady.amplitude, b.steady.amplitude) < SAME * quality
-    for a, b in zip(lap.backbones, mesh.backbones, strict=True):
-        for one, other in zip(a.points, b.points, strict=True):
-            assert differ(one.omega, other.omega) < SAME
-            assert differ(one.damping_ratio, other.damping_ratio) < SAME
+    lap, _ = both
+    check_answers(*both, quality=1 / (lap.joint.damping.beta * lap.mode.sliding_omega))
 
 
 # -- an extruded section is the section ------------------------------------------------------------

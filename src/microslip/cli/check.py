@@ -28,6 +28,7 @@ from microslip.pipeline.estimate import Estimate, elastic_limit, estimate, input
 from microslip.pipeline.prepare import assemble
 from microslip.pipeline.run import asked_for
 from microslip.registry import column
+from microslip.results.whole import in_whole
 from microslip.show.described import draw_described
 
 app = typer.Typer(add_completion=False)
@@ -85,7 +86,7 @@ def derived(joint: Joint) -> Table:
     )
     rows = _of_beams(joint) if isinstance(joint, LapJoint) else _of_files(joint)
     for name, value in rows:
-        table.add_row(name, escape(value))
+        table.add_row(name, escape(in_whole(value) if joint.whole else value))
     return table
 
 
@@ -120,6 +121,8 @@ def _of_files(joint: Joint) -> Iterator[Row]:
         "resonance",
         f"{modes.sliding_frequency:.4g} Hz sliding, {modes.stuck_frequency:.4g} Hz stuck",
     )
+    for name, force, by in () if assembly.bolts is None else assembly.bolts.rows:
+        yield f"bolt {name}", f"{readable(force, 'N/m', 4)}, shortened by {readable(by, 'm', 3)}"
     yield "contact force under the preload", readable(measures.force, "N/m")
     left, right = contact_extent(model.position, start.touching)
     yield (
@@ -133,6 +136,12 @@ def _of_files(joint: Joint) -> Iterator[Row]:
             readable(float(gap), "m", 3) for gap in (found.pairs.gap.min(), found.pairs.gap.max())
         ]
         yield "initial gaps", f"{gaps[0]} to {gaps[1]}"
+    if assembly.damping is not None:
+        fit = assembly.damping
+        yield (
+            "damping matrix",
+            f"alpha = {fit.alpha:.4g} 1/s, beta = {fit.beta:.4g} s, up to {fit.missed:.1e} of it",
+        )
     friction = assembly.prepared.law.friction
     yield "coefficient of friction", _span(friction.min(), friction.max())
     yield (

@@ -41,6 +41,11 @@ class Joint(Section):
         analysis: Requests
 
     @property
+    def whole(self) -> bool:
+        """Whether forces, moments and energies are of the whole structure, and not per metre of width."""
+        return False
+
+    @property
     def outputs(self) -> tuple[NamedOutput, ...]:
         """Points whose motion is reported; the first is the one that tables and figures show."""
         raise NotImplementedError

@@ -15,11 +15,14 @@ from pydantic import Field, model_validator
 
 from microslip.describe import units
 from microslip.describe.amplitude import Load
-from microslip.describe.driving import check_loads
-from microslip.describe.joint import Joint, check_cycle_range, check_requests
-from microslip.describe.named import check_drive_is_said, check_names
+from microslip.describe.named_joint import (
+    USUAL_QUANTITY,
+    DampingOrRatio,
+    NamedJoint,
+    check_named,
+    driven_of,
+)
 from microslip.describe.outputs import NamedOutput
-from microslip.describe.parts import Damping
 from microslip.describe.ports import LoadPort
 from microslip.describe.quantities import (
     NAME,
@@ -41,12 +44,6 @@ LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "in": 0.0254, "ft": 0.3
 FORCES = {"N": 1.0, "mN": 1e-3, "uN": 1e-6, "kN": 1e3, "MN": 1e6, "lbf": 4.4482216152605}
 """Units of force that a file may be in, N."""
 
-USUAL_QUANTITY: dict[str, Literal["deflection", "rotation"]] = {
-    "force": "deflection",
-    "moment": "rotation",
-}
-"""What is reported of the driven port where the file names no output."""
-
 
 class Matrices(Section):
     """Stiffness and mass matrix, as another program wrote them."""
@@ -56,6 +53,9 @@ class Matrices(Section):
     contact."""
     mass: Source
     """File of the mass matrix M, likewise. Of the same degrees of freedom, in the same order."""
+    damping: Source | None = None
+    """File of a viscous damping matrix C, likewise, in force s/length; instead of [damping]. It must be
+    nearly in proportion to mass and stiffness."""
     stored: Literal["full", "upper", "lower"] = "full"
     """Which part of K and M the files hold: both triangles, or one of them. Formats that say it themselves
     do not need it."""
@@ -232,7 +232,7 @@ VectorOutputs = Annotated[
 
 
 @holds_requests
-class MatricesJoint(Joint):
+class MatricesJoint(NamedJoint):
     """A joint from finite-element matrices, its loads and the analyses asked for."""
 
     unnamed: ClassVar[str] = "a joint from matrices"
@@ -247,7 +247,7 @@ class MatricesJoint(Joint):
     contact: PairContact = Field(default_factory=PairContact)
     preload: Preloads
     """Loads that press the sides together, [[preload]]."""
-    damping: Damping = Field(default_factory=Damping)
+    damping: DampingOrRatio = Field(default_factory=DampingOrRatio)
     port: VectorPorts
     """Loads that [load] may name, [[port]]; where there is one, it drives the joint."""
     load: Load | None = None
@@ -257,36 +257,15 @@ class MatricesJoint(Joint):
     figures show the first."""
 
     @property
-    def outputs(self) -> tuple[NamedOutput, ...]:
-        """Quantities that are reported; the first is the one that tables and figures show."""
-        return self.measured
-
-    @property
     def measured(self) -> tuple[VectorOutput, ...]:
-        """The same, and where each is."""
+        """Quantities that are reported, and where each is."""
         if self.output:
             return self.output
-        port = self.driven
+        port = driven_of(self.port, self.load)
         quantity = USUAL_QUANTITY[port.kind]
         place = {key: getattr(port, key) for key in ("vector", "node", "direction")}
         given = {"name": quantity, "quantity": quantity} | place
         return (VectorOutput.model_construct(**given),)
-
-    @property
-    def ports(self) -> tuple[VectorPort, ...]:
-        """Loads that the file names."""
-        return self.port
-
-    @property
-    def driven(self) -> VectorPort:
-        """The port that drives the joint: that of ``[load]``, else the first."""
-        name = None if self.load is None else self.load.port
-        return next((port for port in self.port if port.name == name), self.port[0])
-
-    @property
-    def rayleigh(self) -> tuple[float, float]:
-        """alpha and beta of ``C = alpha M + beta K``, 1/s and s."""
-        return self.damping.alpha, self.damping.beta
 
     @property
     def modes_kept(self) -> int:
@@ -303,7 +282,7 @@ class MatricesJoint(Joint):
         """Every file that the joint comes from, each once."""
         m, pairs = self.matrices, self.interface
         given = (
-            *(m.stiffness, m.mass, m.dofs, m.nodes, m.motions, m.supports),
+            *(m.stiffness, m.mass, m.damping, m.dofs, m.nodes, m.motions, m.supports),
             *(pairs.pairs, pairs.relative, pairs.normal, pairs.tangential),
             *(each.vector for each in (*self.preload, *self.port, *self.measured)),
         )
@@ -323,12 +302,7 @@ class MatricesJoint(Joint):
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
-        check_names(self.preload, self.port, self.output)
-        check_drive_is_said(self.port, self.load)
-        check_loads(self.port, self.driven, self.load, self.analysis.cycle, self.analysis.history)
-        said = self.driven.load
-        check_requests(self, f'{said.key} = "1 {said.unit}"')
-        check_cycle_range(self)
-        if not self.output and self.driven.kind == "base":
-            raise Rule("output", "the motion of a base is no output: name one, [[output]]")
+        check_named(self)
+        if self.matrices.damping is not None and self.damping.model_fields_set:
+            raise Rule("damping", "is in matrices.damping already: remove one of the two")
         return self

@@ -8,21 +8,24 @@ of width, as lap joints; of a spatial one all loads and results are divided by i
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field, ModelWrapValidatorHandler, PrivateAttr, model_validator
 
 from microslip.describe import units
 from microslip.describe.amplitude import Load
-from microslip.describe.driving import check_loads
-from microslip.describe.joint import Joint, check_cycle_range, check_requests
-from microslip.describe.matrices import USUAL_QUANTITY
-from microslip.describe.named import check_drive_is_said, check_names
+from microslip.describe.bolts import MeshPreload, readable_preload
+from microslip.describe.mesh_names import Components, OnNames, Vector
+from microslip.describe.named_joint import (
+    USUAL_QUANTITY,
+    DampingOrRatio,
+    NamedJoint,
+    check_named,
+    driven_of,
+)
 from microslip.describe.outputs import NamedOutput
-from microslip.describe.parts import Damping
-from microslip.describe.ports import LoadPort
+from microslip.describe.ports import KINDS_OF_THE_WHOLE, LoadKind, LoadPort
 from microslip.describe.quantities import (
     NAME,
     AreaStiffness,
@@ -30,56 +33,32 @@ from microslip.describe.quantities import (
     Density,
     Friction,
     Length,
-    LineForce,
+    LineStiffness,
+    Mass,
     Modulus,
     Number,
     Rule,
     Section,
-    Stress,
     list_of_sections,
 )
 from microslip.describe.requests import Requests, cycles_and_response, holds_requests
 from microslip.describe.sources import Source, split_source
 
-AXES: dict[str, tuple[float, float, float]] = {
-    "x": (1.0, 0.0, 0.0),
-    "y": (0.0, 1.0, 0.0),
-    "z": (0.0, 0.0, 1.0),
-}
-"""Directions that have a name."""
+
+def _width(value: Any) -> float | str:
+    if value == "whole":
+        return "whole"
+    try:
+        width = units.LENGTH.parse(value)
+    except ValueError as error:
+        raise ValueError(f'{error}, or "whole"') from None
+    if not width > 0:
+        raise ValueError('must be greater than 0, or "whole"')
+    return width
 
 
-def _direction(value: Any) -> tuple[float, ...]:
-    if isinstance(value, str) and value in AXES:
-        return AXES[value]
-    message = 'must be "x", "y", "z", or a vector of two or three numbers, [0.6, 0.8, 0]'
-    if not isinstance(value, list | tuple) or len(value) not in (2, 3):
-        raise ValueError(message)
-    if any(isinstance(v, bool) or not isinstance(v, int | float) for v in value):
-        raise ValueError(message)
-    length = math.hypot(*value)
-    if not 0 < length < math.inf:
-        raise ValueError("the vector has no length: " + message)
-    x, y, z = (*value, 0.0)[:3]
-    return (x / length, y / length, z / length)
-
-
-def _names(value: Any) -> tuple[Any, ...]:
-    values = tuple(value) if isinstance(value, list | tuple) else (value,)
-    if not values or not all(isinstance(v, str) and v for v in values):
-        raise ValueError("must be the name of a set or surface of the mesh, or a list of them")
-    return values
-
-
-Vector = Annotated[tuple[float, ...], BeforeValidator(_direction)]
-"""A direction: a unit vector."""
-
-OnNames = Annotated[tuple[str, ...], BeforeValidator(_names)]
-"""One name of the mesh, or several."""
-
-Components = Annotated[
-    tuple[Literal["x", "y", "z", "rx", "ry", "rz"], ...], BeforeValidator(_names)
-]
+Width = Annotated[float | Literal["whole"], BeforeValidator(_width)]
+"""A width that loads and results are per metre of, or none."""
 
 
 class MeshFile(Section):
@@ -93,9 +72,9 @@ class MeshFile(Section):
     force_unit: Literal["N", "mN", "uN", "kN", "MN", "lbf"] = "N"
     """Unit of force of the file. Materials of an .inp: E in force/length², density in force s²/length⁴,
     tonnes/mm³ with N and mm."""
-    width: Length | None = Field(default=None, gt=0)
-    """Width of a spatial structure: loads and results are per metre of it, and "1 m" makes them the forces
-    themselves. Needed in space, not in the plane, where a mesh is one metre wide."""
+    width: Width | None = None
+    """Of a spatial structure: "whole" where loads and results are its forces, moments and energies, or a
+    width that they are per metre of. Needed in space, not in the plane, where a mesh is 1 m wide."""
     modes: Count = Field(default=60, ge=4, le=2000)
     """Free-interface modes kept dynamic; all others follow statically. More where the load has high
     frequencies."""
@@ -127,14 +106,31 @@ class MeshSupport(Section):
 
 
 class MeshSpring(Section):
-    """Springs to the ground, `[[spring]]`, spread evenly over a surface."""
+    """Springs to the ground, `[[spring]]`, spread evenly over surfaces or shared by nodes."""
 
     on: OnNames
-    """Surfaces they are on. Weak springs only hold the place of a body."""
+    """Surfaces or node sets they are on. Weak springs only hold the place of a body."""
     direction: Literal["x", "y", "z"]
     """Along which they resist. Others are free."""
-    stiffness: AreaStiffness = Field(gt=0)
-    """Stiffness per area. What opens the joint is computed without them."""
+    stiffness: AreaStiffness | None = Field(default=None, gt=0)
+    """Stiffness per area of surfaces; this or total. What opens the joint is computed without them."""
+    total: LineStiffness | None = Field(default=None, gt=0)
+    """Stiffness of all springs on one name together, per metre of width; of node sets always. Mounts."""
+
+    @model_validator(mode="after")
+    def _one_stiffness(self) -> Self:
+        if (self.stiffness is None) == (self.total is None):
+            raise Rule("stiffness", "give stiffness, per area, or total")
+        return self
+
+
+class MeshMass(Section):
+    """A mass that is not in the mesh, `[[mass]]`, beside the point masses of the file."""
+
+    on: str
+    """Surface over which it is spread evenly, or node set whose nodes share it. Instruments, a shaker."""
+    mass: Mass = Field(gt=0)
+    """All of it: in the plane that of one metre of width. Frequencies."""
 
 
 class MeshTie(Section):
@@ -149,14 +145,19 @@ class MeshTie(Section):
 
 
 class MeshInterface(Section):
-    """Two surfaces in contact, `[[interface]]`."""
+    """Two surfaces in contact, or one and a rigid flat, `[[interface]]`."""
 
     name: str = Field(default="contact", pattern=NAME, max_length=40)
     """What it is called. Tables, results and outputs name it so."""
     first: str
     """One surface. Which comes first does not matter."""
-    second: str
+    second: str | None = None
     """The other one; its nodes need not match. Bodies have nodes of their own."""
+    flat: Vector | None = None
+    """Normal of a rigid flat that the first surface touches instead, towards the body. A test rig, or half of
+    what is symmetric."""
+    offset: Length = Field(default=0.0)
+    """Of the flat from the origin along its normal, in m or with a unit. Where it is."""
     pairs_on: str | None = None
     """Which of the two carries the contact pairs, at its nodes; left out, the finer one. Number of pairs."""
     friction: Friction
@@ -178,31 +179,14 @@ class MeshInterface(Section):
     normal_stiffness: AreaStiffness | None = Field(default=None, gt=0)
     """The same normal to the surface. Evens out the pressure."""
 
-
-class MeshPreload(Section):
-    """A load that is held through every analysis, `[[preload]]`: the force of a bolt."""
-
-    name: str = Field(default="clamp", pattern=NAME, max_length=40)
-    """What it is called. Messages and the joint model name it so."""
-    on: OnNames
-    """Surfaces or node sets it acts on: two of a force, which draws them towards each other, as a bolt does
-    with head and nut; any number of surfaces of a pressure. All contact pressure."""
-    force: LineForce | None = Field(default=None, gt=0)
-    """Force that draws the two together, per metre of width. This or pressure."""
-    pressure: Stress | None = Field(default=None, gt=0)
-    """Pressure against the surfaces. This or force."""
-    direction: Vector | None = None
-    """Of the force on the first of the two; left out, towards the second. Where their middles do not face
-    each other along the bolt."""
-
     @model_validator(mode="after")
-    def _force_or_pressure(self) -> Self:
-        if (self.force is None) == (self.pressure is None):
-            raise Rule("", "give a force between two places, or a pressure on surfaces")
-        if self.force is not None and len(self.on) != 2:
-            raise Rule("on", 'a force acts between two places: ["head", "nut"]')
-        if self.pressure is not None and self.direction is not None:
-            raise Rule("direction", "a pressure acts against the surface: remove it")
+    def _two_sides(self) -> Self:
+        if (self.second is None) == (self.flat is None):
+            raise Rule("second", "give the second surface, or flat, the normal of a rigid flat")
+        if self.flat is None and self.offset != 0:
+            raise Rule("offset", "is of a rigid flat: give flat, or remove it")
+        if self.flat is not None and self.pairs_on not in (None, self.first):
+            raise Rule("pairs_on", "a flat carries no pairs: remove it")
         return self
 
 
@@ -222,6 +206,16 @@ class MeshPort(LoadPort, Place):
 
     opposite: str | None = None
     """Surface or node set with the opposite load. A pair, such as moments that bend both ends."""
+    _whole: bool = PrivateAttr(default=False)
+
+    @property
+    def load(self) -> LoadKind:
+        """What its load is called and measured in."""
+        return KINDS_OF_THE_WHOLE[self.kind] if self._whole else super().load
+
+    def mark_whole(self) -> None:
+        """Make its load that of a whole structure, which a joint decides when it is read."""
+        self._whole = True
 
     @model_validator(mode="after")
     def _is_somewhere(self) -> Self:
@@ -269,6 +263,7 @@ def _listed(what: str) -> tuple[BeforeValidator, ...]:
 Materials = Annotated[tuple[MeshMaterial, ...], *_listed("material")]
 Supports = Annotated[tuple[MeshSupport, ...], *_listed("support")]
 Springs = Annotated[tuple[MeshSpring, ...], *_listed("spring")]
+Masses = Annotated[tuple[MeshMass, ...], *_listed("mass")]
 Ties = Annotated[tuple[MeshTie, ...], *_listed("tie")]
 Interfaces = Annotated[tuple[MeshInterface, ...], *_listed("interface"), Field(min_length=1)]
 MeshPreloads = Annotated[tuple[MeshPreload, ...], *_listed("preload"), Field(min_length=1)]
@@ -277,7 +272,7 @@ MeshOutputs = Annotated[tuple[MeshOutput, ...], *_listed("output")]
 
 
 @holds_requests
-class MeshJoint(Joint):
+class MeshJoint(NamedJoint):
     """A joint from a finite-element mesh, its loads and the analyses asked for."""
 
     unnamed: ClassVar[str] = "a joint from a mesh"
@@ -296,13 +291,15 @@ class MeshJoint(Joint):
     """What does not move, [[support]]."""
     spring: Springs = Field(default=())
     """Springs to the ground, [[spring]]."""
+    mass: Masses = Field(default=())
+    """Masses that are not in the mesh, [[mass]]."""
     tie: Ties = Field(default=())
     """Surfaces that are glued, [[tie]]."""
     interface: Interfaces
     """Surfaces in contact, [[interface]]."""
     preload: MeshPreloads
     """Loads that press the sides together, [[preload]]."""
-    damping: Damping = Field(default_factory=Damping)
+    damping: DampingOrRatio = Field(default_factory=DampingOrRatio)
     port: MeshPorts
     """Loads that [load] may name, [[port]]; where there is one, it drives the joint."""
     load: Load | None = None
@@ -312,37 +309,16 @@ class MeshJoint(Joint):
     figures show the first."""
 
     @property
-    def outputs(self) -> tuple[NamedOutput, ...]:
-        """Quantities that are reported; the first is the one that tables and figures show."""
-        return self.measured
-
-    @property
     def measured(self) -> tuple[MeshOutput, ...]:
-        """The same, and where each is."""
+        """Quantities that are reported, and where each is."""
         if self.output:
             return self.output
-        port = self.driven
+        port = driven_of(self.port, self.load)
         quantity = USUAL_QUANTITY[port.kind]
         output = MeshOutput.model_construct(
             name=quantity, quantity=quantity, on=port.on, direction=port.direction
         )
         return (output,)
-
-    @property
-    def ports(self) -> tuple[MeshPort, ...]:
-        """Loads that the file names."""
-        return self.port
-
-    @property
-    def driven(self) -> MeshPort:
-        """The port that drives the joint: that of ``[load]``, else the first."""
-        name = None if self.load is None else self.load.port
-        return next((port for port in self.port if port.name == name), self.port[0])
-
-    @property
-    def rayleigh(self) -> tuple[float, float]:
-        """alpha and beta of ``C = alpha M + beta K``, 1/s and s."""
-        return self.damping.alpha, self.damping.beta
 
     @property
     def modes_kept(self) -> int:
@@ -364,24 +340,33 @@ class MeshJoint(Joint):
         title = [repr(self.title)] if self.title else []
         facts = (
             f"mesh {self.mesh.file}",
-            f"preload {readable_force(self)}",
+            f"preload {readable_preload(self.preload, self.whole)}",
             f"analyses: {', '.join(self.analysis.asked) or 'none'}",
         )
         return f"MeshJoint({', '.join((*title, *facts))})"
 
     __str__ = __repr__
 
+    @property
+    def whole(self) -> bool:
+        """Whether forces, moments and energies are of the whole structure, and not per metre of width."""
+        return self.mesh.width == "whole"
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _in_its_units(cls, data: Any, read: ModelWrapValidatorHandler[Self]) -> Self:
+        mesh = data.get("mesh") if isinstance(data, Mapping) else None
+        whole = isinstance(mesh, Mapping) and mesh.get("width") == "whole"
+        with units.of_the_whole(whole):
+            return read(data)
+
     @model_validator(mode="after")
     def _consistent(self) -> Self:
-        check_names(self.preload, self.port, self.output)
-        check_drive_is_said(self.port, self.load)
+        if self.whole:
+            for port in self.port:
+                port.mark_whole()
+        check_named(self)
         _interfaces_differ(self.interface, self.output)
-        check_loads(self.port, self.driven, self.load, self.analysis.cycle, self.analysis.history)
-        said = self.driven.load
-        check_requests(self, f'{said.key} = "1 {said.unit}"')
-        check_cycle_range(self)
-        if not self.output and self.driven.kind == "base":
-            raise Rule("output", "the motion of a base is no output: name one, [[output]]")
         if len(self.material) > 1 and any(m.elements is None for m in self.material):
             raise Rule("material", "of several materials each says its element sets, elements")
         return self
@@ -394,7 +379,7 @@ def _interfaces_differ(interfaces: Sequence[MeshInterface], outputs: Sequence[Me
         if interface.name in names:
             raise Rule(f"interface.{k}.name", f"two interfaces are called {interface.name!r}")
         names.append(interface.name)
-        sides = (interface.first, interface.second)
+        sides = (interface.first, *([] if interface.second is None else [interface.second]))
         if interface.first == interface.second:
             raise Rule(f"interface.{k}.second", "is the first surface: contact is between two")
         if interface.pairs_on is not None and interface.pairs_on not in sides:
@@ -402,19 +387,3 @@ def _interfaces_differ(interfaces: Sequence[MeshInterface], outputs: Sequence[Me
     for k, output in enumerate(outputs):
         if output.interface is not None and output.interface not in names:
             raise Rule(f"output.{k}.interface", f"there is none; there are {', '.join(names)}")
-
-
-def readable_force(joint: MeshJoint) -> str:
-    """Preloads in words.
-
-    Examples
-    --------
-    >>> clamp = MeshPreload(on=["head", "nut"], force="12 kN/m")
-    >>> readable_force(MeshJoint.model_construct(preload=(clamp,)))
-    'clamp 12 kN/m'
-    """
-    parts = []
-    for each in joint.preload:
-        unit, value = ("Pa", each.pressure) if each.force is None else ("N/m", each.force)
-        parts.append(f"{each.name} {units.readable(value or 0.0, unit)}")
-    return ", ".join(parts)

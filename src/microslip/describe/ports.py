@@ -7,7 +7,7 @@ drives it; without a name that is the pair of end moments.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
@@ -76,6 +76,13 @@ KINDS: dict[PortKind, LoadKind] = {
     ),
 }
 """Loads by the kind of their port."""
+
+KINDS_OF_THE_WHOLE: dict[PortKind, LoadKind] = {
+    "moment": replace(KINDS["moment"], unit="N m", row="moment_n_m"),
+    "force": replace(KINDS["force"], unit="N", row="force_n"),
+    "base": replace(KINDS["base"], output="kg m"),
+}
+"""The same of a whole structure, not per metre of its width."""
 
 
 class LoadPort(Section):

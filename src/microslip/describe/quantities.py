@@ -97,6 +97,7 @@ CLAMP_SHAPES = ("uniform", "parabolic")
 Number = Annotated[float, BeforeValidator(units.NUMBER.parse), units.NUMBER]
 Length = Annotated[float, BeforeValidator(units.LENGTH.parse), units.LENGTH]
 Modulus = Annotated[float, BeforeValidator(units.MODULUS.parse), units.MODULUS]
+Mass = Annotated[float, BeforeValidator(units.MASS.parse), units.MASS]
 Stress = Annotated[float, BeforeValidator(units.STRESS.parse), units.STRESS]
 Density = Annotated[float, BeforeValidator(units.DENSITY.parse), units.DENSITY]
 LineForce = Annotated[float, BeforeValidator(units.LINE_FORCE.parse), units.LINE_FORCE]

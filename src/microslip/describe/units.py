@@ -9,6 +9,9 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
@@ -22,6 +25,26 @@ _NOT_FINITE = re.compile(r"\s*[+-]?(nan|inf(inity)?)\b", re.IGNORECASE)
 _PER = re.compile(r"/|\bper\b|(\^|\*\*)-")
 _FACTOR = r"(?:1|%|[^\W\d_]+)(?:(?:\^|\*\*)[+-]?\d|[²³])?"
 _UNIT = re.compile(rf"{_FACTOR}(?:\s*[*/·\s]\s*{_FACTOR})*")
+
+
+_WHOLE: ContextVar[bool] = ContextVar("whole", default=False)
+
+
+@contextmanager
+def of_the_whole(whole: bool) -> Iterator[None]:
+    """Within it forces, moments and stiffnesses are read as those of a whole structure, if it is one.
+
+    Examples
+    --------
+    >>> with of_the_whole(True):
+    ...     LINE_FORCE.parse("12 kN")
+    12000.0
+    """
+    token = _WHOLE.set(whole)
+    try:
+        yield
+    finally:
+        _WHOLE.reset(token)
 
 
 @dataclass(frozen=True)
@@ -41,6 +64,8 @@ class Kind:
     per_width : bool
         Whether it is per metre of width and the unit must say so, because without the width it
         reduces to a unit of something else: N m/m to N, N/m/m to Pa.
+    whole : str
+        Unit of what is not per metre of width; empty where there is no difference.
     """
 
     noun: str
@@ -48,6 +73,7 @@ class Kind:
     example: str
     angular: bool = False
     per_width: bool = False
+    whole: str = ""
 
     def parse(self, value: Any) -> float:
         """Value in SI units.
@@ -77,6 +103,10 @@ class Kind:
 
     def advice(self) -> str:
         """What to write, with an example."""
+        if self.whole and _WHOLE.get():
+            noun = self.noun.replace(" per metre of width", "")
+            example = self.example.replace('/m"', '"')
+            return f"expected {noun}, for example {example}"
         return f"expected {self.noun}, for example {self.example}"
 
     def _finite(self, value: Any) -> float:
@@ -109,13 +139,14 @@ class Kind:
         factor, dimension, angular = _known_unit(unit)
         if dimension is None:
             raise ValueError(f"{unit!r} is not a known unit: {self.advice()}")
-        _, expected, _ = _known_unit(self.unit)
+        whole = bool(self.whole) and _WHOLE.get()
+        _, expected, _ = _known_unit(self.whole if whole else self.unit)
         if dimension != expected:
             raise ValueError(f"{unit!r} measures something else: {self.advice()}")
         if angular and not self.angular:
             what = "angular frequency" if self.unit else "angle"
             raise ValueError(f"{unit!r} is a unit of {what}: {self.advice()}")
-        if self.per_width and not _PER.search(unit):
+        if self.per_width and not whole and not _PER.search(unit):
             raise ValueError(f"{unit!r} is not per metre of width: {self.advice()}")
         return factor
 
@@ -148,12 +179,17 @@ def _known_unit(unit: str) -> tuple[Fraction, Dimension | None, bool]:
 NUMBER = Kind("a plain number", "", "0.25")
 LENGTH = Kind("a length", "m", '"12.5 mm"')
 MODULUS = Kind("a modulus of elasticity", "Pa", '"70 GPa"')
+MASS = Kind("a mass", "kg", '"0.5 kg"')
 STRESS = Kind("a stress", "Pa", '"250 MPa"')
 DENSITY = Kind("a density", "kg/m^3", '"2 g/cm^3"')
-LINE_FORCE = Kind("a force per metre of width", "N/m", '"1 MN/m"')
-LINE_MOMENT = Kind("a moment per metre of width", "N*m/m", '"150 N*m/m"', per_width=True)
+LINE_FORCE = Kind("a force per metre of width", "N/m", '"1 MN/m"', whole="N")
+LINE_MOMENT = Kind(
+    "a moment per metre of width", "N*m/m", '"150 N*m/m"', per_width=True, whole="N*m"
+)
 ACCELERATION = Kind("an acceleration", "m/s^2", '"10 m/s^2"')
-LINE_STIFFNESS = Kind("a stiffness per metre of width", "N/m/m", '"1e5 N/m/m"', per_width=True)
+LINE_STIFFNESS = Kind(
+    "a stiffness per metre of width", "N/m/m", '"1e5 N/m/m"', per_width=True, whole="N/m"
+)
 AREA_STIFFNESS = Kind("a stiffness per area", "Pa/m", '"1e13 Pa/m"')
 TIME = Kind("a time", "s", '"0.73 us"')
 RATE = Kind("a rate", "1/s", '"5 1/s"', angular=True)

@@ -20,21 +20,25 @@ import numpy as np
 import scipy.sparse as sp
 
 from microslip.describe.matrices import FORCES, LENGTHS
-from microslip.describe.mesh import MeshInterface, MeshJoint, MeshOutput, MeshPort, MeshPreload
+from microslip.describe.mesh import MeshInterface, MeshJoint, MeshSpring
 from microslip.describe.profile import Profile
 from microslip.errors import InputError, ModelError
+from microslip.model.described_loads import (
+    base_loads,
+    bolt_cautions,
+    bolted,
+    constant_preload,
+    direction_in,
+    nodes_named,
+    output_load,
+    port_load,
+    tightening_of,
+    with_masses,
+)
 from microslip.model.elasticity import Material
 from microslip.model.imported import Imported
-from microslip.model.mesh.assembly import assemble
-from microslip.model.mesh.facets import facets_of
 from microslip.model.mesh.finite_elements import FiniteElementMesh, Tie
-from microslip.model.mesh.loads import (
-    moment_load,
-    nodal_load,
-    pressure_load,
-    resultant_load,
-    spring_stiffness,
-)
+from microslip.model.mesh.loads import nodal_springs, spring_stiffness
 from microslip.model.mesh.read import read_mesh
 from microslip.model.mesh_in_words import (
     bodies_said,
@@ -42,13 +46,14 @@ from microslip.model.mesh_in_words import (
     interface_said,
     names_of_motions,
 )
-from microslip.model.meshed import MeshedStructure, structure_from_mesh
+from microslip.model.meshed import structure_from_mesh
 from microslip.model.mortar.coupling import MortarCoupling, couple
+from microslip.model.mortar.flat import couple_with_flat
 from microslip.model.pair_table import Pairs
 from microslip.model.soundness import zero_modes
 from microslip.model.structure import Structure
 from microslip.model.topography import gaps_from
-from microslip.typing import Array, Indices
+from microslip.typing import Array
 
 COMPONENTS = {"x": 0, "y": 1, "z": 2}
 TURNS = {"rx": 0, "ry": 1, "rz": 2}
@@ -100,50 +105,68 @@ def _built(described: _Described, changed: tuple[tuple[int, int], ...]) -> Impor
     )
     mesh = replace(mesh, ties=(*mesh.ties, *ties))
     materials = _materials(joint)
+    bodies = bodies_said(mesh)
+    mesh, bolts = bolted(with_masses(mesh, joint), joint.preload, width)
     couplings = [_coupled(mesh, entry) for entry in joint.interface]
     loads, preload = {}, {}
     for each in joint.preload:
-        loads[each.name], preload[each.name] = _preload(mesh, each, width)
+        if each.name in [bolt.name for bolt in bolts]:
+            preload[each.name] = each.force or 0.0
+        else:
+            loads[each.name], preload[each.name] = constant_preload(mesh, each, width)
     for port in joint.port:
         if port.kind != "base":
-            loads[port.name] = _port(mesh, port)
+            loads[port.name] = port_load(mesh, port)
     for output in joint.measured:
-        loads[output.port] = _output(mesh, output, couplings, joint)
+        loads[output.port] = output_load(mesh, output, couplings, joint)
     found = structure_from_mesh(
         _with_supports(mesh, joint),
         couplings,
         held=_held(joint, d),
         loads=loads,
         materials=materials,
-        springs=_springs(mesh, joint),
+        springs=_springs(mesh, joint, width),
+        bolts=bolts,
     )
     structure = found.structure
     bases = {port.name: port for port in joint.port if port.kind == "base"}
     if bases:
         structure = replace(
             structure,
-            loads={**structure.loads, **_bases(found, bases, materials, width)},
+            loads={**structure.loads, **base_loads(found, bases, materials, width)},
         )
     structure = _per_width(structure, width)
     _check_moved(structure, joint)
     zero = zero_modes(structure.stiffness, structure.mass, None)
     names = names_of_motions(found, zero.shapes)
     pairs = _pairs(joint, structure, couplings)
+    plan = tightening_of(joint.preload, found.bolts.per_width(width))
     facts = (
-        ("bodies", "; ".join(bodies_said(found.mesh))),
+        ("bodies", "; ".join(bodies)),
+        *(
+            []
+            if d == 2 or joint.whole
+            else [("width", f"{width:.4g} m: all forces and energies are per metre of it")]
+        ),
         *(interface_said(entry, c) for entry, c in zip(joint.interface, couplings, strict=True)),
     )
     return Imported(
         structure=structure,
         pairs=pairs,
         numbering=None,
-        preload=preload,
+        # of bolts that keep their length a first guess: amplitudes are found with the contact
+        preload=preload | plan.amplitudes,
         zero_modes=names,
         first_frequency=zero.first,
-        cautions=(*found.cautions, *([] if joint.material else doubtful_materials(mesh, given))),
+        cautions=(
+            *found.cautions,
+            *bolt_cautions(found.mesh, joint.preload),
+            *([] if joint.material else doubtful_materials(mesh, given)),
+        ),
         points=np.concatenate([c.points for c in couplings]),
         facts=facts,
         meshed=found,
+        tightening=plan,
     )
 
 
@@ -155,11 +178,11 @@ def _width(joint: MeshJoint, dimension: int) -> float:
         return 1.0
     if width is None:
         raise InputError(
-            "mesh.width is missing: loads and results of a spatial mesh are per metre of its width; "
-            'with "1 m" they are the forces themselves'
+            "mesh.width is missing: loads and results of a spatial mesh are per metre of its width; with "
+            '"whole" they are the forces themselves'
         )
     _check_spatial_response(joint)
-    return width
+    return 1.0 if isinstance(width, str) else width
 
 
 def _check_spatial_response(joint: MeshJoint) -> None:
@@ -187,25 +210,7 @@ def _with_supports(mesh: FiniteElementMesh, joint: MeshJoint) -> FiniteElementMe
     surfaces = [name for each in joint.support for name in each.on if name not in mesh.node_sets]
     return replace(
         mesh,
-        node_sets={**mesh.node_sets, **{name: _nodes(mesh, name) for name in surfaces}},
-    )
-
-
-def _nodes(mesh: FiniteElementMesh, name: str) -> Indices:
-    """Nodes of a node set or of a surface.
-
-    Raises
-    ------
-    ModelError
-        Where the mesh has neither.
-    """
-    if name in mesh.node_sets:
-        return mesh.nodes_of_set(name)
-    if name in mesh.surfaces:
-        return facets_of(mesh, name).nodes
-    raise ModelError(
-        f"there is no node set and no surface {name!r}; node sets: "
-        f"{', '.join(mesh.node_sets) or 'none'}; surfaces: {', '.join(mesh.surfaces) or 'none'}"
+        node_sets={**mesh.node_sets, **{name: nodes_named(mesh, name) for name in surfaces}},
     )
 
 
@@ -231,19 +236,46 @@ def _held(joint: MeshJoint, dimension: int) -> dict[str, list[int]]:
     return held
 
 
-def _springs(mesh: FiniteElementMesh, joint: MeshJoint) -> sp.csc_matrix | None:
+def _spring(
+    mesh: FiniteElementMesh, spring: MeshSpring, name: str, axis: int, width: float
+) -> sp.csc_matrix:
+    """Springs on one name."""
+    if name in mesh.surfaces:
+        if spring.total is None:
+            assert spring.stiffness is not None
+            return spring_stiffness(mesh, name, spring.stiffness, axis)
+        whole = spring_stiffness(mesh, name, 1.0, axis)
+        return (spring.total * width / whole.sum() * whole).tocsc()
+    nodes = np.unique(nodes_named(mesh, name))
+    if spring.total is None:
+        raise InputError(
+            f"spring.stiffness: {name!r} is a node set and has no area: give total, for all of it"
+        )
+    return nodal_springs(mesh, nodes, spring.total * width / len(nodes), axis)
+
+
+def _springs(mesh: FiniteElementMesh, joint: MeshJoint, width: float) -> sp.csc_matrix | None:
     total = None
     for spring in joint.spring:
         axis = COMPONENTS[spring.direction]
         if axis >= mesh.dimension:
             raise InputError("spring.direction: a plane mesh has no direction z")
         for name in spring.on:
-            part = spring_stiffness(mesh, name, spring.stiffness, axis)
+            part = _spring(mesh, spring, name, axis, width)
             total = part if total is None else total + part
     return total
 
 
 def _coupled(mesh: FiniteElementMesh, entry: MeshInterface) -> MortarCoupling:
+    if entry.second is None:
+        return couple_with_flat(
+            mesh,
+            entry.first,
+            direction_in(mesh, entry.flat, f"interface {entry.name!r}"),
+            entry.offset,
+            reach=entry.reach,
+            overlap=entry.overlap,
+        )
     return couple(
         mesh,
         entry.first,
@@ -252,125 +284,6 @@ def _coupled(mesh: FiniteElementMesh, entry: MeshInterface) -> MortarCoupling:
         reach=entry.reach,
         overlap=entry.overlap,
     )
-
-
-def _along(mesh: FiniteElementMesh, direction: Sequence[float] | None, where: str) -> Array:
-    """A direction with the components of the mesh."""
-    if direction is None:
-        raise InputError(f"{where}: direction is missing: in space it is the axis")
-    d = mesh.dimension
-    if d == 2 and abs(direction[2]) > 0:
-        raise InputError(f"{where}: direction: a plane mesh has no direction z")
-    return np.asarray(direction[:d], dtype=float)
-
-
-def _force(mesh: FiniteElementMesh, name: str, direction: Array) -> Array:
-    """A unit force on a surface, spread evenly, or on a node set, shared by its nodes."""
-    if name in mesh.surfaces:
-        return resultant_load(mesh, name, direction)
-    return nodal_load(mesh, _nodes(mesh, name), direction)
-
-
-def _acting(
-    mesh: FiniteElementMesh, name: str, turns: bool, direction: Sequence[float] | None, where: str
-) -> Array:
-    """A unit force or a unit moment on a named place."""
-    if not turns:
-        return _force(mesh, name, _along(mesh, direction, where))
-    if mesh.dimension == 2:
-        if direction is not None:
-            raise InputError(
-                f"{where}: direction: in the plane moments and rotations have none: remove it"
-            )
-        return moment_load(mesh, name)
-    return moment_load(mesh, name, _along(mesh, direction, where))
-
-
-def _preload(mesh: FiniteElementMesh, entry: MeshPreload, width: float) -> tuple[Array, float]:
-    """Unit load and amplitude, per metre of width."""
-    if entry.force is not None:
-        first, second = entry.on
-        if entry.direction is None:
-            middles = [mesh.points[_nodes(mesh, name)].mean(axis=0) for name in entry.on]
-            way = middles[1] - middles[0]
-            if not np.linalg.norm(way) > 0:
-                raise InputError(
-                    f"preload {entry.name!r}: the middles of {first!r} and {second!r} are the same point: "
-                    "give direction"
-                )
-        else:
-            way = _along(mesh, entry.direction, f"preload {entry.name!r}")
-        return _force(mesh, first, way) - _force(mesh, second, way), entry.force
-    assert entry.pressure is not None
-    for name in entry.on:
-        mesh.surface(name)
-    load = np.sum([pressure_load(mesh, name) for name in entry.on], axis=0)
-    areas = [facets_of(mesh, name) for name in entry.on]
-    area = float(np.mean([sum(float(f.areas(g).sum()) for g in f.groups) for f in areas]))
-    # an amplitude is a force: the pressure over the mean of the areas
-    return load / area, entry.pressure * area / width
-
-
-def _port(mesh: FiniteElementMesh, port: MeshPort) -> Array:
-    assert port.on is not None
-    turns, where = port.kind == "moment", f"port {port.name!r}"
-    load = _acting(mesh, port.on, turns, port.direction, where)
-    if port.opposite is not None:
-        load = load - _acting(mesh, port.opposite, turns, port.direction, where)
-    return load
-
-
-def _output(
-    mesh: FiniteElementMesh,
-    output: MeshOutput,
-    couplings: Sequence[MortarCoupling],
-    joint: MeshJoint,
-) -> Array:
-    where = f"output {output.name!r}"
-    if not output.across:
-        assert output.on is not None
-        turns = output.measured.motion == "rotation"
-        return _acting(mesh, output.on, turns, output.direction, where)
-    assert output.at is not None
-    d = mesh.dimension
-    if len(output.at) != d:
-        raise InputError(f"{where}: at has {len(output.at)} coordinates, the mesh {d}")
-    point = np.array(output.at)
-    among = [
-        c
-        for entry, c in zip(joint.interface, couplings, strict=True)
-        if output.interface in (None, entry.name)
-    ]
-    apart = [np.linalg.norm(c.points - point, axis=1) for c in among]
-    coupling = among[int(np.argmin([a.min() for a in apart]))]
-    pair = int(np.argmin(np.linalg.norm(coupling.points - point, axis=1)))
-    reach = float(np.ptp(coupling.points, axis=0).max())
-    if np.linalg.norm(coupling.points[pair] - point) > 0.5 * reach:
-        raise InputError(f"{where}: at lies farther from every contact pair than half an interface")
-    rows = coupling.relative()[d * pair : d * (pair + 1)].toarray()
-    if output.measured.motion == "gap":
-        return np.asarray(-rows[0])
-    if d == 2:
-        return np.asarray(rows[1])
-    way = coupling.tangents[pair] @ _along(mesh, output.direction, where)
-    return np.asarray(way @ rows[1:])
-
-
-def _bases(
-    found: MeshedStructure,
-    bases: dict[str, MeshPort],
-    materials: dict[str, Material] | Material | None,
-    width: float,
-) -> dict[str, Array]:
-    """Inertia of everything per unit acceleration of the base and width, also what couples to supports."""
-    mesh = found.mesh
-    mass = assemble(mesh, materials)[1]
-    out = {}
-    for name, port in bases.items():
-        rigid = np.tile(_along(mesh, port.direction, f"port {name!r}"), len(mesh.points))
-        extra = found.basis.shape[0] - len(rigid)
-        out[name] = -(found.basis.T @ np.pad(mass @ rigid, (0, extra))) / width
-    return out
 
 
 def _per_width(structure: Structure, width: float) -> Structure:

@@ -24,6 +24,7 @@ from microslip.describe.matrices import FORCES, LENGTHS, MatricesJoint, Vector, 
 from microslip.describe.profile import Profile
 from microslip.describe.sources import split_source
 from microslip.errors import Caution, InputError
+from microslip.model.bolts import Tightening
 from microslip.model.interface import Interface
 from microslip.model.meshed import MeshedStructure
 from microslip.model.numbering import Numbering, numbering_of_table, with_coordinates
@@ -41,6 +42,9 @@ from microslip.typing import Array
 
 LISTED = (".csv", ".txt")
 """Endings of vectors that are given by nodes."""
+
+ASYMMETRIC = 1e-8
+"""Of the largest entry of a damping matrix."""
 
 GAP = "gap"
 """Port that holds the sides apart by the initial gaps."""
@@ -71,6 +75,10 @@ class Imported(Brief):
         What else is told of it by ``microslip check``.
     meshed : MeshedStructure, optional
         The mesh it came from, for pictures.
+    damping : (n, n) sparse, optional
+        A viscous damping matrix.
+    tightening : Tightening, optional
+        Bolts that keep their length, and the order in which all that presses is applied.
     """
 
     structure: Structure
@@ -83,6 +91,8 @@ class Imported(Brief):
     points: Array | None = None
     facts: tuple[tuple[str, str], ...] = ()
     meshed: MeshedStructure | None = None
+    damping: sp.csc_matrix | None = None
+    tightening: Tightening | None = None
 
     def friction(self, given: float | Profile | None) -> Array:
         """(m,) coefficient of friction of each pair: as the joint file gives it, else the table.
@@ -153,7 +163,40 @@ def read_imported(joint: MatricesJoint) -> Imported:
         supports=supports,
     )
     cautions += check_motions(structure, modes, numbering, pairs, joint)
-    return Imported(structure, pairs, numbering, preload, modes.names, modes.first, tuple(cautions))
+    return Imported(
+        structure,
+        pairs,
+        numbering,
+        preload,
+        modes.names,
+        modes.first,
+        tuple(cautions),
+        damping=None if m.damping is None else (energy * _damping(joint, n)).tocsc(),
+    )
+
+
+def _damping(joint: MatricesJoint, dofs: int) -> sp.csc_matrix:
+    """The damping matrix.
+
+    Raises
+    ------
+    InputError
+        Where it is of another size or not symmetric.
+    """
+    source = joint.matrices.damping
+    assert source is not None
+    where = f"matrices.damping: {source}"
+    K, C = read_matrix(joint.matrices.stiffness), read_matrix(source)
+    if C.labels is not None and K.labels is not None:
+        C = ordered(C, K.labels)
+    matrix = _whole(C, joint, dofs, where)
+    off, largest = abs(matrix - matrix.T).max(), abs(matrix).max()
+    if off > ASYMMETRIC * largest:
+        raise InputError(
+            f"{where}: is not symmetric by {off / largest:.2g} of its largest entry: gyroscopic and "
+            "circulatory terms are not taken; is it the damping matrix?"
+        )
+    return matrix
 
 
 def _matrices(joint: MatricesJoint) -> tuple[sp.csc_matrix, sp.csc_matrix, Numbering | None]:

@@ -17,6 +17,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy.sparse as sp
 
 from microslip.brief import Brief
 from microslip.errors import ModelError
@@ -26,6 +27,9 @@ from microslip.model.loose import held, separated
 from microslip.model.modes import LinearModes, PartFactors, linear_modes, spectral_shift
 from microslip.model.structure import Structure
 from microslip.typing import Array, Indices
+
+IDLE = 1e-12
+"""Of the largest row of B: one that moves no more is held."""
 
 OUTWEIGHS = 10.0
 """A mode is an unknown of statics where it is softer than all stiffer ones by this factor."""
@@ -234,8 +238,21 @@ class Reducer:
             self.modes, self.loose = separated(self.modes, structure.stiffness, structure.interface)
         self._mass_modes = structure.mass @ self.modes.shapes
         self.equilibrium_modes = soft_modes(
-            held(self.modes.omega, self.loose)[0], structure.interface.relative @ self.modes.shapes
+            held(self.modes.omega, self.loose)[0],
+            structure.interface.relative @ self.modes.shapes,
+            self._truncated_flexibility(),
         )
+
+    def _truncated_flexibility(self) -> float:
+        """Mean flexibility of a pair's component that the truncated modes have, estimated with one load.
+
+        For entries of z that are 1 or -1 at random the mean of ``z^T W z`` is the trace of W.
+        """
+        relative = self.structure.interface.relative
+        z = np.where(np.sin(1.0 + np.arange(relative.shape[0]) ** 1.5) < 0, -1.0, 1.0)
+        load = relative.T @ z
+        elastic = load - self._mass_modes @ (self.modes.shapes.T @ load)
+        return max(0.0, float(elastic @ self._factors.solve(elastic[:, None])[:, 0])) / len(z)
 
     def residual_response(self, loads: Array) -> Array:
         """Static response of the truncated modes to load vectors (columns)."""
@@ -273,7 +290,7 @@ class Reducer:
         relative = interface.relative
         vectors = np.column_stack(list(ports.values()))
         x = self.residual_response(vectors)
-        residual = self._residual_flexibility()
+        residual = with_idle_components(self._residual_flexibility(), relative)
         port_port = vectors.T @ x
         omega, springs = held(self.modes.omega, self.loose)
         supports = self.structure.supports
@@ -329,7 +346,28 @@ class Reducer:
         )
 
 
-def soft_modes(omega: Array, mode_v: Array) -> int:
+def with_idle_components(residual: Array, relative: sp.csr_matrix) -> Array:
+    """Flexibility of the pairs, with some for components that supports hold, as on planes of symmetry.
+
+    Nothing is felt of their reactions, which are therefore not determined; with a flexibility of their own,
+    the median of the others, they are zero.
+
+    Examples
+    --------
+    >>> with_idle_components(np.diag([2.0, 0.0]), sp.csr_matrix([[1.0], [0.0]])).tolist()
+    [[2.0, 0.0], [0.0, 2.0]]
+    """
+    size = np.asarray(abs(relative).sum(axis=1)).ravel()
+    idle = np.flatnonzero(size <= IDLE * size.max(initial=0.0))
+    if not len(idle):
+        return residual
+    own = residual.diagonal()
+    out = residual.copy()
+    out[idle, idle] += np.median(own[own > 0]) if (own > 0).any() else 1.0
+    return out
+
+
+def soft_modes(omega: Array, mode_v: Array, truncated: float = 0.0) -> int:
     """How many of the lowest modes are so soft that statics takes them as unknowns.
 
     Any mode may be taken so, it changes nothing but the conditioning: the flexibility at the pairs
@@ -343,6 +381,8 @@ def soft_modes(omega: Array, mode_v: Array) -> int:
         Ascending, rad/s.
     mode_v : (d m, k) array
         Relative displacements of the modes.
+    truncated : float
+        Flexibility that the modes beyond these have at a pair: stiffer than all of them, m/N.
 
     Examples
     --------
@@ -353,6 +393,6 @@ def soft_modes(omega: Array, mode_v: Array) -> int:
     """
     tiny = 1e-12 * omega[-1]
     share = (np.abs(mode_v).max(axis=0) / np.maximum(omega, tiny)) ** 2
-    stiffer = share[::-1].cumsum()[::-1] - share
+    stiffer = share[::-1].cumsum()[::-1] - share + truncated
     soft = np.flatnonzero(share[:-1] > OUTWEIGHS * stiffer[:-1])
     return int(soft[-1]) + 1 if len(soft) else 0

@@ -9,9 +9,10 @@ from microslip.describe.mesh import MeshFile, MeshInterface
 from microslip.describe.plausible import TABLE
 from microslip.errors import Caution
 from microslip.model.mesh.finite_elements import FiniteElementMesh
+from microslip.model.mesh.naming import elements_at, named_bodies
 from microslip.model.meshed import MeshedStructure
 from microslip.model.mortar.coupling import MortarCoupling
-from microslip.typing import Array, Indices
+from microslip.typing import Array
 
 FREE = 1e-6
 """A translation is free where so little of it is not among the motions without stiffness."""
@@ -30,7 +31,7 @@ def names_of_motions(found: MeshedStructure, null: Array) -> tuple[str, ...]:
         return ()
     structure, mesh, d = found.structure, found.mesh, found.mesh.dimension
     count, parts = csgraph.connected_components(structure.stiffness, directed=False)
-    bodies = _named_bodies(mesh)
+    bodies = named_bodies(mesh)
     owner = np.full(len(mesh.points), -1)
     for k, (_, nodes) in enumerate(bodies):
         owner[nodes] = k
@@ -56,30 +57,11 @@ def names_of_motions(found: MeshedStructure, null: Array) -> tuple[str, ...]:
     return tuple(names)
 
 
-def _named_bodies(mesh: FiniteElementMesh) -> list[tuple[str, Indices]]:
-    """Bodies by the smallest element set that holds all of each, else by number; and their nodes."""
-    sets = {name: np.unique(elements) for name, elements in mesh.element_sets.items()}
-    out = []
-    for k, nodes in enumerate(mesh.bodies):
-        own = _elements_at(mesh, nodes)
-        holding = {n: len(e) for n, e in sets.items() if np.isin(own, e).all()}
-        alone = [name for name, size in holding.items() if size == len(own)]
-        out.append((alone[0] if alone else f"body {k + 1}", nodes))
-    return out
-
-
-def _elements_at(mesh: FiniteElementMesh, nodes: Indices) -> Indices:
-    inside = np.zeros(len(mesh.points), dtype=bool)
-    inside[nodes] = True
-    first = np.concatenate([block.nodes[:, 0] for block in mesh.blocks])
-    return np.flatnonzero(inside[first])
-
-
 def bodies_said(mesh: FiniteElementMesh) -> list[str]:
     """Bodies with their names and sizes: a row of ``microslip check``."""
     return [
-        f"{name} ({len(_elements_at(mesh, nodes))} elements, {len(nodes)} nodes)"
-        for name, nodes in _named_bodies(mesh)
+        f"{name} ({len(elements_at(mesh, nodes))} elements, {len(nodes)} nodes)"
+        for name, nodes in named_bodies(mesh)
     ]
 
 

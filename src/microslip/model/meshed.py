@@ -14,9 +14,11 @@ import scipy.sparse as sp
 
 from microslip.brief import Brief
 from microslip.errors import Caution, ModelError
+from microslip.model.bolts import NO_BOLTS, Bolts
 from microslip.model.elasticity import Material
 from microslip.model.interface import Interface
 from microslip.model.mesh.assembly import assemble
+from microslip.model.mesh.bolts import MeshBolt, shortened, spring_of
 from microslip.model.mesh.constraints import (
     Rotations,
     constraints_of,
@@ -26,10 +28,11 @@ from microslip.model.mesh.constraints import (
     stacked,
 )
 from microslip.model.mesh.finite_elements import FiniteElementMesh, bending_cautions
+from microslip.model.mesh.naming import named_bodies
 from microslip.model.mortar.coupling import MortarCoupling
 from microslip.model.mortar.ties import tied
 from microslip.model.structure import Structure
-from microslip.typing import Array, Indices
+from microslip.typing import Array, Indices, Mask
 
 STOPPED = 1e-9
 """Of the largest: a rigid motion that constraints move less is free."""
@@ -51,6 +54,8 @@ class MeshedStructure(Brief):
     basis : (N, n) sparse
         Displacements of all points, and rotations of reference nodes, from those of the structure.
     rotations : Rotations
+    bolts : Bolts
+        Those that keep their length.
     cautions : tuple of Caution
     """
 
@@ -59,6 +64,7 @@ class MeshedStructure(Brief):
     couplings: tuple[MortarCoupling, ...]
     basis: sp.csc_matrix
     rotations: Rotations
+    bolts: Bolts = NO_BOLTS
     cautions: tuple[Caution, ...] = ()
 
     @property
@@ -79,6 +85,7 @@ def structure_from_mesh(
     loads: Mapping[str, Array],
     materials: Mapping[str, Material] | Material | None = None,
     springs: sp.csc_matrix | None = None,
+    bolts: Sequence[MeshBolt] = (),
 ) -> MeshedStructure:
     """Matrices, interface and loads of a mesh, with its ties, equations and couplings condensed.
 
@@ -96,6 +103,8 @@ def structure_from_mesh(
         See `microslip.model.mesh.assembly.assemble`.
     springs : (d n, d n) sparse, optional
         To the ground.
+    bolts : sequence of MeshBolt
+        Of this mesh; each becomes a load of its name, see `microslip.model.bolts`.
 
     Returns
     -------
@@ -118,24 +127,31 @@ def structure_from_mesh(
     extra = rotations.dofs - stiffness.shape[0]
     supports = sp.csc_matrix(stiffness.shape) if springs is None else springs
     K, M, S = (_padded(matrix, extra) for matrix in (stiffness + supports, mass, supports))
-    idle = _idle(mesh, constraints.rows, rotations)
+    coordinates = np.array([mesh.dimension * bolt.point for bolt in bolts], dtype=np.int64)
+    K = K + spring_of(bolts, mesh.dimension, rotations.dofs)
+    idle = np.setdiff1d(_idle(mesh, constraints.rows, rotations), coordinates)
     fixed = np.union1d(held_dofs(mesh, held, rotations), idle)
     basis, kept = free_displacements(constraints, fixed)
     relative = sp.vstack([coupling.relative() for coupling in couplings]).tocsr()
-    motions = _left_free(_motions(mesh, rotations), fixed, constraints.rows)
+    motions = _motions(mesh, rotations, coordinates)
+    stops = _stopped(mesh, bolts, coordinates, constraints.rows)
+    motions = _left_free(motions, fixed, stops)
     _check_held(mesh, motions, _wide(relative, extra), S)
     vectors = {name: basis.T @ np.pad(load, (0, extra)) for name, load in loads.items()}
+    whole = _symmetric(basis.T @ K @ basis)
+    ours, pulls, found = _bolted(whole, kept, bolts, coordinates)
+    basis, kept = basis[:, ours], kept[ours]
     structure = Structure(
-        stiffness=_symmetric(basis.T @ K @ basis),
+        stiffness=whole[ours][:, ours].tocsc(),
         mass=_symmetric(basis.T @ M @ basis),
         interface=_interface(couplings, (_wide(relative, extra) @ basis).tocsr()),
-        loads=vectors,
+        loads={name: vector[ours] for name, vector in vectors.items()} | pulls,
         free=kept,
         motions=motions[kept],
         supports=None if springs is None else _symmetric(basis.T @ S @ basis),
     )
     cautions = (*mesh.cautions, *bending_cautions(mesh), *_coverage(couplings))
-    return MeshedStructure(structure, mesh, tuple(couplings), basis, rotations, cautions)
+    return MeshedStructure(structure, mesh, tuple(couplings), basis, rotations, found, cautions)
 
 
 def held_dofs(
@@ -213,8 +229,59 @@ def _interface(couplings: Sequence[MortarCoupling], relative: sp.csr_matrix) -> 
     )
 
 
-def _motions(mesh: FiniteElementMesh, rotations: Rotations) -> Array:
-    """(N, e) rigid motions of all bodies and reference nodes; turns are about their mean, of unit size."""
+def _bolted(
+    stiffness: sp.csc_matrix, kept: Indices, bolts: Sequence[MeshBolt], coordinates: Indices
+) -> tuple[Mask, dict[str, Array], Bolts]:
+    """Which degrees of freedom are left when bolts keep their length, their load vectors, and the bolts.
+
+    Raises
+    ------
+    ModelError
+        Where supports or other constraints hold a bolt's own degree of freedom.
+    """
+    at = np.searchsorted(kept, coordinates)
+    for bolt, place, own in zip(bolts, at, coordinates, strict=True):
+        if place == len(kept) or kept[place] != own:
+            raise ModelError(
+                f"bolt {bolt.name!r} cannot be shortened: supports, ties or another bolt hold all that it "
+                "acts on"
+            )
+    keeping = np.array([bolt.keeps_length for bolt in bolts], dtype=bool)
+    ours = np.ones(len(kept), dtype=bool)
+    ours[at[keeping]] = False
+    pulls = {}
+    for bolt, place in zip(bolts, at, strict=True):
+        if not bolt.keeps_length:
+            pulls[bolt.name] = (np.arange(len(kept)) == place).astype(float)[ours]
+    among = [bolt for bolt in bolts if bolt.keeps_length]
+    own = stiffness[at[keeping]][:, at[keeping]].toarray()
+    k = own.diagonal().copy()
+    for bolt, place, size in zip(among, at[keeping], k, strict=True):
+        pulls[bolt.name] = -stiffness[:, [place]].toarray().ravel()[ours] / size
+    return ours, pulls, Bolts(tuple(bolt.name for bolt in among), k, own / k)
+
+
+def _stopped(
+    mesh: FiniteElementMesh, bolts: Sequence[MeshBolt], coordinates: Indices, rows: sp.csr_matrix
+) -> sp.csr_matrix:
+    """Rows of what no motion changes: constraints, and lengths of bolts that keep them."""
+    n = rows.shape[1]
+    lengths = [
+        sp.csr_matrix(([1.0], ([0], [own])), shape=(1, n))
+        for bolt, own in zip(bolts, coordinates, strict=True)
+        if bolt.keeps_length
+    ]
+    springs = [
+        sp.csr_matrix(shortened(bolt, mesh.dimension, n))
+        for bolt in bolts
+        if bolt.stiffness is not None
+    ]
+    return sp.vstack([rows, *lengths, *springs]).tocsr()
+
+
+def _motions(mesh: FiniteElementMesh, rotations: Rotations, coordinates: Indices) -> Array:
+    """(N, e) rigid motions of all bodies and reference nodes, turns about their mean and of unit size; and
+    further coordinates."""
     d = mesh.dimension
     groups = [*mesh.bodies, *(np.array([node]) for node in rotations.nodes)]
     each = d + (1 if d == 2 else 3)
@@ -228,7 +295,9 @@ def _motions(mesh: FiniteElementMesh, rotations: Rotations) -> Array:
         for node in nodes[np.isin(nodes, rotations.nodes)]:
             turns = each * k + d + np.arange(rotations.each)
             out[rotations.of(int(node)), turns] = 1.0 / size
-    return out
+    alone = np.zeros((len(out), len(coordinates)))
+    alone[coordinates, np.arange(len(coordinates))] = 1.0
+    return np.hstack([out, alone])
 
 
 def _left_free(motions: Array, fixed: Indices, constraints: sp.csr_matrix) -> Array:
@@ -257,10 +326,10 @@ def _check_held(
         return
     d, largest = mesh.dimension, np.abs(loose).max()
     names = []
-    for nodes in mesh.bodies:
+    for name, nodes in named_bodies(mesh):
         rows = (d * nodes[:, None] + np.arange(d)).ravel()
         if np.abs(loose[rows]).max() > 1e-6 * largest:
-            names.append(f"the one with node {mesh.node_labels[nodes[0]]}")
+            names.append(f"{name} (node {mesh.node_labels[nodes[0]]})")
     raise ModelError(
         f"{loose.shape[1]} rigid motions meet no support, no spring and no other body; the bodies that "
         f"move are {', '.join(names)}: hold them, tie them, or give them springs"

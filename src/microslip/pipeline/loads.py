@@ -24,7 +24,7 @@ from microslip.analyses.reduced.resonance import linear_resonance
 from microslip.analyses.reduced.response import Response, forced_response
 from microslip.analyses.reduced.table import EquivalentTable
 from microslip.analyses.reduced.two_mode import two_mode_model
-from microslip.describe.ports import KINDS, PortKind
+from microslip.describe.ports import KINDS, LoadKind, PortKind
 from microslip.errors import MicroslipError
 from microslip.pipeline.prepare import Assembly
 from microslip.typing import Array
@@ -45,6 +45,8 @@ class Load:
         On the driven port: of the end moment M, N m per metre of width.
     kind : str
         Of that port, see `microslip.describe.ports.KINDS`.
+    said : LoadKind, optional
+        What it is called and measured in; that of `kind` where left out.
 
     Examples
     --------
@@ -55,9 +57,10 @@ class Load:
     rho: float
     amplitude: float
     kind: PortKind = "moment"
+    said: LoadKind | None = None
 
     def __str__(self) -> str:
-        said = KINDS[self.kind]
+        said = self.said or KINDS[self.kind]
         return f"rho = {self.rho:.4g}" if np.isfinite(self.rho) else said.named(self.amplitude)
 
 
@@ -79,7 +82,8 @@ def loads_of_file(
     if load.rho is None:
         kind = joint.driven.kind
         return tuple(
-            Load(np.nan, joint.end_moment(load.kind, value), kind) for value in load.values
+            Load(np.nan, joint.end_moment(load.kind, value), kind, joint.driven.load)
+            for value in load.values
         )
     linear = assembly.measures.friction == 0
     return tuple(

@@ -33,6 +33,8 @@ class Measures:
         Mean coefficient of friction.
     clamp : bool
         Whether there is a clamp of known dimensions.
+    area : float
+        What the force is spread over, m per metre of width.
     """
 
     half_length: float
@@ -41,11 +43,12 @@ class Measures:
     edge: float
     friction: float
     clamp: bool
+    area: float
 
     @property
     def mean_pressure(self) -> float:
-        """Force over twice the half length, Pa: what pressures and tractions are over."""
-        return self.force / (2 * self.half_length)
+        """Force over the area, Pa: what pressures and tractions are over."""
+        return self.force / self.area
 
     @property
     def symbol(self) -> str:
@@ -57,15 +60,15 @@ def measures_of(joint: Joint, model: JointModel, start: Prestress, law: ContactL
     """The measures of a prepared joint."""
     if isinstance(joint, LapJoint):
         clamp = joint.clamp
-        return Measures(
-            clamp.half_length, clamp.centre, clamp.force, clamp.half_length, joint.friction, True
-        )
+        half = clamp.half_length
+        return Measures(half, clamp.centre, clamp.force, half, joint.friction, True, 2 * half)
     x = model.position
     return Measures(
-        half_length=0.5 * float(model.area.sum()),
+        half_length=0.5 * float(model.area.sum() if model.dimension == 2 else np.ptp(x)),
         centre=0.5 * float(x.min() + x.max()),
         force=float(normal(start.solution.r, model.dimension).sum()),
         edge=float(contact_extent(x, start.touching)[1]),
         friction=float(np.average(law.friction, weights=model.area)),
         clamp=False,
+        area=float(model.area.sum()),
     )

@@ -10,9 +10,11 @@ from threadpoolctl import threadpool_limits
 from microslip.analyses.prepared.joint import PreparedJoint, flexibility_of
 from microslip.analyses.prepared.joint_modes import JointMode, mode_of_structure
 from microslip.analyses.prepared.prestress import Prestress, opening_load, prestress
+from microslip.analyses.prepared.tightening import Tightened, tighten
 from microslip.contact.pairs import normal_rows
 from microslip.describe.joint import Joint
 from microslip.errors import Caution, ContactError, InputError, ModelError
+from microslip.model.damping import FittedDamping, rayleigh_of
 from microslip.model.flexibility import Flexibility
 from microslip.model.imported import Imported
 from microslip.model.joint import JointModel, Reducer
@@ -46,6 +48,10 @@ class Assembly:
         What positions, pressures and friction are reported by.
     imported : Imported or None
         What the files of matrices hold that it came from, if it did.
+    bolts : Tightened, optional
+        Bolts that keep their length, where there are any.
+    damping : FittedDamping, optional
+        What stands for a damping matrix, where there is one.
     signals : tuple of Prepared
         What loads the joint in each of its histories, read and resampled.
     """
@@ -58,6 +64,8 @@ class Assembly:
     opening_moment: float
     measures: Measures
     imported: Imported | None = None
+    bolts: Tightened | None = None
+    damping: FittedDamping | None = None
     signals: tuple[Prepared, ...] = ()
 
     def __repr__(self) -> str:
@@ -81,7 +89,8 @@ class Assembly:
         """What should be doubted of the files that it came from."""
         if self.imported is None:
             return ()
-        return (*self.imported.cautions, *_soft_contact(self.prepared))
+        fitted = () if self.damping is None else self.damping.cautions
+        return (*self.imported.cautions, *fitted, *_soft_contact(self.prepared))
 
     @property
     def mode(self) -> JointMode:
@@ -148,12 +157,13 @@ def _assemble(joint: Joint) -> Assembly:
     if free:
         check_balanced(structure, (drive, *source.preload))
     reducer = Reducer(structure, modes, joint.rayleigh, free=free)
+    damping = _damped(reducer, source)
     model = reducer.model(structure.loads)
     if source.imported is not None:
         model = with_half_turn(model)
     law = law_of(joint, source, model)
     apart = source.with_gaps(model)
-    start = _prestress(apart, flexibility_of(apart, law), source)
+    start, bolts = _prestress(apart, flexibility_of(apart, law), source)
     pairs = np.flatnonzero(start.touching)
     held = start.bonded(1), start.bonded(model.dimension)
     states = linear_states(
@@ -177,12 +187,24 @@ def _assemble(joint: Joint) -> Assembly:
         opening_moment=opening,
         measures=measures_of(joint, model, start, law),
         imported=source.imported,
+        bolts=bolts,
+        damping=damping,
         signals=tuple(
             prepare_histories(
                 joint.analysis.history, mode.sliding_frequency, joint.driven.load.parsed
             )
         ),
     )
+
+
+def _damped(reducer: Reducer, source: Source) -> FittedDamping | None:
+    """Give the reduction the damping of a matrix, where there is one."""
+    C = None if source.imported is None else source.imported.damping
+    if C is None:
+        return None
+    found = rayleigh_of(C, reducer.modes)
+    reducer.rayleigh = (found.alpha, found.beta)
+    return found
 
 
 LOOKED_AT = 8
@@ -211,8 +233,11 @@ FEWEST_FREE = 4
 """Degrees of freedom that the stuck joint has at least."""
 
 
-def _prestress(model: JointModel, flexibility: Flexibility, source: Source) -> Prestress:
-    """Contact under the preload; of a joint from files an error says whether the normals are turned.
+def _prestress(
+    model: JointModel, flexibility: Flexibility, source: Source
+) -> tuple[Prestress, Tightened | None]:
+    """Contact under the preload, and the bolts that keep their length; of a joint from files an error says
+    whether the normals are turned.
 
     Raises
     ------
@@ -221,8 +246,12 @@ def _prestress(model: JointModel, flexibility: Flexibility, source: Source) -> P
     ContactError
         Where it presses nothing together either way, or the solver fails.
     """
+    plan = None if source.imported is None else source.imported.tightening
+    if plan is not None and plan.bolts.names:
+        bolts = tighten(model, flexibility, source.held, plan)
+        return prestress(model, flexibility, {**source.held, **bolts.preload}), bolts
     try:
-        return prestress(model, flexibility, source.held)
+        return prestress(model, flexibility, source.held), None
     except ContactError as error:
         if source.imported is None or not _presses_turned(model, flexibility, source):
             raise

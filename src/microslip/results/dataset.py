@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import xarray as xr
 
+from microslip.describe.mesh import MeshJoint
 from microslip.errors import MicroslipError
 from microslip.pipeline.run import Run
 from microslip.registry import column
 from microslip.results.joint import model_dataset, prestress_dataset
 from microslip.results.outputs import outputs_dataset
+from microslip.results.whole import whole_dataset
 from microslip.version import __version__
 
 
@@ -46,13 +48,28 @@ def dataset(run: Run) -> xr.DataTree:
             if name in groups:
                 raise MicroslipError(f"analysis {row.name!r}: there is a group {name!r} already")
             groups[name] = group
+    if run.joint.whole:
+        groups = {name: whole_dataset(group) for name, group in groups.items()}
     root = xr.Dataset(
         attrs={
             "title": run.joint.title or run.joint.unnamed.removeprefix("a "),
             "source": f"microslip {__version__}",
             "joint": run.joint.model_dump_json(by_alias=True, exclude_unset=True),
-            "comment": "two-dimensional: forces, moments and energies are per metre of width",
+            "comment": _per_width(run),
             "failures": "\n".join(map(str, run.failures)),
         }
     )
     return xr.DataTree.from_dict({"/": root, **groups})
+
+
+def _per_width(run: Run) -> str:
+    """What forces, moments and energies are per metre of."""
+    width = run.joint.mesh.width if isinstance(run.joint, MeshJoint) else None
+    if run.joint.whole:
+        return "three-dimensional: forces, moments and energies are those of the whole structure"
+    if width is None:
+        return "two-dimensional: forces, moments and energies are per metre of width"
+    return (
+        f"three-dimensional: forces, moments and energies are per metre of the width, {width:g} m; times "
+        "the width they are those of the whole structure"
+    )

@@ -73,7 +73,31 @@ def prestress_summary(run: Run) -> dict[str, Any]:
             "contact_from_to_m": [left, right],
             "peak_pressure_over_mean_pressure": peak / measures.mean_pressure,
         }
-    return {**own, "peak_pressure_pa": peak, "residual": start.solution.residual}
+    return {
+        **own,
+        **bolts_entry(run),
+        "peak_pressure_pa": peak,
+        "residual": start.solution.residual,
+    }
+
+
+def bolts_entry(run: Run) -> dict[str, Any]:
+    """Bolts that keep their length: what they were tightened to, and what is left after the last of them."""
+    found = run.assembly.bolts
+    if found is None:
+        return {}
+    return {
+        "friction": "none",
+        "bolts": [
+            {
+                "name": name,
+                "force_n_per_m": force,
+                "shortening_m": by,
+                "force_after_each_step_n_per_m": [float(f) for f in history],
+            }
+            for (name, force, by), history in zip(found.rows, found.history.T, strict=True)
+        ],
+    }
 
 
 def model_dataset(run: Run) -> xr.Dataset:

@@ -72,7 +72,9 @@ def load_variable(
 LOAD_COLUMNS = {
     "moment_over_clamp_force_length": "M/(PL)",
     "moment_n": "M, N m/m",
+    "moment_n_m": "M, N m",
     "force_n_per_m": "F, N/m",
+    "force_n": "F, N",
     "acceleration_m_per_s2": "a, m/s²",
 }
 """Keys of the summary that hold a load, with their headings in tables."""

@@ -10,6 +10,7 @@ from microslip.registry import ANALYSES, resolved
 from microslip.results.files import plain
 from microslip.results.joint import model_summary, prestress_summary
 from microslip.results.outputs import outputs_summary
+from microslip.results.whole import whole_summary
 from microslip.version import __version__
 
 
@@ -30,8 +31,9 @@ def summary(run: Run, judged: Judgement | None = None) -> dict[str, Any]:
         ``response_band``, ``harmonic``, ``harmonic_folds``, ``time_domain``, ``history``;
         ``rho_scale`` where a load is given by rho; ``stress``, ``warnings``, ``failures``,
         ``interrupted``, ``timings_s``. Units are in the names; forces and energies are per metre of
-        width. A cycle is listed only where the solver certified every step, so its
-        ``unsolved_steps`` are 0; cycles that failed are among the ``failures``.
+        width, or those of the whole structure (`microslip.results.whole`). A cycle is listed only
+        where the solver certified every step, so its ``unsolved_steps`` are 0; cycles that failed are
+        among the ``failures``.
     """
     rows = {
         key: resolved(of)(run) if run.value(row.name) is not None else []
@@ -55,6 +57,8 @@ def summary(run: Run, judged: Judgement | None = None) -> dict[str, Any]:
             "timings_s": dict(run.timings),
         }
     )
+    if run.joint.whole:
+        found = whole_summary(found)
     return found
 
 

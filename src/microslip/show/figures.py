@@ -8,11 +8,13 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 
 from microslip.pipeline.judge import Judgement
 from microslip.pipeline.progress import NullProgress, Progress
 from microslip.pipeline.run import Run
 from microslip.registry import ANALYSES, resolved
+from microslip.results.whole import in_whole
 from microslip.show.plots.model import model_figure
 from microslip.show.plots.overview import overview
 from microslip.show.plots.overview_spatial import spatial_overview
@@ -99,9 +101,23 @@ def draw_figures(name: str, draw: Drawing, run: Run) -> dict[str, Figure]:
     found = draw(run)
     if found is None:
         return {}
-    if isinstance(found, Mapping):
-        return {f"{name}_{part}": figure for part, figure in found.items()}
-    return {name: found}
+    figures = (
+        {f"{name}_{part}": figure for part, figure in found.items()}
+        if isinstance(found, Mapping)
+        else {name: found}
+    )
+    if run.joint.whole:
+        for figure in figures.values():
+            _in_whole(figure)
+    return figures
+
+
+def _in_whole(figure: Figure) -> None:
+    """Give all text of a figure the units of the whole structure."""
+    for text in figure.findobj(Text):
+        said = text.get_text()
+        if in_whole(said) != said:
+            text.set_text(in_whole(said))
 
 
 def save_figures(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from rich.markup import escape
@@ -202,12 +202,19 @@ def harmonic_table(found: Summary) -> Iterator[Table]:
     yield table
 
 
+def dissipated(rows: Sequence[Mapping[str, Any]]) -> tuple[str, str]:
+    """Unit and key of the dissipated energy of rows: per metre of width, or of the whole structure."""
+    whole = any("dissipated_energy_j" in row for row in rows)
+    return ("J", "dissipated_energy_j") if whole else ("J/m", "dissipated_energy_j_per_m")
+
+
 def time_table(found: Summary) -> Iterator[Table]:
     """Steady states by time integration."""
     table = _table("Time domain")
     label, unit, wanted = shown(found)
-    size, lost = f"{label},\n{unit}", "dissipated,\nJ/m"
     rows = found["time_domain"]
+    energy, key_of_energy = dissipated(rows)
+    size, lost = f"{label},\n{unit}", f"dissipated,\n{energy}"
     with_rho = says_rho(rows)
     several = any(len(row.get("starts", [])) > 1 for row in rows)
     last = "start" if several else "s"
@@ -221,7 +228,7 @@ def time_table(found: Summary) -> Iterator[Table]:
             number(row["frequency_hz"], ".2f"),
             output(row, wanted),
             number(row.get("phases_deg", {}).get(label), ".1f"),
-            number(row["dissipated_energy_j_per_m"]),
+            number(row[key_of_energy]),
             number(row.get("largest_multiplier"), ".3f"),
             _settled(row, rows),
             row["starts"][0] if several else number(row["seconds"], ".1f"),
@@ -247,14 +254,15 @@ def history_table(found: Summary) -> Iterator[Table]:
     table = _table("Histories")
     table.add_column("name", no_wrap=True)
     label, unit, wanted = shown(found)
-    for name in ("until, s", f"largest\n{label}, {unit}", "dissipated, J/m", "s"):
+    energy, key = dissipated(found["history"])
+    for name in ("until, s", f"largest\n{label}, {unit}", f"dissipated, {energy}", "s"):
         table.add_column(name, justify="right", no_wrap=True)
     for row in found["history"]:
         table.add_row(
             escape(row["name"]) + ("" if row["complete"] else ", ended early"),
             number(row["duration_s"]),
             output(row, wanted, of="peak_outputs"),
-            number(row["dissipated_energy_j_per_m"]),
+            number(row[key]),
             number(row["seconds"], ".1f"),
             style=None if row["complete"] else "yellow",
         )

@@ -88,16 +88,42 @@ def prestress(
     if not preload:
         raise ContactError("no preload: nothing presses the contact together")
     a = model.amplitudes(preload)
-    force = sum(preload.values()) * model.area / model.area.sum()
-    start = np.full(model.pairs, FORWARD, dtype=np.int8)
-    solver = ContactSolver(flexibility, 0.0, force, start)
-    start_at = slip_history(np.zeros(len(flexibility.W)), model.dimension)
-    solution = solver.solve(flexibility.loads_v @ a, flexibility.loads_q @ a, start_at)
+    force = sum(preload.values())
+    solution = without_friction(
+        model, flexibility, flexibility.loads_v @ a, flexibility.loads_q @ a, force
+    )
     touching = touches(solution.status)
     if not touching.any():
         raise ContactError("no contact pair touches under the preload: is it pulling?")
     pressure = normal(solution.r, model.dimension) / model.area
     return Prestress(dict(preload), solution, pressure, touching)
+
+
+def without_friction(
+    model: JointModel, flexibility: Flexibility, v_free: Array, q_free: Array, force: float
+) -> Solution:
+    """Frictionless contact under given loads; pairs may all be open.
+
+    Parameters
+    ----------
+    model : JointModel
+    flexibility : Flexibility
+    v_free : (d m,) array
+        Relative displacements of the loads without contact.
+    q_free : (e,) array
+        Loads on the coordinates of equilibrium.
+    force : float
+        What residuals are measured by, N per metre of width.
+
+    Raises
+    ------
+    ContactError
+        Where the solver does not converge.
+    """
+    shares = force * model.area / model.area.sum()
+    start = np.full(model.pairs, FORWARD, dtype=np.int8)
+    solver = ContactSolver(flexibility, 0.0, shares, start)
+    return solver.solve(v_free, q_free, slip_history(np.zeros(len(v_free)), model.dimension))
 
 
 def opening_load(model: JointModel, start: Prestress, port: str) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 
 from microslip.errors import ModelError
 from microslip.model.mesh.finite_elements import Block, FiniteElementMesh, Surface
-from microslip.typing import Indices
+from microslip.typing import Array, Indices
 
 
 def all_faces(blocks: Sequence[Block]) -> tuple[Surface, Indices]:
@@ -49,8 +49,13 @@ def surface_of_nodes(blocks: Sequence[Block], nodes: Indices) -> Surface:
     return Surface(surface.elements[inside], surface.faces[inside])
 
 
-def surface_of_cells(blocks: Sequence[Block], cells: Indices, name: str) -> Surface:
+def surface_of_cells(
+    blocks: Sequence[Block], cells: Indices, name: str, points: Array | None = None
+) -> Surface:
     """Faces that cells of a lower dimension lie on.
+
+    Where all cells lie between two elements, as of a section through a body, they are the faces of the
+    elements on one side of the plane through the first cell.
 
     Parameters
     ----------
@@ -59,11 +64,13 @@ def surface_of_cells(blocks: Sequence[Block], cells: Indices, name: str) -> Surf
         Corners of each cell.
     name : str
         Of the surface, for messages.
+    points : (n, d) array, optional
+        Of the mesh; without them no cell may lie inside a body.
 
     Raises
     ------
     ModelError
-        Where a cell lies on no face, or inside a body.
+        Where a cell lies on no face, or some inside a body and others not.
     """
     wanted = np.full((len(cells), 4), -1)
     wanted[:, : cells.shape[1]] = cells
@@ -75,6 +82,8 @@ def surface_of_cells(blocks: Sequence[Block], cells: Indices, name: str) -> Surf
     found = [known.get(key.tobytes(), []) for key in wanted.astype(corners.dtype)]
     lost = sum(len(each) == 0 for each in found)
     inside = sum(len(each) > 1 for each in found)
+    if points is not None and len(cells) and inside == len(cells):
+        return _below(blocks, cells, surface, np.array(found), points)
     if lost or inside:
         raise ModelError(
             f"surface {name!r}: {lost} of its {len(cells)} cells lie on no element and {inside} between two; "
@@ -82,6 +91,18 @@ def surface_of_cells(blocks: Sequence[Block], cells: Indices, name: str) -> Surf
         )
     at = np.array([each[0] for each in found])
     return Surface(surface.elements[at], surface.faces[at])
+
+
+def _below(
+    blocks: Sequence[Block], cells: Indices, faces: Surface, at: Indices, points: Array
+) -> Surface:
+    """Of two faces at each cell (c, 2) those whose elements lie below the plane of the first cell."""
+    corners = points[cells[0][cells[0] >= 0]]
+    across = np.linalg.svd(corners - corners.mean(axis=0))[2][-1]
+    middle = np.concatenate([points[block.nodes].mean(axis=1) for block in blocks])
+    height = (middle[faces.elements[at]] - corners.mean(axis=0)) @ across
+    chosen = at[np.arange(len(at)), np.argmin(height, axis=1)]
+    return Surface(faces.elements[chosen], faces.faces[chosen])
 
 
 def with_surfaces(mesh: FiniteElementMesh, surfaces: Mapping[str, Surface]) -> FiniteElementMesh:

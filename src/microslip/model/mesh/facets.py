@@ -13,8 +13,9 @@ from microslip.model.mesh.element_types import ElementType, element_type
 from microslip.model.mesh.finite_elements import FiniteElementMesh
 from microslip.typing import Array, Indices
 
-STRAIGHT = 1e-9
-"""Of the size of a facet: so far off its corners' line or plane a node still lies in it."""
+STRAIGHT = 1e-6
+"""Of the size of a facet: so far off its corners' line or plane a node still lies in it. Files round to as
+little as seven digits."""
 
 
 @dataclass(frozen=True, repr=False)

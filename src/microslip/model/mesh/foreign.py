@@ -159,6 +159,7 @@ def _groups(
             wide = np.full((len(rows), 4), -1)
             wide[:, :corners] = rows[:, :corners]
             faces.setdefault(name, []).append(wide)
+    points = np.asarray(found.points, dtype=float)[:, :dimension]
     for name, values in found.point_data.items():
         data = np.asarray(values)
         if data.ndim == 1 and np.issubdtype(data.dtype, np.integer):
@@ -167,7 +168,10 @@ def _groups(
     return (
         {name: np.concatenate(parts) for name, parts in elements.items()},
         {name: np.unique(np.concatenate(parts)) for name, parts in nodes.items()},
-        {name: surface_of_cells(blocks, np.vstack(parts), name) for name, parts in faces.items()},
+        {
+            name: surface_of_cells(blocks, np.vstack(parts), name, points)
+            for name, parts in faces.items()
+        },
     )
 
 

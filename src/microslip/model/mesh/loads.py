@@ -80,6 +80,58 @@ def nodal_load(mesh: FiniteElementMesh, nodes: Indices, direction: Array) -> Arr
     return load.ravel()
 
 
+def nodal_moment(mesh: FiniteElementMesh, nodes: Indices, axis: Array | None = None) -> Array:
+    """A unit moment as forces ``axis × (x - c)`` on nodes, c their middle; the output is their mean rotation.
+
+    Parameters
+    ----------
+    mesh : FiniteElementMesh
+    nodes : (k,) int array
+    axis : (3,) array, optional
+        Of the moment in space; in the plane it turns counter-clockwise.
+
+    Raises
+    ------
+    ModelError
+        Where all nodes lie on the axis.
+
+    Examples
+    --------
+    >>> mesh = FiniteElementMesh(np.array([[-1.0, 0.0], [1.0, 0.0]]), np.arange(2), ())
+    >>> nodal_moment(mesh, np.array([0, 1])) + 0.0  # arms of 1 m
+    array([ 0. , -0.5,  0. ,  0.5])
+    """
+    d = mesh.dimension
+    turn = np.array([0.0, 0.0, 1.0]) if d == 2 else np.asarray(axis, dtype=float)
+    arms = np.zeros((len(nodes), 3))
+    arms[:, :d] = mesh.points[nodes] - mesh.points[nodes].mean(axis=0)
+    moved = np.cross(turn / np.linalg.norm(turn), arms)[:, :d]
+    work = float((moved**2).sum())
+    if not work > 1e-20 * float((arms**2).sum()):
+        raise ModelError("a moment on nodes that all lie on its axis has no arm")
+    load = np.zeros_like(mesh.points)
+    load[nodes] = moved / work
+    return load.ravel()
+
+
+def shared_mass(mesh: FiniteElementMesh, nodes: Indices, surface: str | None) -> Array:
+    """(k,) shares of nodes in a mass that is spread over a surface, or shared evenly without one.
+
+    Of a surface they are those of the diagonal of its mass matrix, so that all are positive.
+    """
+    if surface is None:
+        return np.full(len(nodes), 1.0 / len(nodes))
+    own = spring_stiffness(mesh, surface, 1.0, 0).diagonal()[mesh.dimension * nodes]
+    return np.asarray(own / own.sum())
+
+
+def nodal_springs(mesh: FiniteElementMesh, nodes: Indices, each: float, axis: int) -> sp.csc_matrix:
+    """Stiffness of equal springs to the ground at nodes, N/m each, along `axis`."""
+    n = mesh.points.size
+    at = mesh.dimension * np.unique(nodes) + axis
+    return sp.coo_matrix((np.full(len(at), each), (at, at)), shape=(n, n)).tocsc()
+
+
 def moment_load(mesh: FiniteElementMesh, surface: str, axis: Array | None = None) -> Array:
     """A unit moment as a traction that is linear over a surface and has no resultant force.
 

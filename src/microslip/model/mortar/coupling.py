@@ -12,6 +12,7 @@ gap, `microslip.contact.pairs`.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -182,31 +183,60 @@ def couple(
     found = list(segments(own, other, within, degree))
     if not found:
         raise ModelError(_never_meet(own, other, within))
-    n = len(mesh.points)
-    sums = _Sums(n)
+    allowed = OVERLAP * min(own.size(), other.size()) if overlap is None else overlap
+    return coupling_of(own, other.name, found, nodal_normals(own), allowed)
+
+
+def coupling_of(
+    own: Facets,
+    master: str,
+    found: Sequence[tuple[FacetGroup, Segments]],
+    normals: Array,
+    overlap: float,
+) -> MortarCoupling:
+    """Pairs of a slave surface from its segments with another side.
+
+    Parameters
+    ----------
+    own : Facets
+        The slave.
+    master : str
+        Name of the other side.
+    found : sequence of (FacetGroup, Segments)
+        Group by group of the slave's facets.
+    normals : (n, d) array
+        Outward unit normals at the nodes of the slave.
+    overlap : float
+        Depth to which the sides may overlap, m.
+
+    Raises
+    ------
+    ModelError
+        Where they overlap further.
+    """
+    sums = _Sums(len(own.points))
     for group in own.groups:
         sums.add(own, group, [s for g, s in found if g is group])
     area, kept = sums.kept()
-    normals = nodal_normals(own)[kept]
+    normals = normals[kept]
     below = _points_up(normals, area)
     up = normals if below else -normals
     tangents = tangents_of(up)
-    points = mesh.points[kept]
+    points = own.points[kept]
     order = _in_order(points, tangents)
     scale = sp.diags(1.0 / area[order])
     gap = (sums.gap[kept] / area)[order]
     deepest = int(np.argmin(gap))
-    allowed = OVERLAP * min(own.size(), other.size()) if overlap is None else overlap
-    if gap[deepest] < -allowed:
+    if gap[deepest] < -overlap:
         at = ", ".join(f"{x:.6g}" for x in points[order][deepest])
         raise ModelError(
-            f"surfaces {own.name!r} and {other.name!r} overlap by {-gap[deepest]:.4g} m at ({at}) m; up to "
-            f"{allowed:.4g} m is taken for rounding or interference: move the bodies apart, or allow it with "
+            f"{own.name!r} and {master!r} overlap by {-gap[deepest]:.4g} m at ({at}) m; up to "
+            f"{overlap:.4g} m is taken for rounding or interference: move the bodies apart, or allow it with "
             "overlap"
         )
     return MortarCoupling(
         slave=own.name,
-        master=other.name,
+        master=master,
         nodes=kept[order],
         points=points[order],
         normal=up[order],

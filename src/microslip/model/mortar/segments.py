@@ -42,6 +42,10 @@ BEYOND = 0.5
 """Reference coordinate beyond the edge of a facet up to which a projected point is taken."""
 
 
+NOTHING = "none"
+"""Kind of the facets of a side that does not move."""
+
+
 @dataclass(frozen=True, repr=False)
 class Segments(Brief):
     """Quadrature on what facets of two groups share, s segments of q points.
@@ -78,7 +82,9 @@ class Segments(Brief):
 
     @property
     def master_shapes(self) -> Array:
-        """(s, q, k) shape functions of the master facets."""
+        """(s, q, k) shape functions of the master facets; k = 0 of a rigid flat."""
+        if self.master_kind == NOTHING:
+            return np.zeros((*self.weight.shape, 0))
         return element_type(self.master_kind).shapes(self.master_xi)
 
 

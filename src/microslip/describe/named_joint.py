@@ -1,0 +1,121 @@
+"""What joints from files have in common: loads and outputs that all have a name in the joint file."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Literal, Self, TypeVar
+
+from pydantic import Field, model_validator
+
+from microslip.describe.amplitude import Load
+from microslip.describe.driving import check_loads
+from microslip.describe.joint import Joint, check_cycle_range, check_requests
+from microslip.describe.named import Named, check_drive_is_said, check_names
+from microslip.describe.outputs import NamedOutput
+from microslip.describe.parts import Damping
+from microslip.describe.ports import LoadPort
+from microslip.describe.quantities import Frequencies, Number, Rule
+
+USUAL_QUANTITY: dict[str, Literal["deflection", "rotation"]] = {
+    "force": "deflection",
+    "moment": "rotation",
+}
+"""What is reported of the driven port where the file names no output."""
+
+
+class DampingOrRatio(Damping):
+    """Rayleigh damping of the structure: alpha and beta, or the damping ratio that it has at two frequencies.
+
+    With ``omega = 2 pi f`` at both, ``alpha = 2 zeta omega_1 omega_2 / (omega_1 + omega_2)`` and
+    ``beta = 2 zeta / (omega_1 + omega_2)``.
+
+    Examples
+    --------
+    >>> own = DampingOrRatio(ratio=0.01, frequencies=["100 Hz", "400 Hz"])
+    >>> alpha, beta = own.rayleigh
+    >>> omega = 2 * math.pi * 100.0
+    >>> round(alpha / (2 * omega) + beta * omega / 2, 12)
+    0.01
+    """
+
+    ratio: Number | None = Field(default=None, ge=0, lt=0.5)
+    """Damping ratio, half of a loss factor, at the two frequencies; less between them, more beyond them.
+    Instead of alpha and beta."""
+    frequencies: Frequencies | None = None
+    """Two frequencies at which ratio holds, about those of interest. With ratio."""
+
+    @property
+    def rayleigh(self) -> tuple[float, float]:
+        """alpha (1/s) and beta (s)."""
+        if self.ratio is None or self.frequencies is None:
+            return self.alpha, self.beta
+        low, high = (2 * math.pi * f for f in self.frequencies)
+        return 2 * self.ratio * low * high / (low + high), 2 * self.ratio / (low + high)
+
+    @model_validator(mode="after")
+    def _one_or_the_other(self) -> Self:
+        if (self.ratio is None) != (self.frequencies is None):
+            raise Rule("ratio", "and frequencies, two of them, are given both or not at all")
+        if self.frequencies is not None and len(self.frequencies) != 2:
+            raise Rule("frequencies", f"must be two, and are {len(self.frequencies)}")
+        if self.ratio is not None and {"alpha", "beta"} & self.model_fields_set:
+            raise Rule("ratio", "says the damping: remove alpha and beta")
+        return self
+
+
+AnyPort = TypeVar("AnyPort", bound=LoadPort)
+
+
+def driven_of(ports: Sequence[AnyPort], load: Load | None) -> AnyPort:
+    """The port that ``[load]`` names, else the first."""
+    name = None if load is None else load.port
+    return next((port for port in ports if port.name == name), ports[0])
+
+
+class NamedJoint(Joint):
+    """A joint whose preload, loads and outputs are named in its file."""
+
+    if TYPE_CHECKING:
+        preload: tuple[Named, ...]
+        port: tuple[LoadPort, ...]
+        output: tuple[NamedOutput, ...]
+        damping: DampingOrRatio
+
+    @property
+    def measured(self) -> tuple[NamedOutput, ...]:
+        """Quantities that are reported, and where each is."""
+        raise NotImplementedError
+
+    @property
+    def outputs(self) -> tuple[NamedOutput, ...]:
+        """Quantities that are reported; the first is the one that tables and figures show."""
+        return self.measured
+
+    @property
+    def ports(self) -> tuple[LoadPort, ...]:
+        """Loads that the file names."""
+        return self.port
+
+    @property
+    def driven(self) -> LoadPort:
+        """The port that drives the joint, see `driven_of`."""
+        return driven_of(self.port, self.load)
+
+    @property
+    def rayleigh(self) -> tuple[float, float]:
+        """alpha and beta of ``C = alpha M + beta K``, 1/s and s."""
+        return self.damping.rayleigh
+
+
+def check_named(joint: NamedJoint) -> None:
+    """Raise `Rule` where names, loads and requests of a joint do not fit each other."""
+    analysis = joint.analysis
+    check_names(joint.preload, joint.port, joint.output)
+    check_drive_is_said(joint.port, joint.load)
+    check_loads(joint.port, joint.driven, joint.load, analysis.cycle, analysis.history)
+    said = joint.driven.load
+    check_requests(joint, f'{said.key} = "1 {said.unit}"')
+    check_cycle_range(joint)
+    if not joint.output and joint.driven.kind == "base":
+        raise Rule("output", "the motion of a base is no output: name one, [[output]]")
