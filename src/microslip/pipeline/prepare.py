@@ -157,7 +157,7 @@ def _assemble(joint: Joint) -> Assembly:
     pairs = np.flatnonzero(start.touching)
     held = start.bonded(1), start.bonded(model.dimension)
     states = linear_states(
-        structure, pairs, held, drive, _modes_left(structure, held[1]), source.drifting
+        structure, pairs, held, drive, _looked_at(structure, held[1], source), source.drifting
     )
     model = source.with_gaps(reducer.with_ports(model, states.ports(structure)))
     flexibility = flexibility_of(model, law)
@@ -189,8 +189,8 @@ LOOKED_AT = 8
 """Modes among which the one is chosen that the load excites most."""
 
 
-def _modes_left(structure: Structure, bonded: Indices) -> int:
-    """How many modes of the stuck state can be looked at.
+def _looked_at(structure: Structure, bonded: Indices, source: Source) -> int:
+    """How many modes of both states are looked at: bodies that drift may do so in all their rigid motions.
 
     Raises
     ------
@@ -204,7 +204,8 @@ def _modes_left(structure: Structure, bonded: Indices) -> int:
             f"they stick: {left} are left to vibrate, and at least {FEWEST_FREE} are needed; keep more "
             "degrees of freedom, or more modes, in the matrices"
         )
-    return min(LOOKED_AT, left - 2)
+    drifting = source.imported is not None and source.drifting and structure.motions is not None
+    return min(LOOKED_AT + (structure.motions.shape[1] if drifting else 0), left - 2)
 
 
 FEWEST_FREE = 4
