@@ -17,6 +17,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy.sparse as sp
 
 from microslip.brief import Brief
 from microslip.errors import ModelError
@@ -273,7 +274,7 @@ class Reducer:
         relative = interface.relative
         vectors = np.column_stack(list(ports.values()))
         x = self.residual_response(vectors)
-        residual = self._residual_flexibility()
+        residual = with_held_pairs(self._residual_flexibility(), relative)
         port_port = vectors.T @ x
         omega, springs = held(self.modes.omega, self.loose)
         supports = self.structure.supports
@@ -327,6 +328,32 @@ class Reducer:
             if model.bodies is None or self.structure.motions is None
             else model.bodies.with_ports(vectors.T @ self.structure.motions),
         )
+
+
+def with_held_pairs(residual: Array, relative: sp.csr_matrix) -> Array:
+    """Residual flexibility with a compliance of their own for components of v that cannot move.
+
+    Where supports hold both sides of a pair in a direction, as in a plane of symmetry, v is zero there
+    whatever the reaction, which the supports take. With the mean compliance of all others and no
+    coupling it stays zero, and so does the reaction.
+
+    Parameters
+    ----------
+    residual : (d m, d m) array
+    relative : (d m, n) sparse
+
+    Examples
+    --------
+    >>> with_held_pairs(np.diag([2.0, 0.0]), sp.csr_matrix([[1.0], [0.0]]))
+    array([[2., 0.],
+           [0., 2.]])
+    """
+    held = np.flatnonzero(abs(relative).max(axis=1).toarray().ravel() == 0)
+    if not len(held) or len(held) == len(residual):
+        return residual
+    out = residual.copy()
+    out[held, held] = np.delete(residual.diagonal(), held).mean()
+    return out
 
 
 def soft_modes(omega: Array, mode_v: Array) -> int:
