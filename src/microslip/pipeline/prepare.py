@@ -204,8 +204,10 @@ def _looked_at(structure: Structure, bonded: Indices, source: Source) -> int:
             f"they stick: {left} are left to vibrate, and at least {FEWEST_FREE} are needed; keep more "
             "degrees of freedom, or more modes, in the matrices"
         )
-    drifting = source.imported is not None and source.drifting and structure.motions is not None
-    return min(LOOKED_AT + (structure.motions.shape[1] if drifting else 0), left - 2)
+    motions = structure.motions
+    if source.imported is None or not source.drifting or motions is None:
+        return min(LOOKED_AT, left - 2)
+    return min(LOOKED_AT + motions.shape[1], left - 2)
 
 
 FEWEST_FREE = 4
