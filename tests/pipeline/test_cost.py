@@ -118,7 +118,7 @@ def test_frictionless_joint_needs_no_refined_table():
 
 
 def test_meshes_in_space_cost_what_their_factors_cost():
-    """`benchmarks/scale.py`: seconds and bytes before analyses, within the factor of three that is promised."""
+    """Seconds and bytes before analyses, measured by `benchmarks/scale.py`."""
     joint = load_joint(EXAMPLES / "half_lap_beam.toml")
     assert is_spatial(joint)
     assert not is_spatial(load_joint(EXAMPLE))

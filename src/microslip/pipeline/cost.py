@@ -30,8 +30,8 @@ CONTACT_STEP, SPATIAL_STEP = 8e-9, 5e-8
 """Seconds per squared contact pair and step of load or time, in the plane and in space."""
 
 SPATIAL_BASE, SPATIAL_GROWTH = 8.5e-6, 1.4
-"""Seconds to reduce a mesh in space, and the power of its degrees of freedom that they go with: sparse factors
-of bodies (`benchmarks/scale.py`, 7,500 to 42,000 degrees of freedom)."""
+"""Seconds to reduce a mesh in space, and the power of its degrees of freedom that they go with: factors of
+bodies (`benchmarks/scale.py`, 7,500 to 42,000 degrees of freedom)."""
 
 SPATIAL_BYTES = 2.1e4
 """Of memory per degree of freedom of a mesh in space, for its factors."""
