@@ -23,9 +23,9 @@ COARSE = {
 """What is made smaller of each analysis, where it is asked for."""
 
 IN_SPACE = {
-    "cycle": {"count": 2, "steps": 40},
-    "reduced": {"amplitudes": 8, "steps": 40},
-    "backbone": {"count": 2, "steps": 40},
+    "cycle": {"count": 2, "steps": 60},
+    "reduced": {"amplitudes": 6, "steps": 60},
+    "backbone": {"count": 2, "steps": 60},
 }
 """The same of a mesh, whose contact steps take ten times as long."""
 
