@@ -54,6 +54,7 @@ bench: $(VENV)/installed
 # Needs the program ccx (Debian: calculix-ccx); says so and stops where it is absent.
 bench-calculix: $(VENV)/installed
 	$(SERIAL) $(BIN)/python benchmarks/calculix/ccx_compare.py
+	$(SERIAL) $(BIN)/python benchmarks/calculix/half_lap_beam.py
 
 clean:
 	rm -rf demo-output population-output docs/_build docs/api/generated docs/input-reference.md build dist .pytest_cache .hypothesis .mypy_cache .ruff_cache

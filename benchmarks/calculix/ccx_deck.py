@@ -86,7 +86,7 @@ def write_deck(joint, material, loading, *, layer_mm=1.0):
     force = layer_mm / MM
     _mesh(out, joint, layer_mm)
     _springs(out, joint, loading.spring * layer_mm / MM**2)
-    _interaction(out, loading)
+    interaction(out, loading)
     print(
         "*MATERIAL, NAME=BEAM\n*ELASTIC\n"
         f"{material.youngs_modulus / MM**2:.12g}, {material.poissons_ratio:.12g}\n"
@@ -98,7 +98,7 @@ def write_deck(joint, material, loading, *, layer_mm=1.0):
         print(f"{node}, 2, 2", file=out)
     for step, (friction, factor) in enumerate(load_path(loading)):
         print("*STEP, NLGEOM=NO, INC=1000\n*STATIC\n1., 1., 1e-4, 1.", file=out)
-        _controls(out, loading)
+        controls(out, loading)
         if step == 0:
             print("*CLOAD", file=out)
             _forces(out, joint.clamp * loading.clamp * force)
@@ -133,7 +133,7 @@ def _mesh(out, joint, layer_mm):
             print(f"{element}, {face}", file=out)
     watched = np.unique(np.r_[joint.end_nodes, joint.lower_nodes, joint.upper_nodes]) + 1
     print("*NSET, NSET=WATCH", file=out)
-    _listed(out, watched)
+    listed(out, watched)
 
 
 def _springs(out, joint, stiffness):
@@ -144,7 +144,8 @@ def _springs(out, joint, stiffness):
         print(f"*SPRING, ELSET=SPRING{number}\n1\n{stiffness * joint.spring[node]:.12g}", file=out)
 
 
-def _interaction(out, loading):
+def interaction(out, loading):
+    """Penalty contact between the surfaces SLAVE and MASTER, with next to no friction."""
     print("*SURFACE INTERACTION, NAME=JOINT", file=out)
     print("*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR", file=out)
     print(f"{loading.normal_stiffness / MM**3:.12g}\n*FRICTION", file=out)
@@ -161,7 +162,8 @@ def load_path(loading):
     ]
 
 
-def _controls(out, loading):
+def controls(out, loading):
+    """How exactly equilibrium is asked for."""
     print(f"*CONTROLS, PARAMETERS=FIELD\n{loading.force_tolerance:.12g}, 1e-2", file=out)
 
 
@@ -170,6 +172,7 @@ def _forces(out, forces, factor=1.0):
         print(f"{node + 1}, {direction + 1}, {factor * forces[node, direction]:.12g}", file=out)
 
 
-def _listed(out, numbers):
+def listed(out, numbers):
+    """Numbers, twelve to a line."""
     for start in range(0, len(numbers), 12):
         print(", ".join(map(str, numbers[start : start + 12])), file=out)

@@ -17,6 +17,8 @@ from microslip.pipeline.cost import (
     degrees_of_freedom,
     harmonic_seconds,
     history_seconds,
+    is_spatial,
+    memory,
     refined_seconds,
     response_seconds,
     time_seconds,
@@ -113,3 +115,13 @@ def test_frictionless_joint_needs_no_refined_table():
     assert refined_seconds(joint) > 0
     contact = joint.contact.model_copy(update={"friction": 0.0})
     assert refined_seconds(joint.model_copy(update={"contact": contact})) == 0
+
+
+def test_meshes_in_space_cost_what_their_factors_cost():
+    """Seconds and bytes before analyses, measured by `benchmarks/scale.py`."""
+    joint = load_joint(EXAMPLES / "half_lap_beam.toml")
+    assert is_spatial(joint)
+    assert not is_spatial(load_joint(EXAMPLE))
+    for dofs, seconds, held in ((7_524, 2.4, 0.43e9), (41_934, 25.0, 1.23e9)):
+        assert base_seconds(joint, dofs) - base_seconds(joint, 0) == pytest.approx(seconds, rel=0.5)
+        assert memory(joint, dofs) == pytest.approx(held, rel=0.5)

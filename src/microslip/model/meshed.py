@@ -114,8 +114,8 @@ def structure_from_mesh(
     Raises
     ------
     ModelError
-        Where matrices cannot be assembled, constraints contradict each other, or a body is held by neither
-        supports, springs nor contact.
+        Where matrices cannot be assembled, constraints contradict each other, or some of the bodies are held
+        by neither supports, springs nor contact.
     """
     rotations = rotations_of(mesh)
     parts = []
@@ -314,7 +314,10 @@ def _left_free(motions: Array, fixed: Indices, constraints: sp.csr_matrix) -> Ar
 def _check_held(
     mesh: FiniteElementMesh, motions: Array, relative: sp.csr_matrix, springs: sp.csc_matrix
 ) -> None:
-    """Raise `ModelError` where rigid motions meet no support, no spring and no other body."""
+    """Raise `ModelError` where rigid motions of some bodies meet no support, no spring and no other body.
+
+    All bodies together may be held by nothing at all: `microslip.model.loose` keeps them in their place.
+    """
     if not motions.shape[1]:
         return
     scale = float(np.abs(springs.data).max(initial=0.0)) or 1.0
@@ -330,6 +333,8 @@ def _check_held(
         rows = (d * nodes[:, None] + np.arange(d)).ravel()
         if np.abs(loose[rows]).max() > 1e-6 * largest:
             names.append(f"{name} (node {mesh.node_labels[nodes[0]]})")
+    if len(names) == len(mesh.bodies) and loose.shape[1] == d * (d + 1) // 2:
+        return
     raise ModelError(
         f"{loose.shape[1]} rigid motions meet no support, no spring and no other body; the bodies that "
         f"move are {', '.join(names)}: hold them, tie them, or give them springs"

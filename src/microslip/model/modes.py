@@ -113,10 +113,13 @@ def spectral_shift(structure: Structure) -> float:
 def bonding(relative: sp.csr_matrix, bonded: Indices) -> sp.csc_matrix:
     """Basis T of the displacements with ``relative[bonded] @ T = 0``, by eliminating one per row.
 
-    Each bonded row gives up its own degree of freedom, so rows must not all share the same ones.
+    Each bonded row gives up its own degree of freedom, so rows must not all share the same ones. Rows
+    without any, of which supports hold both sides, are bonded already.
     """
     count = relative.shape[1]
     rows = relative[bonded].tocsr()
+    bonded = bonded[np.diff(rows.indptr) > 0]
+    rows = rows[np.diff(rows.indptr) > 0]
     slave = np.full(len(bonded), -1)
     taken: set[int] = set()
     for k in range(len(bonded)):

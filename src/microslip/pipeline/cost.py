@@ -26,8 +26,15 @@ from microslip.model.readers.files import read_matrix, read_table
 from microslip.pipeline.excitation import prepare_histories
 from microslip.registry import column
 
-CONTACT_STEP = 8e-9
-"""Seconds per squared contact pair and step of load or time."""
+CONTACT_STEP, SPATIAL_STEP = 8e-9, 5e-8
+"""Seconds per squared contact pair and step of load or time, in the plane and in space."""
+
+SPATIAL_BASE, SPATIAL_GROWTH = 8.5e-6, 1.4
+"""Seconds to reduce a mesh in space, and the power of its degrees of freedom that they go with: factors of
+bodies (`benchmarks/scale.py`, 7,500 to 42,000 degrees of freedom)."""
+
+SPATIAL_BYTES = 2.1e4
+"""Of memory per degree of freedom of a mesh in space, for its factors."""
 
 
 @singledispatch
@@ -49,6 +56,17 @@ def _listed_pairs(joint: MatricesJoint) -> int:
 @contact_pairs.register
 def _mesh_pairs(joint: MeshJoint) -> int:
     return read_described_mesh(joint).pairs.count
+
+
+@singledispatch
+def is_spatial(joint: Joint) -> bool:
+    """Whether contact pairs of a described joint have two tangential directions."""
+    return False
+
+
+@is_spatial.register
+def _mesh_is_spatial(joint: MeshJoint) -> bool:
+    return read_described_mesh(joint).structure.interface.dimension == 3
 
 
 @singledispatch
@@ -100,8 +118,14 @@ def _mesh_size(joint: LapJoint) -> int:
 
 
 def memory(joint: Joint, dofs: int) -> float:
-    """Bytes at the peak, while the model is reduced: five times its columns at all pairs, and a base."""
-    return 2.5e8 + 5 * 16 * dofs * contact_pairs(joint)
+    """Bytes at the peak, while the model is reduced: five times its columns at all pairs, and a base.
+
+    In space factors of the whole and ten matrices of the size of the flexibility.
+    """
+    pairs = contact_pairs(joint)
+    if is_spatial(joint):
+        return 2.5e8 + SPATIAL_BYTES * dofs + 10 * 8 * (3 * pairs) ** 2
+    return 2.5e8 + 5 * 16 * dofs * pairs
 
 
 def memory_of_machine() -> float:
@@ -140,7 +164,10 @@ def total_seconds(joint: Joint, dofs: int) -> float:
 
 
 def base_seconds(joint: Joint, dofs: int) -> float:
-    """To start, compile and write, and to reduce the model, per degree of freedom and pair."""
+    """To start, compile and write, and to reduce the model, per degree of freedom and pair; in space by the
+    growth of its factors."""
+    if is_spatial(joint):
+        return 5.0 + SPATIAL_BASE * dofs**SPATIAL_GROWTH
     return 5.0 + 6e-7 * dofs * contact_pairs(joint)
 
 
@@ -229,4 +256,5 @@ def history_seconds(joint: Joint) -> float:
 
 def _cycle(joint: Joint, steps: int) -> float:
     """So many contact steps, of load or of time."""
-    return CONTACT_STEP * contact_pairs(joint) ** 2 * steps
+    each = SPATIAL_STEP if is_spatial(joint) else CONTACT_STEP
+    return each * contact_pairs(joint) ** 2 * steps

@@ -167,7 +167,7 @@ def _assemble(joint: Joint) -> Assembly:
     pairs = np.flatnonzero(start.touching)
     held = start.bonded(1), start.bonded(model.dimension)
     states = linear_states(
-        structure, pairs, held, drive, _modes_left(structure, held[1]), source.drifting
+        structure, pairs, held, drive, _looked_at(structure, held[1], source), source.drifting
     )
     model = source.with_gaps(reducer.with_ports(model, states.ports(structure)))
     flexibility = flexibility_of(model, law)
@@ -211,8 +211,8 @@ LOOKED_AT = 8
 """Modes among which the one is chosen that the load excites most."""
 
 
-def _modes_left(structure: Structure, bonded: Indices) -> int:
-    """How many modes of the stuck state can be looked at.
+def _looked_at(structure: Structure, bonded: Indices, source: Source) -> int:
+    """How many modes of both states are looked at: bodies that drift may do so in all their rigid motions.
 
     Raises
     ------
@@ -226,7 +226,10 @@ def _modes_left(structure: Structure, bonded: Indices) -> int:
             f"they stick: {left} are left to vibrate, and at least {FEWEST_FREE} are needed; keep more "
             "degrees of freedom, or more modes, in the matrices"
         )
-    return min(LOOKED_AT, left - 2)
+    motions = structure.motions
+    if source.imported is None or not source.drifting or motions is None:
+        return min(LOOKED_AT, left - 2)
+    return min(LOOKED_AT + motions.shape[1], left - 2)
 
 
 FEWEST_FREE = 4

@@ -19,6 +19,9 @@ from microslip.model.flexibility import Flexibility
 from microslip.model.joint import JointModel
 from microslip.typing import Array, Indices, Mask, Status
 
+ROUNDING = 1e-9
+"""Of the largest singular value: directions with a smaller one are rounding."""
+
 SOLVED, UNBOUNDED = 0, 3
 """Outcomes of a linear program."""
 
@@ -151,12 +154,13 @@ def opening_load(model: JointModel, start: Prestress, port: str) -> float:
         return float("inf")
     d, m = model.dimension, model.pairs
     rest = np.delete(np.arange(d * m), normal_rows(d))
-    columns = [motions[normal_rows(d)].T, motions[rest].T]
-    bounds = [(0, None)] * m + [(None, None)] * (d - 1) * m + [(0, None)]
+    shear = _range(motions[rest].T)
+    columns = [motions[normal_rows(d)].T, shear]
+    bounds = [(0, None)] * m + [(None, None)] * shear.shape[1] + [(0, None)]
     limits = []
     for sign in (1.0, -1.0):
         found = linprog(
-            np.r_[np.zeros(d * m), -1.0],
+            np.r_[np.zeros(m + shear.shape[1]), -1.0],
             A_eq=np.hstack([*columns, -sign * load[:, None] / size]),
             b_eq=held,
             bounds=bounds,
@@ -170,8 +174,18 @@ def opening_load(model: JointModel, start: Prestress, port: str) -> float:
     return float(min(limits))
 
 
+def _range(work: Array) -> Array:
+    """Orthonormal basis of the columns of a matrix, without what is rounding.
+
+    Tangential reactions of a flat interface do no work on motions across it. Unbounded as they are, they
+    would by the rounding of their coefficients.
+    """
+    directions, size, _ = np.linalg.svd(work, full_matrices=False)
+    return np.asarray(directions[:, size > ROUNDING * size.max(initial=1e-300)])
+
+
 def _relative_motions(v: Array) -> Array:
     """(e, f) combinations of rigid motions that move pairs against each other; the others, of all
     bodies together, the supports alone hold."""
     _, size, directions = np.linalg.svd(v, full_matrices=False)
-    return np.asarray(directions[size > 1e-9 * size.max(initial=1e-300)].T)
+    return np.asarray(directions[size > ROUNDING * size.max(initial=1e-300)].T)
