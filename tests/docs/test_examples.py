@@ -41,7 +41,17 @@ def coarse(document):
     return document
 
 
-@pytest.mark.parametrize("file", EXAMPLES, ids=lambda file: file.stem)
+SLOW = ("bolted_plates", "extruded_joint", "flange_sector")
+"""Half a minute to two minutes each; the half-lap beam and the plates with one bolt stand for them."""
+
+
+@pytest.mark.parametrize(
+    "file",
+    [
+        pytest.param(file, marks=[pytest.mark.validate] * (file.stem in SLOW), id=file.stem)
+        for file in EXAMPLES
+    ],
+)
 def test_example_runs_and_every_figure_is_drawn(file, tmp_path):
     for signal in file.parent.glob("blow.*"):
         shutil.copy(signal, tmp_path)

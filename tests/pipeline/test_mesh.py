@@ -314,8 +314,8 @@ def test_bolted_plates_in_time(folder, tmp_path):
     assert stored["local_slip"].dims == ("point", "step", "position", "tangent")
     assert history_datasets(found)["history/sine"]["local_slip"].dims[-1] == "tangent"
     drawn = save_figures(found, tmp_path)
-    assert not any("steady_state" in file.name for file in drawn)
-    assert any("history_sine" in file.name for file in drawn)
+    for name in ("steady_state", "history_sine"):
+        assert any(name in file.name for file in drawn)
 
 
 def test_motions_that_nothing_holds_have_names(bolted):
@@ -472,8 +472,8 @@ def test_the_example_is_checked_run_and_read_again(tmp_path):
     with xr.open_dataset(out / "results.nc", group="cycles_load", engine="h5netcdf") as cycles:
         assert cycles["slip"].dims == ("cycle", "step", "pair", "tangent")
         assert cycles["point"].shape == (again.model.pairs, 3)
-    assert (out / "figures" / "response.png").is_file()
-    assert not (out / "figures" / "tractions.png").exists()
+    for name in ("response", "tractions"):
+        assert (out / "figures" / f"{name}.png").is_file()
     deck = tmp_path / "mesh_plates" / "plates.inp"
     deck.write_text(deck.read_text().replace("210000.", "200000."))
     with pytest.raises(InputError, match="have changed since"):

@@ -13,10 +13,10 @@ from microslip.analyses.reduced.resonance import resonance
 from microslip.analyses.reduced.table import EquivalentTable
 from microslip.analyses.reduced.two_mode import two_mode_model
 from microslip.analyses.statics.held import hold_mode
-from microslip.analyses.statics.prescribed import cycle_at
+from microslip.analyses.statics.prescribed import prescribed_cycle
 from microslip.brief import Brief
 from microslip.describe.requests import MOST_OF_OPENING
-from microslip.errors import ContactError, MicroslipError
+from microslip.errors import Caution, ContactError, MicroslipError
 from microslip.pipeline.loads import GENTLE, opening_amplitude
 from microslip.pipeline.outcome import Outcome, value_of
 from microslip.pipeline.prepare import Assembly
@@ -30,6 +30,10 @@ ALMOST = 0.97
 
 ROOM = 1.1
 """The table is made to hold the resonance of this many times the largest load."""
+
+
+OFF = 1e-3
+"""Relative error of the stuck resonance in the table from which on it is said."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -103,11 +107,11 @@ def table_range(assembly: Assembly, driven: EquivalentTable | None) -> tuple[flo
 
 
 def _resonant_load(assembly: Assembly, amplitude: float) -> float:
-    """Load whose resonance has an amplitude; infinite where its cycle cannot be solved."""
+    """Load whose resonance has an amplitude; infinite where no equilibrium has it."""
     settings = assembly.joint.analysis.reduced
     held = hold_mode(assembly.prepared, assembly.between_states)
     try:
-        cycle = cycle_at(held, amplitude, steps=settings.steps, cycles=2)
+        cycle = prescribed_cycle(held, amplitude, steps=settings.steps, cycles=2)
     except ContactError:
         return np.inf
     kappa = np.array([cycle.force / cycle.q / held.sliding_omega**2], complex)
@@ -152,7 +156,30 @@ def tabulate(
     )
     offset = load_offset(held, sticking)
     progress.finish()
-    return Outcome(Refined(table, offset), tuple(failures))
+    return Outcome(
+        Refined(table, offset), tuple(failures), cautions=_off_where_it_sticks(a, table, sticking)
+    )
+
+
+def _off_where_it_sticks(
+    assembly: Assembly, table: EquivalentTable, sticking: float
+) -> tuple[Caution, ...]:
+    """What to know of a table whose stuck joint, ``omega_sl² (1 + k_eq)``, is not that of the model."""
+    mode = assembly.mode
+    if table.amplitude[0] > 2 * sticking:
+        return ()
+    found = mode.sliding_omega * np.sqrt(1 + table.k_eq[0])
+    off = float(found / mode.stuck_omega - 1)
+    if abs(off) <= OFF:
+        return ()
+    reason = (
+        f"the resonance of the refined model where the joint sticks is {off:+.2%} off: the inertia of bodies "
+        "that slide past each other with the mode is left out of its cycles"
+    )
+    remedy = (
+        "take [analysis.harmonic] or [analysis.time] beside it, or backbones by prescribed cycles"
+    )
+    return (Caution("reduced", "stuck joint", reason, remedy),)
 
 
 def tables_of(done: Mapping[str, Outcome[Any]]) -> dict[str, EquivalentTable]:

@@ -26,6 +26,9 @@ HOLD = 100.0
 LINKED = 1e-6
 """Share of a body's slide in the stuck mode beyond which it moves with the mode, not as a mean."""
 
+RIGID = 1e-3
+"""Share of the reference frequency, squared, below which a motion is rigid."""
+
 RELATIVE = 1e-2
 """Share of the largest relative motion of the bodies below which they move together."""
 
@@ -89,6 +92,9 @@ def hold_mode(joint: PreparedJoint, reference_omega: float, *, upper: int = 0) -
 
     Bodies that slide past each other as the stuck mode has them do so with their inertia; where the mode
     leaves that motion alone, as by symmetry that of a lap joint does, it has a mean only, and no inertia.
+    Where such a motion has more inertia than support, and equilibrium no stable path, it is sought, in the
+    plane. In space a search takes minutes an amplitude: there such a motion keeps its inertia where no
+    flexible mode lies below the one that is held, and has a mean only otherwise.
 
     Parameters
     ----------
@@ -101,21 +107,25 @@ def hold_mode(joint: PreparedJoint, reference_omega: float, *, upper: int = 0) -
     """
     mode = joint.principal()
 
-    def held(floats: bool) -> HeldMode:
+    def held(static: Mask, floats: bool) -> HeldMode:
         return hold_port(
             joint,
             mode.port,
             mode.sliding_omega,
             reference_omega,
-            static=resting(joint.model, mode),
+            static=static,
             floats=floats,
             upper=upper,
             load_on_mode=mode.load_on_sliding[joint.drive],
         )
 
-    stiff = held(False)
-    loose = bool((stiff.flexibility.stiffness < 0).any())
-    return replace(stiff, loose=held(True)) if loose else stiff
+    rest = resting(joint.model, mode)
+    stiff = held(rest, False)
+    own = stiff.flexibility.stiffness
+    if joint.model.dimension == 3:
+        flexible = (own < 0) & (own > -(1 - RIGID) * reference_omega**2)
+        return held(walking_modes(joint.model), False) if flexible.any() else stiff
+    return replace(stiff, loose=held(rest, True)) if (own < 0).any() else stiff
 
 
 def resting(model: JointModel, mode: JointMode) -> Mask:
