@@ -7,16 +7,11 @@ from microslip.errors import InputError
 
 
 def check_spatial(joint: WideJoint) -> None:
-    """Raise `InputError` where a joint in space has no width, or asks for what there is only in the plane."""
+    """Raise `InputError` where a joint in space does not say its width."""
     if joint.given_width is None:
         raise InputError(
             f"{joint.width_in}.width is missing: loads and results in space are per metre of a width; with "
             '"whole" they are the forces themselves'
-        )
-    response = joint.analysis.response
-    if response is not None and response.method != "reduced":
-        raise InputError(
-            f'analysis.response.method = "{response.method}": is for joints in the plane: take "reduced"'
         )
 
 
