@@ -257,3 +257,38 @@ def section_document(folder, depth=None):
         "load": {"force": [50.0, 400.0]},
         "output": {"name": "tip", "on": "right", "direction": "y"},
     }
+
+
+def matching_document(folder, name="matching.inp"):
+    """Two plates 20 mm wide whose nodes match where they overlap, 15 pairs, bolted and bent aslant."""
+    across = (np.array([-10.0, 0.0, 10.0]), np.array([-5.0, 0.0]))
+    lower = grid((graded((-80, -15, 3), (-15, 15, 4)), *across))
+    upper = grid((graded((-15, 15, 4), (15, 80, 3)), across[0], across[1] + 5.0))
+    mesh = two_bodies(lower, upper)
+
+    def level(z, reach=15.0):
+        return lambda p: (np.abs(p[:, 2] - z) < 1e-9) & (np.abs(p[:, 0]) < reach + 1e-9)
+
+    mesh = with_surfaces(
+        mesh,
+        {
+            "lower_contact": on_body(mesh, "lower", level(0.0)),
+            "upper_contact": on_body(mesh, "upper", level(0.0)),
+            "below": faces_where(mesh, level(-5.0, 7.5)),
+            "above": faces_where(mesh, level(5.0, 7.5)),
+            "left": faces_where(mesh, lambda p: p[:, 0] < -80 + 1e-9),
+            "right": faces_where(mesh, lambda p: p[:, 0] > 80 - 1e-9),
+        },
+    )
+    write_inp(mesh, folder / name)
+    return {
+        "kind": "mesh",
+        "mesh": {"file": name, "length_unit": "mm", "width": 0.02, "modes": 16},
+        "support": {"on": "left"},
+        "interface": {"first": "lower_contact", "second": "upper_contact", "friction": 0.3},
+        "preload": {"name": "bolt", "on": ["above", "below"], "force": 6e5},
+        "damping": {"beta": "20 us"},
+        "port": {"name": "tip", "kind": "force", "on": "right", "direction": [0.0, 0.3, 1.0]},
+        "load": {"force": [50.0, 2000.0]},
+        "output": [{"name": "tip", "on": "right", "direction": "z"}],
+    }

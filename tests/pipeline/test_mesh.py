@@ -519,12 +519,6 @@ def test_a_mistake_is_named(folder, section, change, said):
     assert said in refused(document, folder)
 
 
-def test_method_auto_is_refused_in_space(folder):
-    analysis = {"cycle": {}, "response": {"method": "auto"}}
-    said = refused(plates_document(folder) | {"analysis": analysis}, folder)
-    assert "analysis.response.method" in said
-
-
 def test_a_response_that_friction_alone_holds_is_refused(folder):
     document = plates_document(folder)
     document["port"] = document["port"] | {"direction": "y"}

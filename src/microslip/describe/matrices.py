@@ -2,9 +2,9 @@
 
 K and M, full or reduced, come from files; supports are in them already. The contact is a table of pairs,
 as two nodes and a normal each or with a matrix of their relative displacements. Loads, preload and outputs
-are vectors of the degrees of freedom, or a node and a direction. Planar: one normal and one tangential
-direction a pair, everything per metre of the `Matrices.width`. `microslip.model.imported` makes the
-model of it.
+are vectors of the degrees of freedom, or a node and a direction. A pair has one normal and, in the plane,
+one tangential direction, in space two; everything is per metre of the `Matrices.width`, or of the whole.
+`microslip.model.imported` makes the model of it.
 """
 
 from __future__ import annotations
@@ -18,12 +18,10 @@ from microslip.describe.amplitude import Load
 from microslip.describe.named_joint import (
     USUAL_QUANTITY,
     DampingOrRatio,
-    NamedJoint,
     check_named,
     driven_of,
 )
 from microslip.describe.outputs import NamedOutput
-from microslip.describe.ports import LoadPort
 from microslip.describe.quantities import (
     NAME,
     AreaStiffness,
@@ -37,6 +35,7 @@ from microslip.describe.quantities import (
 )
 from microslip.describe.requests import Requests, cycles_and_response, holds_requests
 from microslip.describe.sources import Source, split_source
+from microslip.describe.whole import WideJoint, WidePort, Width
 
 LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "in": 0.0254, "ft": 0.3048}
 """Units of length that a file may be in, m."""
@@ -60,20 +59,21 @@ class Matrices(Section):
     """Which part of K and M the files hold: both triangles, or one of them. Formats that say it themselves
     do not need it."""
     dofs: Source | None = None
-    """Table of the degrees of freedom in their order: columns node and direction (x, y, rz or 1, 2, 6), and
-    x, y of the node where they are known; CSV, NPZ, or CalculiX .dof. Needed where something is given by
-    nodes."""
+    """Table of the degrees of freedom in their order: columns node and direction (x, y, z, rx, ry, rz or 1 to
+    6), and x, y, z of the node where they are known; CSV, NPZ, or CalculiX .dof. Needed where something is
+    given by nodes."""
     nodes: Source | None = None
-    """Table of the nodes, columns node, x, y, where the table of the degrees of freedom does not have them.
-    What motions without stiffness are called."""
+    """Table of the nodes, columns node, x, y, and z in space, where the table of the degrees of freedom does
+    not have them. What motions without stiffness are called."""
     length_unit: Literal["m", "cm", "mm", "um", "in", "ft"] = "m"
     """Unit of length of K, M, areas, gaps and coordinates. Time is in seconds, so that the mass is in
     force s²/length: tonnes with N and mm."""
     force_unit: Literal["N", "mN", "uN", "kN", "MN", "lbf"] = "N"
     """Unit of force of K and M. Stiffness and mass alike, so no frequency, but every displacement."""
-    width: Length = Field(default=1.0, gt=0)
-    """Width of the structure that the matrices and the areas are of. What is reported, and loads of this
-    file, are per metre of it."""
+    width: Width = 1.0
+    """Width of the structure that the matrices and the areas are of: what is reported, and loads of this
+    file, are per metre of it; with "whole" they are the forces, moments and energies themselves. Needed in
+    space."""
     motions: Source | None = None
     """Matrix whose columns are motions of the bodies as rigid ones that no support stops, springs do not
     count; left out, the motions without stiffness. Statics of what opens the joint."""
@@ -90,17 +90,18 @@ class PairTable(Section):
 
     pairs: Source
     """Table of the pairs, CSV or NPZ: columns position along the interface and area; also gap, friction,
-    tangential_stiffness and normal_stiffness of each. By nodes: first, second, nx, ny, the normal from the
-    first to the second body."""
+    tangential_stiffness and normal_stiffness of each. By nodes: first, second, and nx, ny, in space nz, the
+    normal from the first to the second body."""
     relative: Source | None = None
-    """Matrix B of the relative displacements v = B x, two rows a pair: the approach of its sides, then
-    the tangential motion of the second over the first. Pairs that do not lie node on node, reduced
-    matrices."""
+    """Matrix B of the relative displacements v = B x, two rows a pair, in space three: the approach of its
+    sides, then the tangential motion of the second over the first. Pairs that do not lie node on node,
+    reduced matrices."""
     normal: Source | None = None
     """Matrix of the approach alone, a row a pair; with tangential, instead of relative. Programs that
     store the two apart."""
     tangential: Source | None = None
-    """Matrix of the tangential motion of the second side over the first; with normal. Likewise."""
+    """Matrix of the tangential motion of the second side over the first, in space two rows a pair; with
+    normal. Likewise."""
 
     @model_validator(mode="after")
     def _one_map(self) -> Self:
@@ -150,8 +151,8 @@ class Vector(Section):
     node: Count | None = Field(default=None, ge=0)
     """Number of the node it is at, as the table of the degrees of freedom has it; with direction. Instead
     of a vector."""
-    direction: Literal["x", "y", "rz"] | None = None
-    """Along x, along y, or about z; with node. The sign of what is applied or measured."""
+    direction: Literal["x", "y", "z", "rx", "ry", "rz"] | None = None
+    """Along an axis or about it; with node. The sign of what is applied or measured."""
 
     @property
     def given_by(self) -> str:
@@ -174,7 +175,7 @@ class Preload(Vector):
         return self
 
 
-class VectorPort(LoadPort, Vector):
+class VectorPort(WidePort, Vector):
     """A load that the user names, `[[port]]`."""
 
     @model_validator(mode="after")
@@ -195,15 +196,26 @@ class VectorOutput(NamedOutput, Vector):
 
     x: Length | None = None
     """Position along the interface of a slip or a gap: of the nearest pair. Only for these two."""
+    pair: Count | None = Field(default=None, ge=1)
+    """Row of the pair in its table, from 1, instead of x. Where several pairs have one position."""
+    tangent: Literal[1, 2] | None = None
+    """Of a slip in space: along the first or the second tangential direction. Slip has two components
+    there."""
 
     @model_validator(mode="after")
     def _is_somewhere(self) -> Self:
         if self.across:
-            if self.given_by or self.x is None:
-                raise Rule("", f"{self.quantity} is of a contact pair: give x alone, its position")
+            if self.given_by or (self.x is None) == (self.pair is None):
+                raise Rule(
+                    "",
+                    f"{self.quantity} is of a contact pair: give x alone, its position, or pair, its row",
+                )
+            if self.tangent is not None and self.quantity != "slip":
+                raise Rule("tangent", "is of a slip: remove it")
             return self
-        if self.x is not None:
-            raise Rule("x", "is for slip and gap: give a vector, or node and direction")
+        for key in ("x", "pair", "tangent"):
+            if getattr(self, key) is not None:
+                raise Rule(key, "is for slip and gap: give a vector, or node and direction")
         _check_place(self, "the output")
         return self
 
@@ -232,10 +244,11 @@ VectorOutputs = Annotated[
 
 
 @holds_requests
-class MatricesJoint(NamedJoint):
+class MatricesJoint(WideJoint):
     """A joint from finite-element matrices, its loads and the analyses asked for."""
 
     unnamed: ClassVar[str] = "a joint from matrices"
+    width_in: ClassVar[str] = "matrices"
 
     kind: Literal["matrices"]
     """What the joint is described by. Which sections the file has: here files of matrices, for "lap"
@@ -291,9 +304,10 @@ class MatricesJoint(NamedJoint):
 
     def __repr__(self) -> str:
         title = [repr(self.title)] if self.title else []
+        unit = "N" if self.whole else "N/m"
         facts = (
             f"K {self.matrices.stiffness}",
-            f"preload {units.readable(sum(each.force for each in self.preload), 'N/m')}",
+            f"preload {units.readable(sum(each.force for each in self.preload), unit)}",
             f"analyses: {', '.join(self.analysis.asked) or 'none'}",
         )
         return f"MatricesJoint({', '.join((*title, *facts))})"

@@ -8,24 +8,21 @@ of width, as lap joints; of a spatial one all loads and results are divided by i
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Annotated, Any, ClassVar, Literal, Self
+from collections.abc import Sequence
+from typing import Annotated, ClassVar, Literal, Self
 
-from pydantic import BeforeValidator, Field, ModelWrapValidatorHandler, PrivateAttr, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
-from microslip.describe import units
 from microslip.describe.amplitude import Load
 from microslip.describe.bolts import MeshPreload, readable_preload
 from microslip.describe.mesh_names import Components, OnNames, Vector
 from microslip.describe.named_joint import (
     USUAL_QUANTITY,
     DampingOrRatio,
-    NamedJoint,
     check_named,
     driven_of,
 )
 from microslip.describe.outputs import NamedOutput
-from microslip.describe.ports import KINDS_OF_THE_WHOLE, LoadKind, LoadPort
 from microslip.describe.quantities import (
     NAME,
     AreaStiffness,
@@ -43,22 +40,7 @@ from microslip.describe.quantities import (
 )
 from microslip.describe.requests import Requests, cycles_and_response, holds_requests
 from microslip.describe.sources import Source, split_source
-
-
-def _width(value: Any) -> float | str:
-    if value == "whole":
-        return "whole"
-    try:
-        width = units.LENGTH.parse(value)
-    except ValueError as error:
-        raise ValueError(f'{error}, or "whole"') from None
-    if not width > 0:
-        raise ValueError('must be greater than 0, or "whole"')
-    return width
-
-
-Width = Annotated[float | Literal["whole"], BeforeValidator(_width)]
-"""A width that loads and results are per metre of, or none."""
+from microslip.describe.whole import WideJoint, WidePort, Width
 
 
 class MeshFile(Section):
@@ -201,21 +183,11 @@ class Place(Section):
     these turn counter-clockwise."""
 
 
-class MeshPort(LoadPort, Place):
+class MeshPort(WidePort, Place):
     """A load that the user names, `[[port]]`."""
 
     opposite: str | None = None
     """Surface or node set with the opposite load. A pair, such as moments that bend both ends."""
-    _whole: bool = PrivateAttr(default=False)
-
-    @property
-    def load(self) -> LoadKind:
-        """What its load is called and measured in."""
-        return KINDS_OF_THE_WHOLE[self.kind] if self._whole else super().load
-
-    def mark_whole(self) -> None:
-        """Make its load that of a whole structure, which a joint decides when it is read."""
-        self._whole = True
 
     @model_validator(mode="after")
     def _is_somewhere(self) -> Self:
@@ -272,10 +244,11 @@ MeshOutputs = Annotated[tuple[MeshOutput, ...], *_listed("output")]
 
 
 @holds_requests
-class MeshJoint(NamedJoint):
+class MeshJoint(WideJoint):
     """A joint from a finite-element mesh, its loads and the analyses asked for."""
 
     unnamed: ClassVar[str] = "a joint from a mesh"
+    width_in: ClassVar[str] = "mesh"
     modes_key: ClassVar[str] = "mesh.modes"
     pairs_key: ClassVar[str] = "interface: contact pairs"
 
@@ -347,24 +320,8 @@ class MeshJoint(NamedJoint):
 
     __str__ = __repr__
 
-    @property
-    def whole(self) -> bool:
-        """Whether forces, moments and energies are of the whole structure, and not per metre of width."""
-        return self.mesh.width == "whole"
-
-    @model_validator(mode="wrap")
-    @classmethod
-    def _in_its_units(cls, data: Any, read: ModelWrapValidatorHandler[Self]) -> Self:
-        mesh = data.get("mesh") if isinstance(data, Mapping) else None
-        whole = isinstance(mesh, Mapping) and mesh.get("width") == "whole"
-        with units.of_the_whole(whole):
-            return read(data)
-
     @model_validator(mode="after")
     def _consistent(self) -> Self:
-        if self.whole:
-            for port in self.port:
-                port.mark_whole()
         check_named(self)
         _interfaces_differ(self.interface, self.output)
         if len(self.material) > 1 and any(m.elements is None for m in self.material):

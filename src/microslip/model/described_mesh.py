@@ -23,6 +23,7 @@ from microslip.describe.matrices import FORCES, LENGTHS
 from microslip.describe.mesh import MeshInterface, MeshJoint, MeshSpring
 from microslip.describe.profile import Profile
 from microslip.errors import InputError, ModelError
+from microslip.model.described import Described, Stamps, stamps
 from microslip.model.described_loads import (
     base_loads,
     bolt_cautions,
@@ -51,6 +52,7 @@ from microslip.model.mortar.coupling import MortarCoupling, couple
 from microslip.model.mortar.flat import couple_with_flat
 from microslip.model.pair_table import Pairs
 from microslip.model.soundness import zero_modes
+from microslip.model.spatial import check_spatial, width_said
 from microslip.model.structure import Structure
 from microslip.model.topography import gaps_from
 from microslip.typing import Array
@@ -70,28 +72,14 @@ def read_described_mesh(joint: MeshJoint) -> Imported:
         Where the file cannot be read, a name is not in it, or what is asked for is not known of it.
     """
     file = Path(joint.mesh.file)
-    stats = [Path(name).stat() for name in joint.files]
     try:
-        return _built(_Described(joint), tuple((s.st_mtime_ns, s.st_size) for s in stats))
+        return _built(Described(joint), stamps(joint.files))
     except ModelError as error:
         raise InputError(f"{file.name}: {error}") from None
 
 
-class _Described:
-    """A description, the same as another one in the same words."""
-
-    def __init__(self, joint: MeshJoint) -> None:
-        self.joint, self.text = joint, joint.model_dump_json()
-
-    def __hash__(self) -> int:
-        return hash(self.text)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Described) and self.text == other.text
-
-
 @lru_cache(maxsize=1)
-def _built(described: _Described, changed: tuple[tuple[int, int], ...]) -> Imported:
+def _built(described: Described[MeshJoint], changed: Stamps) -> Imported:
     joint = described.joint
     given = joint.mesh
     mesh = read_mesh(
@@ -143,11 +131,7 @@ def _built(described: _Described, changed: tuple[tuple[int, int], ...]) -> Impor
     plan = tightening_of(joint.preload, found.bolts.per_width(width))
     facts = (
         ("bodies", "; ".join(bodies)),
-        *(
-            []
-            if d == 2 or joint.whole
-            else [("width", f"{width:.4g} m: all forces and energies are per metre of it")]
-        ),
+        *([] if d == 2 else width_said(joint)),
         *(interface_said(entry, c) for entry, c in zip(joint.interface, couplings, strict=True)),
     )
     return Imported(
@@ -171,27 +155,11 @@ def _built(described: _Described, changed: tuple[tuple[int, int], ...]) -> Impor
 
 
 def _width(joint: MeshJoint, dimension: int) -> float:
-    width = joint.mesh.width
-    if dimension == 2:
-        if width is not None:
-            raise InputError("mesh.width: a plane mesh is one metre wide: remove it")
-        return 1.0
-    if width is None:
-        raise InputError(
-            "mesh.width is missing: loads and results of a spatial mesh are per metre of its width; with "
-            '"whole" they are the forces themselves'
-        )
-    _check_spatial_response(joint)
-    return 1.0 if isinstance(width, str) else width
-
-
-def _check_spatial_response(joint: MeshJoint) -> None:
-    """Raise `InputError` where a response is asked for that spatial contact does not have."""
-    response = joint.analysis.response
-    if response is not None and response.method != "reduced":
-        raise InputError(
-            f'analysis.response.method = "{response.method}": is for plane meshes: take "reduced"'
-        )
+    if dimension == 3:
+        check_spatial(joint)
+    elif joint.given_width is not None:
+        raise InputError("mesh.width: a plane mesh is one metre wide: remove it")
+    return joint.width
 
 
 def _materials(joint: MeshJoint) -> dict[str, Material] | Material | None:

@@ -17,6 +17,7 @@ from microslip.model.mesh.facets import FacetGroup, facets_of
 from microslip.model.mesh.finite_elements import Block, FiniteElementMesh
 from microslip.model.meshed import MeshedStructure
 from microslip.model.mortar.coupling import MortarCoupling
+from microslip.model.mortar.segments import tangents_of
 from microslip.model.numbering import Numbering
 from microslip.model.pair_table import Pairs
 from microslip.model.points import bodies_of
@@ -24,7 +25,7 @@ from microslip.model.readers.found import DIRECTIONS
 from microslip.model.structure import Structure
 from microslip.typing import Array, Indices
 
-PLANE = ("x", "y")
+AXES = ("x", "y", "z")
 """Directions of degrees of freedom that a table of nodes has coordinates for."""
 
 
@@ -218,14 +219,15 @@ def geometry_of_lap(structure: Structure) -> Geometry:
         blocks=tuple(blocks),
         motion=_picked(place, every.size),
         place=place,
-        surfaces=(_line(structure, every, place, None, "contact"),),
+        surfaces=(_between(structure, every, place),),
     )
 
 
 def geometry_of_nodes(
     structure: Structure, numbering: Numbering | None, pairs: Pairs, length: float
 ) -> Geometry | None:
-    """Of a structure of matrices whose nodes have coordinates; None where they have none.
+    """Of a structure of matrices whose nodes have coordinates; None where they have none, or where pairs in
+    space have no known directions.
 
     Parameters
     ----------
@@ -235,15 +237,17 @@ def geometry_of_nodes(
     length : float
         Unit of length of the matrices and the coordinates, m.
     """
-    if numbering is None or numbering.x is None or numbering.y is None:
+    d = structure.interface.dimension
+    places = None if numbering is None else numbering.coordinates(d)
+    if numbering is None or places is None or (d == 3 and pairs.normals is None):
         return None
     node = np.array([label[0] for label in numbering.labels])
     labels, at, row = np.unique(node, return_index=True, return_inverse=True)
-    points = length * np.column_stack([numbering.x[at], numbering.y[at]])
+    points = length * places[at]
     axis = np.full(len(node), -1)
-    for k, word in enumerate(PLANE):
+    for k, word in enumerate(AXES[:d]):
         axis[numbering.direction == DIRECTIONS[word]] = k
-    place = np.where(axis >= 0, 2 * row.ravel() + axis, -1)
+    place = np.where(axis >= 0, d * row.ravel() + axis, -1)
     _, part = connected_components(structure.stiffness, directed=False)
     return Geometry(
         points=points,
@@ -252,7 +256,7 @@ def geometry_of_nodes(
         blocks=(),
         motion=length * _picked(place, points.size),
         place=place,
-        surfaces=(_line(structure, points, place, pairs.normals, "contact"),),
+        surfaces=(_between(structure, points, place, pairs.normals, pairs.tangents),),
     )
 
 
@@ -262,20 +266,25 @@ def _picked(place: Indices, rows: int) -> sp.csr_matrix:
     return sp.csr_matrix((np.ones(len(there)), (place[there], there)), shape=shape)
 
 
-def _line(
-    structure: Structure, points: Array, place: Indices, normals: Array | None, name: str
+def _between(
+    structure: Structure,
+    points: Array,
+    place: Indices,
+    normals: Array | None = None,
+    tangents: Array | None = None,
 ) -> ContactSurface:
-    """Pairs in the plane where the nodes are that they are between; of horizontal beams where no normals
-    are given and there is a mesh."""
-    m = structure.interface.pairs
+    """Pairs where the nodes are that they are between; of horizontal beams where no normals are given and
+    there is a mesh."""
+    m, d = structure.interface.pairs, structure.interface.dimension
     weights = abs(structure.interface.relative).tocoo()
     there = place[weights.col] >= 0
-    pair, node = weights.row[there] // 2, place[weights.col[there]] // 2
-    total = np.zeros((m, 3))
+    pair, node = weights.row[there] // d, place[weights.col[there]] // d
+    total = np.zeros((m, d + 1))
     np.add.at(total, pair, weights.data[there][:, None] * np.c_[points[node], np.ones(len(node))])
     with np.errstate(invalid="ignore"):
-        middle = total[:, :2] / total[:, 2:]
+        middle = total[:, :d] / total[:, d:]
     if normals is None:
         normals = np.tile([0.0, 1.0] if structure.meshes else [np.nan, np.nan], (m, 1))
-    tangents = np.stack([normals[:, 1], -normals[:, 0]], axis=1)[:, None]
-    return ContactSurface(name, 0, middle, normals, tangents, np.full(m, -1))
+    if tangents is None:
+        tangents = tangents_of(normals)
+    return ContactSurface("contact", 0, middle, normals, tangents, np.full(m, -1))

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +26,7 @@ from microslip.describe.profile import Profile
 from microslip.describe.sources import split_source
 from microslip.errors import Caution, InputError
 from microslip.model.bolts import Tightening
+from microslip.model.described import Described, Stamps, stamps
 from microslip.model.interface import Interface
 from microslip.model.meshed import MeshedStructure
 from microslip.model.numbering import Numbering, numbering_of_table, with_coordinates
@@ -37,6 +39,7 @@ from microslip.model.soundness import (
     check_size_of_motions,
     zero_modes,
 )
+from microslip.model.spatial import check_spatial, width_said
 from microslip.model.structure import Structure
 from microslip.typing import Array
 
@@ -121,13 +124,22 @@ def read_imported(joint: MatricesJoint) -> Imported:
     InputError
         One message for the first thing that cannot be: file, what is there, what is allowed.
     """
+    return _read(Described(joint), stamps(joint.files))
+
+
+@lru_cache(maxsize=1)
+def _read(described: Described[MatricesJoint], changed: Stamps) -> Imported:
+    joint = described.joint
     m = joint.matrices
     length, force = LENGTHS[m.length_unit], FORCES[m.force_unit]
-    energy = force * length / m.width
+    energy = force * length / joint.width
     stiffness, mass, numbering = _matrices(joint)
-    cautions = check_matrices(stiffness, mass, numbering, joint)
+    check_matrices(stiffness, mass, numbering, joint)
     n = stiffness.shape[0]
     pairs, relative = pairs_of(joint, n, numbering)
+    dimension = relative.shape[0] // pairs.count
+    if dimension == 3:
+        check_spatial(joint)
     loads = {each.name: _vector(each, joint, n, numbering) for each in joint.preload}
     preload = {}
     for each in joint.preload:
@@ -137,7 +149,7 @@ def read_imported(joint: MatricesJoint) -> Imported:
         loads[each.name] = loads[each.name] * (length / size)
     for port in joint.port:
         if port.kind == "base":
-            loads[port.name] = _base(port, joint, mass, numbering) * (force / m.width)
+            loads[port.name] = _base(port, joint, mass, numbering) * (force / joint.width)
             continue
         factor = length if port.kind == "force" else 1.0
         loads[port.name] = _vector(port, joint, n, numbering) * factor
@@ -156,13 +168,13 @@ def read_imported(joint: MatricesJoint) -> Imported:
     structure = Structure(
         stiffness=stiffness,
         mass=mass,
-        interface=Interface(pairs.position, pairs.area, (length * relative).tocsr()),
+        interface=Interface(pairs.position, pairs.area, (length * relative).tocsr(), dimension),
         loads=loads,
         free=np.arange(n),
         motions=modes.shapes if given is None else given,
         supports=supports,
     )
-    cautions += check_motions(structure, modes, numbering, pairs, joint)
+    cautions = check_motions(structure, modes, numbering, pairs, joint)
     return Imported(
         structure,
         pairs,
@@ -171,6 +183,7 @@ def read_imported(joint: MatricesJoint) -> Imported:
         modes.names,
         modes.first,
         tuple(cautions),
+        facts=tuple(width_said(joint)) if dimension == 3 else (),
         damping=None if m.damping is None else (energy * _damping(joint, n)).tocsc(),
     )
 
@@ -319,6 +332,24 @@ def _output(
     """What an output is of the degrees of freedom, in the unit of length of the file."""
     if not output.across:
         return _vector(output, joint, relative.shape[1], numbering)
+    d = relative.shape[0] // pairs.count
+    pair = _pair_of(output, pairs, d)
+    if output.measured.motion == "gap":
+        return -relative[d * pair].toarray().ravel()
+    if (output.tangent is None) != (d == 2):
+        needed = "give tangent, 1 or 2" if d == 3 else "remove tangent, in the plane there is one"
+        raise InputError(f"output {output.name!r}: a slip: {needed}")
+    return relative[d * pair + (output.tangent or 1)].toarray().ravel()
+
+
+def _pair_of(output: VectorOutput, pairs: Pairs, dimension: int) -> int:
+    """The pair that a slip or a gap is of."""
+    if output.pair is not None:
+        if output.pair > pairs.count:
+            raise InputError(
+                f"output {output.name!r}: pair = {output.pair}: there are {pairs.count} pairs"
+            )
+        return int(np.flatnonzero(pairs.rows == output.pair)[0])
     assert output.x is not None
     half = 0.5 * np.ptp(pairs.position)
     if not pairs.position[0] - half <= output.x <= pairs.position[-1] + half:
@@ -326,7 +357,11 @@ def _output(
             f"output {output.name!r}: x = {output.x:g} m lies off the interface, which reaches from "
             f"{pairs.position[0]:g} to {pairs.position[-1]:g} m"
         )
-    pair = int(np.argmin(np.abs(pairs.position - output.x)))
-    component = 2 * pair + (output.measured.motion == "slip")
-    row = relative[component].toarray().ravel()
-    return row if output.measured.motion == "slip" else -row
+    away = np.abs(pairs.position - output.x)
+    near = np.flatnonzero(away <= away.min() + 1e-9 * half)
+    if dimension == 3 and len(near) > 1:
+        raise InputError(
+            f"output {output.name!r}: {len(near)} pairs are as near to x = {output.x:g} m: give pair, the "
+            "row of one in the table"
+        )
+    return int(np.argmin(away))

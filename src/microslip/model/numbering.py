@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -23,22 +24,28 @@ class Numbering(Brief):
     ----------
     labels : tuple of (int, int)
         Node, and the number of the direction: 1 to 3 along x, y, z, 4 to 6 about them.
-    x, y : (n,) arrays, optional
+    x, y, z : (n,) arrays, optional
         Coordinates of the node of each, in the unit of the matrices.
     """
 
     labels: tuple[Label, ...]
     x: Array | None = None
     y: Array | None = None
+    z: Array | None = None
     places: dict[Label, int] = field(init=False, compare=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "places", {label: k for k, label in enumerate(self.labels)})
 
     @property
-    def located(self) -> bool:
-        """Whether coordinates are known."""
-        return self.x is not None and self.y is not None
+    def spatial(self) -> bool:
+        """Whether nodes move along z."""
+        return bool((self.direction == DIRECTIONS["z"]).any())
+
+    def coordinates(self, dimension: int) -> Array | None:
+        """(n, d) coordinates of the node of each degree of freedom; None where one is not known."""
+        known = [c for c in (self.x, self.y, self.z)[:dimension] if c is not None]
+        return np.column_stack(known) if len(known) == dimension else None
 
     @property
     def direction(self) -> Indices:
@@ -75,21 +82,36 @@ class Numbering(Brief):
             f"{nodes[0]} to {nodes[-1]}{hint}"
         )
 
+    def held(self, nodes: Iterable[int], direction: str) -> bool:
+        """Whether all nodes are known, and none of them moves in a direction."""
+        return all(
+            (node, DIRECTIONS[direction]) not in self.places
+            and any((node, other) in self.places for other in NAMES)
+            for node in nodes
+        )
+
     def translation(self, direction: str) -> Array:
         """Displacement of every degree of freedom under a unit translation."""
         return (self.direction == DIRECTIONS[direction]).astype(float)
 
-    def rotation(self) -> Array | None:
-        """Displacement under a unit turn about the origin; None where coordinates are not known."""
-        if self.x is None or self.y is None:
-            return None
-        d = self.direction
-        along, across, about = (DIRECTIONS[name] for name in ("x", "y", "rz"))
-        return np.select([d == along, d == across, d == about], [-self.y, self.x, 1.0], 0.0)
+    def rotations(self) -> list[Array]:
+        """Displacements under unit turns about the origin: about z, in space about x and y first; without
+        those of which coordinates are not known."""
+        axes = ("x", "y", "z")
+        of_node = dict(zip(axes, (self.x, self.y, self.z), strict=True))
+        found = []
+        for about in axes if self.spatial else axes[2:]:
+            along, across = (axes[(axes.index(about) + k) % 3] for k in (1, 2))
+            first, second = of_node[along], of_node[across]
+            if first is None or second is None:
+                continue
+            own = [self.direction == DIRECTIONS[name] for name in (along, across, f"r{about}")]
+            found.append(np.select(own, [-second, first, 1.0], 0.0))
+        return found
 
 
 def numbering_of_table(table: Table, source: str, dofs: int) -> Numbering:
-    """Degrees of freedom from a table with columns node and direction, and x and y where known.
+    """Degrees of freedom from a table with columns node and direction, and x, y and z where known.
 
     Raises
     ------
@@ -109,11 +131,11 @@ def numbering_of_table(table: Table, source: str, dofs: int) -> Numbering:
     check_count(len(labels), source, dofs)
     if len(set(labels)) < len(labels):
         raise InputError(f"{source}: a node and direction is there twice")
-    return Numbering(labels, table.get("x"), table.get("y"))
+    return Numbering(labels, table.get("x"), table.get("y"), table.get("z"))
 
 
 def with_coordinates(numbering: Numbering, table: Table, source: str) -> Numbering:
-    """The numbering with coordinates from a table of nodes, with columns node, x and y.
+    """The numbering with coordinates from a table of nodes, with columns node, x and y, and z in space.
 
     Raises
     ------
@@ -132,7 +154,10 @@ def with_coordinates(numbering: Numbering, table: Table, source: str) -> Numberi
             f"{len(place)} nodes of the table"
         )
     rows = [place[node] for node, _ in numbering.labels]
-    return Numbering(numbering.labels, table["x"][rows], table["y"][rows])
+    z = table.get("z")
+    return Numbering(
+        numbering.labels, table["x"][rows], table["y"][rows], None if z is None else z[rows]
+    )
 
 
 def check_count(rows: int, source: str, dofs: int) -> None:

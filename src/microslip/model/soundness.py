@@ -39,8 +39,8 @@ FEWEST = 12
 MOST_MOTIONS = 24
 """Motions without stiffness that are looked for."""
 
-RIGID_PLANE = 3
-"""Rigid motions of a body in the plane."""
+RIGID = {2: 3, 3: 6}
+"""Rigid motions of a body in the plane and in space."""
 
 SLOWEST, FASTEST = 1e-2, 1e6
 """Lowest elastic frequencies that a joint may have, Hz: others are a matter of units."""
@@ -51,10 +51,9 @@ LONGER, SHORTER = 3.0, 0.02
 
 def check_matrices(
     stiffness: sp.csc_matrix, mass: sp.csc_matrix, numbering: Numbering | None, joint: MatricesJoint
-) -> list[Caution]:
-    """Raise `InputError` where K or M cannot be those of a structure; doubts are returned."""
+) -> None:
+    """Raise `InputError` where K or M cannot be those of a structure."""
     m = joint.matrices
-    cautions: list[Caution] = []
     if stiffness.shape[0] < FEWEST:
         raise InputError(
             f"matrices.stiffness: {m.stiffness}: {stiffness.shape[0]} degrees of freedom; at least {FEWEST} "
@@ -83,17 +82,6 @@ def check_matrices(
     if not mass.diagonal().sum() > 0:
         raise InputError(f"matrices.mass: {m.mass}: is zero")
     _check_definite(stiffness, mass, joint)
-    if numbering is not None and np.isin(numbering.direction, OUT_OF_PLANE).any():
-        outside = int(np.isin(numbering.direction, OUT_OF_PLANE).sum())
-        cautions.append(
-            Caution(
-                "input",
-                f"matrices.dofs: {outside} degrees of freedom out of the plane",
-                "the pairs touch in the plane of x and y, and z is only carried along",
-                "is the structure uniform over its width?",
-            )
-        )
-    return cautions
 
 
 def _dof(k: int, numbering: Numbering | None) -> str:
@@ -246,26 +234,34 @@ def _named(
     if numbering is None:
         return [f"a motion of {body}"] * rank
     basis = np.linalg.svd(null, full_matrices=False)[0][:, :rank]
-    known = {
-        "translation along x": numbering.translation("x") * inside,
-        "translation along y": numbering.translation("y") * inside,
-    }
-    turn = numbering.rotation()
-    if turn is not None:
-        known["rotation"] = turn * inside
-    found, taken = [], np.zeros((len(null), 0))
-    for name, motion in known.items():
-        left = motion - taken @ (taken.T @ motion)
-        size = float(np.linalg.norm(left))
-        if not size > 1e-9 * max(float(np.linalg.norm(motion)), 1e-300):
-            continue
-        left = left / size
-        if np.linalg.norm(basis.T @ left) > 1 - 1e-6:
-            found.append(f"{name} of {body}")
-            taken = np.column_stack([taken, left])
-    if turn is None and rank - len(found) == 1:
-        return [*found, f"another motion of {body}, probably its rotation"]
-    return [*found, *[f"a mechanism of {body}"] * (rank - len(found))]
+    axes = "xyz" if numbering.spatial else "xy"
+    moves = [numbering.translation(axis) * inside for axis in axes]
+    turns = [turn * inside for turn in numbering.rotations()]
+    found = [
+        f"translation along {axis} of {body}"
+        for axis, move in zip(axes, moves, strict=True)
+        if _shared(basis, [move])
+    ]
+    found += [f"translation of {body}"] * (_shared(basis, moves) - len(found))
+    found += [f"rotation of {body}"] * (_shared(basis, [*moves, *turns]) - len(found))
+    left = rank - len(found)
+    if 0 < left <= len(axes) * (len(axes) - 1) // 2 - len(turns):
+        return [*found, *[f"another motion of {body}, probably its rotation"] * left]
+    return [*found, *[f"a mechanism of {body}"] * left]
+
+
+def _shared(basis: Array, motions: list[Array]) -> int:
+    """How many directions of the span of motions lie in that of an orthonormal basis.
+
+    Their singular values are the cosines of the angles between the two.
+    """
+    sizes = [float(np.linalg.norm(motion)) for motion in motions]
+    columns = [motion / size for motion, size in zip(motions, sizes, strict=True) if size > 0]
+    if not columns:
+        return 0
+    own, size, _ = np.linalg.svd(np.column_stack(columns), full_matrices=False)
+    cosines = np.linalg.svd(basis.T @ own[:, size > 1e-6 * size[0]], compute_uv=False)
+    return int((cosines > 1 - 1e-6).sum())
 
 
 def check_size_of_motions(motions: Array, source: str, dofs: int) -> None:
@@ -291,39 +287,58 @@ def check_motions(
     found = modes.shapes.shape[1]
     source = joint.matrices.stiffness
     mechanisms = [name for name in modes.names if "mechanism" in name]
-    plane = numbering is None or not np.isin(numbering.direction, OUT_OF_PLANE).any()
-    if mechanisms or (plane and modes.most > RIGID_PLANE) or found >= MOST_MOTIONS:
+    relative, cautions = structure.interface.relative, []
+    d = structure.interface.dimension
+    if d == 2 and numbering is not None and np.isin(numbering.direction, OUT_OF_PLANE).any():
+        cautions.append(_out_of_plane(numbering))
+    where = "in space" if d == 3 or cautions else "in the plane"
+    rigid = RIGID[3 if d == 3 or cautions else 2]
+    if mechanisms or modes.most > rigid or found >= MOST_MOTIONS:
         many = f"{MOST_MOTIONS} or more" if found >= MOST_MOTIONS else f"{found}"
         raise InputError(
             f"matrices.stiffness: {source}: {many} motions have no stiffness, where {count} connected "
-            f"{'part has' if count == 1 else 'parts have'} at most {RIGID_PLANE} rigid ones each in the "
-            "plane: hinges, loose nodes, or elements with too few integration points; there are: "
+            f"{'part has' if count == 1 else 'parts have'} at most {rigid} rigid ones each "
+            f"{where}: hinges, loose nodes, or elements with too few integration points; there are: "
             f"{'; '.join(dict.fromkeys(modes.names)) or 'none'}"
         )
-    check_pairs(structure.interface.relative, numbering, pairs, joint)
+    check_pairs(relative, numbering, pairs, joint)
     return [
+        *cautions,
         *_incomplete(modes, numbering, source),
         *_frequencies(modes, joint),
-        *_areas(pairs, joint),
+        *(_areas_in_space(pairs, joint) if d == 3 else _areas(pairs, joint)),
     ]
 
 
+def _out_of_plane(numbering: Numbering) -> Caution:
+    """That pairs in the plane are of a structure that moves out of it."""
+    outside = int(np.isin(numbering.direction, OUT_OF_PLANE).sum())
+    return Caution(
+        "input",
+        f"matrices.dofs: {outside} degrees of freedom out of the plane",
+        "the pairs touch in the plane of x and y, and z is only carried along",
+        "is the structure uniform over its width? Normals of pairs in space have a component nz",
+    )
+
+
 def _incomplete(modes: ZeroModes, numbering: Numbering | None, source: str) -> list[Caution]:
-    """That a part can be moved along both axes without force and not be turned, as no body is held."""
-    if numbering is None or not numbering.located:
+    """That a part can be moved along all axes without force and not be turned, as no body is held."""
+    axes = "xyz" if numbering is not None and numbering.spatial else "xy"
+    if numbering is None or numbering.coordinates(len(axes)) is None:
         return []
+    turns = len(axes) * (len(axes) - 1) // 2
     bodies = dict.fromkeys(name.partition(" of ")[2] for name in modes.names)
     return [
         Caution(
             "input",
             f"matrices.stiffness: {source}",
-            f"{body} moves along x and y without force, and does not turn",
+            f"{body} moves along {', '.join(axes[:-1])} and {axes[-1]} without force, and does not turn",
             "a rotation is missing among the motions without stiffness: are all terms of K there, and are "
             "the coordinates of matrices.dofs those of its nodes?",
         )
         for body in bodies
-        if {f"translation along {axis} of {body}" for axis in "xy"} <= set(modes.names)
-        and f"rotation of {body}" not in modes.names
+        if {f"translation along {axis} of {body}" for axis in axes} <= set(modes.names)
+        and modes.names.count(f"rotation of {body}") < turns
     ]
 
 
@@ -345,7 +360,7 @@ def _frequencies(modes: ZeroModes, joint: MatricesJoint) -> list[Caution]:
 
 def _areas(pairs: Pairs, joint: MatricesJoint) -> list[Caution]:
     """That the areas are not those of the interface."""
-    if pairs.count < 2:
+    if pairs.count < 2 or joint.whole:
         return []
     length = float(np.ptp(pairs.position)) * pairs.count / (pairs.count - 1)
     ratio = float(pairs.area.sum()) / length
@@ -357,5 +372,21 @@ def _areas(pairs: Pairs, joint: MatricesJoint) -> list[Caution]:
             f"{joint.interface.pairs}: area",
             f"the areas over the width are {ratio:.3g} times as long as the positions reach",
             "are areas in length_unit², of the whole width, and is matrices.width right?",
+        )
+    ]
+
+
+def _areas_in_space(pairs: Pairs, joint: MatricesJoint) -> list[Caution]:
+    """The same of interfaces in space, over the square of their length: wide ones have at most that."""
+    length = float(np.ptp(pairs.position))
+    ratio = joint.width * float(pairs.area.sum()) / max(length, 1e-300) ** 2
+    if pairs.count < 4 or SHORTER**2 <= ratio <= LONGER**2:
+        return []
+    return [
+        Caution(
+            "input",
+            f"{joint.interface.pairs}: area",
+            f"the areas are {ratio:.3g} times the square of the length that the positions reach",
+            "are areas in length_unit²?",
         )
     ]

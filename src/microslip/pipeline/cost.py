@@ -65,6 +65,11 @@ def is_spatial(joint: Joint) -> bool:
 
 
 @is_spatial.register
+def _listed_is_spatial(joint: MatricesJoint) -> bool:
+    return read_imported(joint).structure.interface.dimension == 3
+
+
+@is_spatial.register
 def _mesh_is_spatial(joint: MeshJoint) -> bool:
     return read_described_mesh(joint).structure.interface.dimension == 3
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import xarray as xr
 
-from microslip.describe.mesh import MeshJoint
+from microslip.describe.whole import WideJoint
 from microslip.errors import MicroslipError
 from microslip.pipeline.run import Run
 from microslip.registry import column
@@ -64,12 +64,13 @@ def dataset(run: Run) -> xr.DataTree:
 
 def _per_width(run: Run) -> str:
     """What forces, moments and energies are per metre of."""
-    width = run.joint.mesh.width if isinstance(run.joint, MeshJoint) else None
+    spatial = run.model.dimension == 3
+    kind = "three-dimensional" if spatial else "two-dimensional"
     if run.joint.whole:
-        return "three-dimensional: forces, moments and energies are those of the whole structure"
-    if width is None:
-        return "two-dimensional: forces, moments and energies are per metre of width"
+        return f"{kind}: forces, moments and energies are those of the whole structure"
+    if not spatial or not isinstance(run.joint, WideJoint):
+        return f"{kind}: forces, moments and energies are per metre of width"
     return (
-        f"three-dimensional: forces, moments and energies are per metre of the width, {width:g} m; times "
+        f"{kind}: forces, moments and energies are per metre of the width, {run.joint.width:g} m; times "
         "the width they are those of the whole structure"
     )

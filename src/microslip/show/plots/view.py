@@ -132,9 +132,9 @@ LONG = 2.2
 
 
 def skin_of(geometry: Geometry) -> Skin:
-    """Outside faces of a geometry's elements."""
+    """Outside faces of a geometry's elements; none where only nodes are known."""
     x = geometry.points
-    if geometry.dimension == 2:
+    if geometry.dimension == 2 or not geometry.blocks:
         loops = tuple(block.nodes[:, loop_of(block.kind)] for block in geometry.blocks)
         body = tuple(geometry.body[nodes[:, 0]] for nodes in loops)
         return Skin(loops, body, tuple(np.zeros((len(n), 2)) for n in loops), _rim(geometry))
