@@ -41,8 +41,8 @@ def coarse(document):
     return document
 
 
-SLOW = ("bolted_plates", "extruded_joint", "flange_sector")
-"""Half a minute to two minutes each; the half-lap beam and the plates with one bolt stand for them."""
+SLOW = ("bolted_plates", "extruded_joint", "flange_sector", "half_lap_beam")
+"""Half a minute to two minutes each; the plates with one bolt stand for them."""
 
 
 @pytest.mark.parametrize(

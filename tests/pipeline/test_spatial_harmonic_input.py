@@ -21,6 +21,7 @@ def folder(tmp_path_factory):
     return tmp_path_factory.mktemp("space")
 
 
+@pytest.mark.validate
 def test_extruded_section_answers_as_the_plane_one(folder):
     """On both flanks. Pairs of half the size have another augmentation, which three harmonics still feel."""
     found = []

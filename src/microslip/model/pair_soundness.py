@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.spatial import cKDTree
+import scipy.spatial
 
 from microslip.describe.matrices import LENGTHS, MatricesJoint
 from microslip.errors import InputError
@@ -112,7 +112,7 @@ def _point_across(
 
 def _nearest(points: Array) -> Indices:
     """The other point that is nearest to each."""
-    _, near = cKDTree(points).query(points, k=2)
+    _, near = scipy.spatial.cKDTree(points).query(points, k=2)
     return np.asarray(near[:, 1])
 
 

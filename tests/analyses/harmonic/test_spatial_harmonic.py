@@ -279,6 +279,7 @@ def test_augmentation_must_be_one_along_the_interface():
         harmonic_problem(joint, stiffness=stiffness)
 
 
+@pytest.mark.validate
 def test_answer_forgets_the_augmentation():
     """With more harmonics another augmentation gives the same response: it falls by half at least."""
     joint, apart = block(2), []

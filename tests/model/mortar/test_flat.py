@@ -154,6 +154,7 @@ def check_hertz(r, pressure, p0):
     assert np.sqrt(-square / slope) == pytest.approx(HALF_WIDTH, rel=0.01)
 
 
+@pytest.mark.validate
 def test_point_contact_on_a_rigid_flat_is_that_of_hertz():
     """A quarter of a sphere: ``a³ = 3 F R / (4 E*)``, ``p0 = 3 F / (2 pi a²)``; Johnson, section 4.2."""
     a, far = HALF_WIDTH, 10 * HALF_WIDTH
