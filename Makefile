@@ -30,7 +30,7 @@ lint: $(VENV)/installed-lint
 	$(BIN)/python tools/house.py
 
 docs: $(VENV)/installed-docs
-	$(BIN)/sphinx-build -W --keep-going -b html docs docs/_build/html
+	$(BIN)/sphinx-build -j 2 -W --keep-going -b html docs docs/_build/html
 
 # Opens every page in Chromium without a network; needs one (Debian: chromium).
 docs-check: docs $(VENV)/installed-pages
