@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from microslip.pipeline.judge import Judgement, judge
 from microslip.pipeline.run import Run
@@ -21,6 +23,12 @@ from microslip.show.plots.spatial_fields import draw_instant, draw_pressure, sho
 from microslip.show.plots.structure import draw_given, marks_of
 from microslip.show.plots.style import DOUBLE, MM, house_style, new_figure
 from microslip.show.plots.view import view_of
+
+HEADROOM = 0.97
+"""Height of the panels in the figure: the layout leaves no room for titles above maps of fixed shape."""
+
+SQUARE = 1.4
+"""Width over height of a map that fills its panel."""
 
 
 @house_style
@@ -40,6 +48,9 @@ def spatial_overview(run: Run, judged: Judgement | None = None) -> Figure | None
     for draw, place, letter in zip(panels, places, "bcd", strict=False):
         draw(figure, place, run, letter)
     warn(figure, judge(run) if judged is None else judged)
+    layout = figure.get_layout_engine()
+    if isinstance(layout, ConstrainedLayoutEngine):
+        layout.set(rect=(0, 0, 1, HEADROOM))
     return figure
 
 
@@ -80,4 +91,11 @@ def _states(figure: Figure, place: SubplotSpec, run: Run, letter: str) -> None:
     said = title(drawn, run, f"contact at {name_of(run, drive, index)}")
     ax.set_title(f"({letter})  {said}", loc="left")
     shown = state_handles(never)
-    ax.legend(handles=[*shown[:2], *shown[3:]], ncols=2, **BELOW)
+    ax.legend(handles=[*shown[:2], *shown[3:]], ncols=2, **(BELOW | {"bbox_to_anchor": _under(ax)}))
+
+
+def _under(ax: Axes) -> tuple[float, float]:
+    """Where the legend of a map stands: the flatter the map, the more of its heights is the same distance."""
+    (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
+    flat = abs(right - left) / abs(high - low)
+    return 0.5, -0.16 * max(1.0, flat / SQUARE)
