@@ -114,6 +114,7 @@ def test_under_a_small_load_the_joint_sticks_and_is_linear(moment):
     assert lag == pytest.approx(mode.stuck_frequency, rel=3e-3)
 
 
+@pytest.mark.validate
 def test_no_answer_lies_between_two_folds():
     """Every answer shown rises with the load, as far as both are known: those between folds would fall."""
     band = {"from": 42.8, "to": 43.1, "count": 40, "points": 40}

@@ -117,6 +117,7 @@ def test_estimate_of_powers():
     assert estimated_error(answers, 0.5) == 0.05
 
 
+@pytest.mark.validate
 def test_estimate_against_many_harmonics(small_reference):
     """At least 95 % of estimates are above the difference from 41 harmonics; two loads, both flanks."""
     joint = small_reference.joint
