@@ -13,7 +13,7 @@ from microslip.analyses.reduced.resonance import resonance
 from microslip.analyses.reduced.table import EquivalentTable
 from microslip.analyses.reduced.two_mode import two_mode_model
 from microslip.analyses.statics.held import hold_mode
-from microslip.analyses.statics.prescribed import prescribed_cycle
+from microslip.analyses.statics.prescribed import cycle_at
 from microslip.brief import Brief
 from microslip.describe.requests import MOST_OF_OPENING
 from microslip.errors import Caution, ContactError, MicroslipError
@@ -107,11 +107,11 @@ def table_range(assembly: Assembly, driven: EquivalentTable | None) -> tuple[flo
 
 
 def _resonant_load(assembly: Assembly, amplitude: float) -> float:
-    """Load whose resonance has an amplitude; infinite where no equilibrium has it."""
+    """Load whose resonance has an amplitude; infinite where its cycle cannot be solved."""
     settings = assembly.joint.analysis.reduced
     held = hold_mode(assembly.prepared, assembly.between_states)
     try:
-        cycle = prescribed_cycle(held, amplitude, steps=settings.steps, cycles=2)
+        cycle = cycle_at(held, amplitude, steps=settings.steps, cycles=2)
     except ContactError:
         return np.inf
     kappa = np.array([cycle.force / cycle.q / held.sliding_omega**2], complex)

@@ -92,9 +92,9 @@ def hold_mode(joint: PreparedJoint, reference_omega: float, *, upper: int = 0) -
 
     Bodies that slide past each other as the stuck mode has them do so with their inertia; where the mode
     leaves that motion alone, as by symmetry that of a lap joint does, it has a mean only, and no inertia.
-    Where such a motion has more inertia than support, and equilibrium no stable path, it is sought, in the
-    plane. In space a search takes minutes an amplitude: there such a motion keeps its inertia where no
-    flexible mode lies below the one that is held, and has a mean only otherwise.
+    Where such a motion has more inertia than support, and equilibrium no stable path, it is sought. In space,
+    where flexible modes below the one that is held would be sought with it, minutes an amplitude, it has a
+    mean only.
 
     Parameters
     ----------
@@ -122,9 +122,9 @@ def hold_mode(joint: PreparedJoint, reference_omega: float, *, upper: int = 0) -
     rest = resting(joint.model, mode)
     stiff = held(rest, False)
     own = stiff.flexibility.stiffness
-    if joint.model.dimension == 3:
-        flexible = (own < 0) & (own > -(1 - RIGID) * reference_omega**2)
-        return held(walking_modes(joint.model), False) if flexible.any() else stiff
+    flexible = (own < 0) & (own > -(1 - RIGID) * reference_omega**2)
+    if joint.model.dimension == 3 and flexible.any():
+        return held(walking_modes(joint.model), False)
     return replace(stiff, loose=held(rest, True)) if (own < 0).any() else stiff
 
 
