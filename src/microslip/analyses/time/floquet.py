@@ -126,16 +126,42 @@ class DeviationNorm:
         """Weighted positions and rates of the modes; of rows, rows."""
         return np.concatenate([self.weight * z.eta, z.rate], axis=-1)
 
-    def gram(self, one: Sequence[State], other: Sequence[State]) -> Array:
-        """Scalar products of two lists of deviations."""
-        a = np.array([self.motion(z) for z in one])
-        b = np.array([self.motion(z) for z in other])
-        r_a, r_b = np.array([z.r for z in one]), np.array([z.r for z in other])
-        return np.asarray(a @ b.T + r_a @ self.model.residual @ r_b.T)
+    def gram(self, one: Tangents, other: Tangents) -> Array:
+        """Scalar products of two sets of deviations."""
+        work = one.r @ self.model.residual @ other.r.T
+        return np.asarray(self.motion(one) @ self.motion(other).T + work)
 
     def size(self, z: State) -> float:
         """Norm of a deviation."""
-        return float(np.sqrt(max(self.gram([z], [z])[0, 0], 0.0)))
+        row = as_rows([z])
+        return float(np.sqrt(max(self.gram(row, row)[0, 0], 0.0)))
+
+    def shares(self, motion: Array, directions: Array) -> tuple[Array, Array]:
+        """Shares of directions of unit norm that are translations, and that are in tractions.
+
+        Parameters
+        ----------
+        motion : (p, 2 k) array
+            Of the deviations that the directions are made of.
+        directions : (p, n) array
+        """
+        energy = np.abs(motion.T @ directions) ** 2
+        sideways = np.tile(walking_modes(self.model), 2)
+        return energy[sideways].sum(axis=0), 1 - energy.sum(axis=0)
+
+
+def as_rows(states: Sequence[State]) -> Tangents:
+    """Deviations, one a row."""
+    return Tangents(*(np.array([getattr(z, name) for z in states]) for name in Tangents._fields))
+
+
+def require_converged(steady: SteadyState) -> None:
+    """Raise `MicroslipError` where a steady state did not converge: its neighbourhood says nothing."""
+    if not steady.converged:
+        raise MicroslipError(
+            f"no stability at {steady.frequency:g} Hz: the steady state is not converged (last "
+            f"change {steady.change:.1e}); allow more cycles"
+        )
 
 
 def floquet_multipliers(
@@ -165,18 +191,13 @@ def floquet_multipliers(
     MicroslipError
         Where the steady state did not converge: its neighbourhood says nothing.
     """
-    if not steady.converged:
-        raise MicroslipError(
-            f"no stability at {steady.frequency:g} Hz: the steady state is not converged (last "
-            f"change {steady.change:.1e}); allow more cycles"
-        )
+    require_converged(steady)
     omega = 2 * np.pi * steady.frequency
     norm = DeviationNorm(scheme, omega)
     orbit, wave, memory = steady.cycle.state, steady.cycle.load, contact_memory(scheme)
 
     def product(z: State) -> State:
-        row = Tangents(*(getattr(z, name)[None] for name in Tangents._fields))
-        moved = march(scheme, orbit, wave, memory=memory, tangents=row).tangents
+        moved = march(scheme, orbit, wave, memory=memory, tangents=as_rows([z])).tangents
         eta, rate, acceleration, residual_v, r, v = (field[0] for field in moved)
         return replace(
             z, eta=eta, rate=rate, acceleration=acceleration, residual_v=residual_v, r=r, v=v
@@ -189,7 +210,7 @@ def floquet_multipliers(
     while True:
         z = product(basis[-1])
         for _ in range(2):  # twice is enough: once loses orthogonality
-            share = norm.gram(basis, [z])[:, 0]
+            share = norm.gram(as_rows(basis), as_rows([z]))[:, 0]
             H[: size + 1, size] += share
             z = _combined([1.0, *-share], [z, *basis])
         H[size + 1, size] = norm.size(z)
@@ -210,13 +231,12 @@ def _ritz(
     order = np.argsort(-np.abs(values), kind="stable")
     values, vectors = values[order], vectors[:, order]
     vectors = vectors / np.linalg.norm(vectors, axis=0)
-    sideways = np.tile(walking_modes(norm.model), 2)
-    energy = np.abs(np.array([norm.motion(z) for z in basis]).T @ vectors) ** 2
+    translation, traction = norm.shares(norm.motion(as_rows(basis)), vectors)
     return Multipliers(
         values=values.astype(complex),
         residual=np.abs(H[size, size - 1] * vectors[-1]),
-        translation=energy[sideways].sum(axis=0),
-        traction=1 - energy.sum(axis=0),
+        translation=translation,
+        traction=traction,
         cycles=cycles,
     )
 

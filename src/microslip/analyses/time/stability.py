@@ -23,13 +23,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from microslip.analyses.prepared.joint_modes import walking_modes
 from microslip.analyses.time.deviations import Derivative, StateSpace
-from microslip.analyses.time.floquet import CLOSE, DeviationNorm, Multipliers
+from microslip.analyses.time.floquet import CLOSE, DeviationNorm, Multipliers, require_converged
 from microslip.analyses.time.scheme import TimeScheme, contact_memory, march
 from microslip.analyses.time.steady import LEADING, SteadyState
 from microslip.contact.tangent import Tangents
-from microslip.errors import MicroslipError
 from microslip.typing import Array, Complex, Mask
 
 SHARE = 0.1
@@ -55,11 +53,7 @@ def stability_of(scheme: TimeScheme, steady: SteadyState, *, max_cycles: int = 8
     MicroslipError
         Where the steady state did not converge: its neighbourhood says nothing.
     """
-    if not steady.converged:
-        raise MicroslipError(
-            f"no stability at {steady.frequency:g} Hz: the steady state is not converged (last "
-            f"change {steady.change:.1e}); allow more cycles"
-        )
+    require_converged(steady)
     span = _Span(scheme, steady)
     span.widen(steady.directions if len(steady.directions) else span.directions_of_modes())
     while True:
@@ -137,13 +131,12 @@ class _Span:
         values, shares = values[order].astype(complex), shares[:, order].astype(complex)
         beyond = np.einsum("ik,ij,jk->k", shares.conj(), square, shares).real - np.abs(values) ** 2
         motion = self.norm.motion(self._deviations(self.basis))
-        energy = np.abs(motion.T @ shares) ** 2
-        sideways = np.tile(walking_modes(self.norm.model), 2)
+        translation, traction = self.norm.shares(motion, shares)
         found = Multipliers(
             values=values,
             residual=np.sqrt(np.maximum(beyond, 0.0)),
-            translation=energy[sideways].sum(axis=0),
-            traction=1 - energy.sum(axis=0),
+            translation=translation,
+            traction=traction,
             cycles=self.cycles,
         )
         return found, shares
@@ -166,6 +159,4 @@ class _Span:
 
     def _gram(self, one: Array, other: Array) -> Array:
         """Scalar products of rows."""
-        a, b = self._deviations(one), self._deviations(other)
-        work = a.r @ self.norm.model.residual @ b.r.T
-        return np.asarray(self.norm.motion(a) @ self.norm.motion(b).T + work)
+        return self.norm.gram(self._deviations(one), self._deviations(other))
