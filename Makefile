@@ -10,7 +10,7 @@ demo: $(VENV)/installed
 	$(BIN)/microslip run examples/lap_joint.toml --out demo-output --force
 
 test: $(VENV)/installed-test
-	$(BIN)/python -m pytest -n 2
+	$(SERIAL) $(BIN)/python -m pytest -n 2
 
 # The oldest versions that pyproject.toml allows, in an environment of their own.
 test-oldest:
@@ -20,7 +20,7 @@ test-oldest:
 	NUMBA_CACHE_DIR=$(abspath $(VENV))-oldest/numba $(VENV)-oldest/bin/python -m pytest tests/describe tests/model tests/results tests/cli
 
 validate: $(VENV)/installed-test
-	$(BIN)/python -m pytest -m validate -n 2 --durations=5 --findings docs/validation.md
+	$(SERIAL) $(BIN)/python -m pytest -m validate -n 2 --durations=5 --findings docs/validation.md
 
 lint: $(VENV)/installed-lint
 	$(BIN)/ruff check .
