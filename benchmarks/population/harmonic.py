@@ -14,7 +14,6 @@ one a joint) are not computed again.
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 import time
 import tomllib
@@ -22,6 +21,7 @@ from pathlib import Path
 
 import numpy as np
 from lap_joints import joints
+from resumed import keep_row, kept_rows
 from time_points import frequencies
 
 from microslip.analyses.harmonic.adaptive import Adaptive
@@ -209,9 +209,7 @@ def main() -> int:
     parser.add_argument("--out", type=Path, default=Path("population-harmonic.jsonl"))
     parser.add_argument("--page", type=Path)
     asked = parser.parse_args()
-    rows = {}
-    if asked.out.is_file():
-        rows = {row["joint"]: row for row in map(json.loads, asked.out.read_text().splitlines())}
+    rows = {row["joint"]: row for row in kept_rows(asked.out)}
     for seed in asked.seeds:
         for number, text in enumerate(joints(seed, asked.count, asked.pairs)):
             name = f"{seed}/{number:03d}"
@@ -225,8 +223,7 @@ def main() -> int:
             except MicroslipError as error:
                 row = {"failed": str(error)}
             rows[name] = {"joint": name, "wall": time.perf_counter() - began, **row}
-            with asked.out.open("a") as file:
-                file.write(json.dumps(rows[name]) + "\n")
+            keep_row(asked.out, rows[name])
             told = [
                 f"{100 * p['error']:.2f}%({100 * p['stated']:.2f}%,{p['harmonics']})"
                 + ("" if p["near"] else " left")
