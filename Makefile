@@ -4,13 +4,16 @@ VENV := .venv
 BIN := $(VENV)/bin
 SERIAL := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 
-.PHONY: demo test test-oldest validate lint docs docs-check pictures wheel-test population bench bench-calculix clean
+.PHONY: installed demo test test-oldest validate lint docs docs-check pictures wheel-test population bench bench-calculix clean
+
+# All packages that the other targets need.
+installed: $(VENV)/installed-test $(VENV)/installed-lint $(VENV)/installed-docs $(VENV)/installed-pages
 
 demo: $(VENV)/installed
 	$(BIN)/microslip run examples/lap_joint.toml --out demo-output --force
 
 test: $(VENV)/installed-test
-	$(SERIAL) $(BIN)/python -m pytest -n 2
+	$(SERIAL) $(BIN)/python -m pytest -n 2 --dist loadfile
 
 # The oldest versions that pyproject.toml allows, in an environment of their own.
 test-oldest:

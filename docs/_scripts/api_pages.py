@@ -1,4 +1,4 @@
-"""Write the API pages, one a wing, from the folders of the package: no public module is left out.
+"""Write the API pages, one a folder, from the folders of the package: no public module is left out.
 
 python docs/_scripts/api_pages.py FOLDER
 """
@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import ast
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 PACKAGE = Path(__file__).parents[2] / "src" / "microslip"
@@ -27,22 +28,35 @@ WINGS = {
 
 
 def modules(folder: Path) -> list[str]:
-    """Dotted names of the modules of a folder, those of its own folders after them."""
-    root = PACKAGE.parent
+    """Dotted names of the modules of a folder, without those of folders in it."""
     here = sorted(p for p in folder.glob("*.py") if not p.name.startswith("_"))
-    names = [".".join(p.relative_to(root).with_suffix("").parts) for p in here]
-    for inner in sorted(p for p in folder.iterdir() if (p / "__init__.py").is_file()):
-        names += modules(inner)
-    return names
+    return [".".join(p.relative_to(PACKAGE.parent).with_suffix("").parts) for p in here]
 
 
-def page(title: str, said: str, names: list[str]) -> str:
-    """Markdown of one wing."""
-    listed = "\n".join(f"   {name}" for name in names)
-    return (
-        f"# {title}\n\n{said}\n\n"
-        f"```{{eval-rst}}\n.. autosummary::\n   :toctree: generated\n\n{listed}\n```\n"
-    )
+def inner_folders(folder: Path) -> list[Path]:
+    """Packages in a folder."""
+    return sorted(p for p in folder.iterdir() if (p / "__init__.py").is_file())
+
+
+def page(title: str, said: str, names: list[str], further: Sequence[str] = ()) -> str:
+    """Markdown of one folder: a table of its modules, the pages of its folders, then each module."""
+    parts = [f"# {title}", *filter(None, [said])]
+    if further:
+        parts.append("```{toctree}\n:maxdepth: 1\n\n" + "\n".join(further) + "\n```")
+    if names:
+        listed = "\n".join(f"   {name}" for name in names)
+        parts.append(f"```{{eval-rst}}\n.. autosummary::\n\n{listed}\n```")
+    for name in names:
+        parts.append(f"## {name}\n\n```{{eval-rst}}\n.. automodule:: {name}\n   :members:\n```")
+    return "\n\n".join(parts) + "\n"
+
+
+def write_folder(package: Path, title: str | None, said: str, pages: Path) -> str:
+    """Pages of a folder and of those in it; its own has its dotted name, which is returned."""
+    name = ".".join(package.relative_to(PACKAGE).parts)
+    further = [write_folder(inner, None, "", pages) for inner in inner_folders(package)]
+    (pages / f"{name}.md").write_text(page(title or name, said, modules(package), further), "utf-8")
+    return name
 
 
 def face() -> list[str]:
@@ -64,14 +78,10 @@ def write(folder: Path) -> None:
         f"```{{eval-rst}}\n.. autosummary::\n\n{listed}\n```\n",
         "utf-8",
     )
-    ground = sorted(p for p in PACKAGE.glob("*.py") if not p.name.startswith("_"))
-    pages = {"ground": ("Ground", "Errors, types and the table of analyses.", ground)}
-    (folder / "ground.md").write_text(
-        page(*pages["ground"][:2], [f"microslip.{p.stem}" for p in ground]), "utf-8"
-    )
+    ground = page("Ground", "Errors, types and the table of analyses.", modules(PACKAGE))
+    (folder / "ground.md").write_text(ground, "utf-8")
     for wing, said in WINGS.items():
-        text = page(wing.capitalize(), said, modules(PACKAGE / wing))
-        (folder / f"{wing}.md").write_text(text, "utf-8")
+        write_folder(PACKAGE / wing, wing.capitalize(), said, folder)
 
 
 if __name__ == "__main__":

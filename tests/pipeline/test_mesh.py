@@ -289,6 +289,7 @@ def test_turned_plates_move_as_before(folder, bolted):
     assert differ(found[0].dissipated, found[1].dissipated) < SAME
 
 
+@pytest.mark.validate
 def test_bolted_plates_in_time(folder, tmp_path):
     """Below resonance a steady state is that of the reduced model; histories and results hold both slips."""
     document = plates_document(folder)

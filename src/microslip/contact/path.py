@@ -146,7 +146,7 @@ def follow_path(
             solver.memory,
             np.ascontiguousarray(flexibility.loads_v),
             np.ascontiguousarray(flexibility.loads_q),
-            path,
+            np.ascontiguousarray(path),
             vt_old,
             solver.contact,
             record,
