@@ -133,14 +133,14 @@ def test_derivatives_in_space_are_limits_of_differences(seed):
         step = 1e-6
         _, ahead = along(flexibility, path + step * changes[:, k])
         _, behind = along(flexibility, path - step * changes[:, k])
-        if not all(np.array_equal(other.status, record.status) for other in (ahead, behind)):
-            continue  # a pair on the verge of another state has two derivatives
+        for other in (ahead, behind):
+            assert np.array_equal(other.status, record.status)
         for name in ("r", "q"):
             wanted = (getattr(ahead, name) - getattr(behind, name)) / (2 * step)
             found = getattr(tangent, name)[:, k]
-            assert np.abs(found - wanted).max() <= 1e-4 * np.abs(wanted).max()
+            assert np.abs(found - wanted).max() <= 1e-7 * np.abs(wanted).max()
         slip = tangential_vectors(ahead.v - behind.v)[-1].ravel() / (2 * step)
-        assert np.abs(tangent.vt[k] - slip).max() <= 1e-4 * np.abs(slip).max()
+        assert np.abs(tangent.vt[k] - slip).max() <= 1e-7 * np.abs(slip).max()
 
 
 def test_turning_the_tangents_turns_the_derivatives():
