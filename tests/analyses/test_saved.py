@@ -10,7 +10,6 @@ from spatial_twin import spatial_joint
 from typer.testing import CliRunner
 
 import microslip
-from microslip.analyses.harmonic.response import HarmonicResponse
 from microslip.analyses.prepared.saved import load_model, save_model, units_of
 from microslip.cli.export import app
 from microslip.errors import InputError
@@ -66,11 +65,12 @@ def test_analyses_answer_with_the_same_bits(joint, tmp_path):
     for name in ("r", "v", "status"):
         assert np.array_equal(getattr(a, name), getattr(b, name))
     assert a.dissipated == b.dissipated
+    if not joint.law.exact:
+        return
     a, b = (
         microslip.harmonic_response(each, 100.0, [175.0, 176.0], harmonics=1)
         for each in (joint, again)
     )
-    assert isinstance(a, HarmonicResponse)
     assert [p.amplitude for p in a.points] == [p.amplitude for p in b.points]
     assert len(a.points) > 1
 
