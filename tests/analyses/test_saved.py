@@ -112,6 +112,8 @@ def test_other_files_are_refused_by_name(planar, tmp_path):
         with pytest.raises(InputError, match=said) as error:
             load_model(tmp_path / name)
         assert name in str(error.value)
+    with pytest.raises(InputError, match=r"joint\.npz: cannot be written: No such file"):
+        save_model(planar, tmp_path / "nowhere" / "joint.npz")
     with pytest.raises(InputError, match=r"joint\.txt: a saved model is a file \.npz"):
         save_model(planar, tmp_path / "joint.txt")
 

@@ -61,7 +61,7 @@ def save_model(joint: PreparedJoint, path: str | Path, *, per: str = "width") ->
     Raises
     ------
     InputError
-        Where the name ends otherwise.
+        Where the name ends otherwise, or nothing can be written there.
 
     Examples
     --------
@@ -99,6 +99,8 @@ def save_model(joint: PreparedJoint, path: str | Path, *, per: str = "width") ->
         with open(beside, "wb") as stream:
             np.savez(stream, **entries)
         os.replace(beside, file)
+    except OSError as error:
+        raise InputError(f"{file}: cannot be written: {error.strerror or error}") from None
     finally:
         beside.unlink(missing_ok=True)
     return file
@@ -166,8 +168,10 @@ class _Saved:
                 self.arrays = {name: found[name] for name in found.files}
         except OSError as error:
             raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
-        except (ValueError, EOFError, AttributeError, TypeError, zipfile.BadZipFile) as error:
-            raise InputError(f"{path}: is no saved model that can be read: {error}") from None
+        except (ValueError, EOFError, AttributeError, TypeError, zipfile.BadZipFile):
+            raise InputError(
+                f"{path}: is no saved model, or not all of one; microslip export writes one"
+            ) from None
         if str(self.arrays.get("format", "")) != FORMAT:
             there = ", ".join(list(self.arrays)[:5]) or "nothing"
             raise InputError(
