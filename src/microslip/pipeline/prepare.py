@@ -171,7 +171,8 @@ def _assemble(joint: Joint) -> Assembly:
     start, bolts = _prestress(apart, flexibility_of(apart, law), source)
     if joint.damping_of_modes:
         damping = _through_ratios(joint, joint_modes(model, start, law))
-        model = replace(model, rayleigh=(damping.alpha, damping.beta))
+        reducer.rayleigh = damping.alpha, damping.beta
+        model = replace(model, rayleigh=reducer.rayleigh)
     pairs = np.flatnonzero(start.touching)
     held = start.bonded(1), start.bonded(model.dimension)
     states = linear_states(
