@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from microslip.analyses.prepared.joint import PreparedJoint, prepare_joint
     from microslip.analyses.prepared.joint_modes import JointMode, joint_modes
     from microslip.analyses.prepared.prestress import Prestress, prestress
+    from microslip.analyses.prepared.saved import load_model, save_model
     from microslip.analyses.reduced.response import Response
     from microslip.analyses.statics.cycle import Cycle
     from microslip.analyses.statics.loading import load_path
@@ -87,6 +88,7 @@ _HOME = {
     "joint_modes": "analyses.prepared.joint_modes",
     "judge": "pipeline.judge",
     "load_joint": "describe.reading",
+    "load_model": "analyses.prepared.saved",
     "load_path": "analyses.statics.loading",
     "load_results": "results.files",
     "load_run": "results.store",
@@ -99,6 +101,7 @@ _HOME = {
     "reference_joint": "describe.reference",
     "register": "registry",
     "run": "pipeline.run",
+    "save_model": "analyses.prepared.saved",
     "steady_state": "analyses.calls",
     "write_results": "show.write",
 }

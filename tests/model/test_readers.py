@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import struct
 from pathlib import Path
 
 import h5py
@@ -222,6 +223,81 @@ def test_nastran_op4_and_external_superelement(tmp_path, binary):
     found = read_table(str(tmp_path / "se.asm"))
     assert found["node"].tolist() == [7, 7, 9, 2995001]
     assert found["direction"].tolist() == [1, 2, 2, 0]
+
+
+def record(data):
+    return struct.pack("<i", len(data)) + data + struct.pack("<i", len(data))
+
+
+def write_op2(path, matrices, integer):
+    """Matrices as OUTPUT2 writes them: records with their lengths, each behind the number of its words."""
+    word, size = ("<i", 4) if integer == 4 else ("<q", 8)
+
+    def keys(*values):
+        return b"".join(record(struct.pack(word, value)) for value in values)
+
+    def words(*values):
+        return record(b"".join(struct.pack(word, value) for value in values))
+
+    def text(value, count):
+        return record(value.ljust(count * size).encode())
+
+    out = [keys(3), words(11, 22, 26), keys(7), text("NASTRAN FORT TAPE ID CODE - ", 7)]
+    out += [keys(2), text("XXXXXXXX", 2), keys(-1, 0)]
+    for name, matrix in matrices.items():
+        rows, columns = matrix.shape
+        out += [keys(2), text(name, 2), keys(-1, 7), words(101, columns, rows, 6, 2, rows, 9999)]
+        out += [keys(-2, 1, 0, 2), text(name, 2), keys(-3, 1, 1)]
+        for k, column in enumerate(matrix.T):
+            first, last = np.flatnonzero(column)[[0, -1]]
+            values = column[first : last + 1].astype("<f8").tobytes()
+            data = struct.pack(word, first + 1) + values
+            out += [keys(len(data) // size), record(data), keys(0, -4 - k)]
+            out += [keys(int(k + 1 < columns))]
+        out += [keys(0)]
+    path.write_bytes(b"".join([*out, keys(0)]))
+
+
+@pytest.mark.skipif(importlib.util.find_spec("pyyeti") is None, reason="needs the extra nastran")
+@pytest.mark.parametrize("integer", [4, 8])
+def test_nastran_op2(tmp_path, integer):
+    path = tmp_path / "se.op2"
+    write_op2(path, {"KAA": MATRIX, "MAA": np.eye(3)}, integer)
+    np.testing.assert_array_equal(read_matrix(f"{path}:KAA").matrix.toarray(), MATRIX)
+    np.testing.assert_array_equal(read_matrix(f"{path}:MAA").matrix.toarray(), np.eye(3))
+    with pytest.raises(InputError, match="holds no 'baa'; there is kaa, maa"):
+        read_matrix(f"{path}:BAA")
+    write_op2(path, {}, integer)
+    with pytest.raises(InputError, match="holds no matrices"):
+        read_matrix(f"{path}:KAA")
+    path.write_bytes(b"nothing of the kind")
+    with pytest.raises(InputError, match="is no OP2 file that can be read"):
+        read_matrix(f"{path}:KAA")
+
+
+@pytest.mark.skipif(importlib.util.find_spec("pyyeti") is None, reason="needs the extra nastran")
+def test_nastran_dmig_knows_its_degrees_of_freedom(tmp_path):
+    """Two nodes and a modal coordinate, one triangle; numbers as Nastran punches them."""
+    labels = [(7, 1), (7, 2), (2995001, 0)]
+
+    def column(j):
+        head = f"DMIG*   KAAX    {'':>8}{labels[j][0]:>16}{labels[j][1]:>16}"
+        rows = [
+            f"*       {labels[i][0]:>16}{labels[i][1]:>16}{MATRIX[i, j]:>16.9E}".replace("E", "D")
+            for i in range(j, 3)
+            if MATRIX[i, j]
+        ]
+        return [head, *rows]
+
+    text = [f"{'DMIG':<8}{'KAAX':<8}{0:>8}{6:>8}{2:>8}{0:>8}", *column(0), *column(1), *column(2)]
+    path = tmp_path / "se.pch"
+    path.write_text("\n".join(text) + "\n")
+    found = read_matrix(f"{path}:KAAX")
+    assert found.labels == tuple(labels)
+    np.testing.assert_allclose(found.whole("full").toarray(), MATRIX, rtol=1e-9)
+    path.write_text("nothing of the kind\n")
+    with pytest.raises(InputError, match="DMIG"):
+        read_matrix(f"{path}:KAAX")
 
 
 def ansys_example():

@@ -1,4 +1,4 @@
-"""Damping of joints from files: a matrix, and a ratio at two frequencies."""
+"""Damping of joints from files: a matrix, a ratio at two frequencies, ratios of modes of the stuck joint."""
 
 from __future__ import annotations
 
@@ -8,9 +8,13 @@ import scipy.sparse as sp
 from matrices_files import as_matrices, sparse_parts
 from same_joint import reference_document
 
+from microslip.analyses.backbone.extended_motion import harmonic_backbone
+from microslip.analyses.backbone.points import amplitude_scale
+from microslip.analyses.prepared.joint_modes import joint_modes
 from microslip.describe.reading import parse_joint
 from microslip.errors import InputError
 from microslip.model.lap import structure_of
+from microslip.model.modes import linear_modes
 from microslip.pipeline.prepare import assemble
 
 ALPHA, BETA = 3.0, 2e-6
@@ -76,9 +80,72 @@ def test_matrices_that_are_no_damping_are_refused(lap, tmp_path):
         ({"ratio": 0.01}, "are given both or not at all"),
         ({"ratio": 0.01, "frequencies": ["1 Hz"]}, "must be two"),
         ({"ratio": 0.01, "frequencies": [1.0, 2.0], "beta": 1e-6}, "remove alpha and beta"),
+        ({"modes": [1]}, "says which modes ratios are of"),
+        ({"ratios": [0.01], "beta": 1e-6}, "remove alpha, beta and ratio"),
+        ({"ratios": [0.01, 0.02], "modes": [1]}, "are 1, and ratios 2"),
+        ({"ratios": [0.01, 0.02], "modes": [2, 2]}, "names one thing twice"),
+        ({"ratios": [0.01, 0.5]}, "less than 0.5"),
     ],
 )
 def test_a_ratio_needs_two_frequencies(lap, tmp_path, given, said):
     document = as_matrices(lap, tmp_path) | {"damping": given, "load": {"moment": [20.0]}}
     with pytest.raises(InputError, match=said):
         parse_joint(document, "matrices", tmp_path)
+
+
+def by_ratios(lap, folder, **damping):
+    document = as_matrices(lap, folder) | {"damping": damping, "load": {"moment": [20.0]}}
+    document["analysis"] = {"cycle": {"moment": [2e3]}}
+    return assemble(parse_joint(document, "matrices", folder))
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"ratios": 0.01},
+        {"ratios": [0.004, 0.01]},
+        {"ratios": [0.02, 0.01], "modes": [3, 1]},
+        {"ratios": 0.003, "modes": 2},
+    ],
+)
+def test_modes_of_the_stuck_structure_decay_as_given(lap, tmp_path, given):
+    """On all degrees of freedom: (alpha M + beta K) with the pairs that touch bonded."""
+    found = by_ratios(lap, tmp_path, **given)
+    alpha, beta = found.model.rayleigh
+    s, start = found.structure, found.prestress
+    stuck = linear_modes(s, start.bonded(2), 12)
+    C = alpha * s.mass + beta * s.stiffness
+    ratios = np.atleast_1d(given["ratios"])
+    numbers = np.atleast_1d(given.get("modes", 1 + np.arange(len(ratios))))
+    modes = joint_modes(found.model, start, found.prepared.law)
+    for number, ratio in zip(numbers, ratios, strict=True):
+        k = int(np.argmin(np.abs(stuck.omega - modes[number - 1].stuck_omega)))
+        shape, omega = stuck.shapes[:, k], stuck.omega[k]
+        assert shape @ (C @ shape) / (2 * omega) == pytest.approx(ratio, rel=1e-6)
+    assert not found.damping.cautions
+
+
+def test_the_motion_of_small_amplitude_decays_as_given(lap, tmp_path):
+    """The nonlinear mode by harmonic balance, where nothing slips yet."""
+    found = by_ratios(lap, tmp_path, ratios=[0.004, 0.01])
+    joint = found.prepared
+    modes = joint_modes(joint.model, joint.prestress, joint.law)
+    for number, ratio in ((1, 0.004), (2, 0.01)):
+        mode = modes[number - 1]
+        smallest = 1e-7 * amplitude_scale(joint, mode)
+        backbone, failures = harmonic_backbone(joint, mode, [smallest], harmonics=1)
+        assert not failures
+        assert backbone.points[0].damping_ratio == pytest.approx(ratio, rel=1e-6)
+
+
+def test_ratios_that_no_rayleigh_damping_has(lap, tmp_path):
+    with pytest.raises(InputError, match=r"damping\.ratios: no alpha M \+ beta K has them"):
+        by_ratios(lap, tmp_path, ratios=[0.01, 0.001, 0.02])
+    with pytest.raises(InputError, match=r"damping\.ratios: there is no mode 900"):
+        by_ratios(lap, tmp_path, ratios=0.01, modes=900)
+    own = by_ratios(lap, tmp_path, ratios=[0.01, 0.01])
+    modes = joint_modes(own.model, own.prestress, own.prepared.law)
+    near = [own.damping.ratio(mode.stuck_omega) for mode in modes[:3]]
+    some = by_ratios(lap, tmp_path, ratios=[near[0], near[1], 1.02 * near[2]])
+    assert 1e-6 < some.damping.missed < 0.02
+    assert any("damping.ratios" in str(caution) for caution in some.doubts)

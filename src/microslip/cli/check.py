@@ -139,7 +139,7 @@ def _of_files(joint: Joint) -> Iterator[Row]:
     if assembly.damping is not None:
         fit = assembly.damping
         yield (
-            "damping matrix",
+            "damping matrix" if fit.of == "matrices.damping" else "damping ratios of modes",
             f"alpha = {fit.alpha:.4g} 1/s, beta = {fit.beta:.4g} s, up to {fit.missed:.1e} of it",
         )
     friction = assembly.prepared.law.friction

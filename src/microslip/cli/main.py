@@ -37,6 +37,10 @@ COMMANDS = {
         "microslip.cli.compare",
         "Results of several runs, side by side and over each other.",
     ),
+    "export": (
+        "microslip.cli.export",
+        "Write the joint model of a joint file, for Python and other programs.",
+    ),
     "new": ("microslip.cli.new", "Write a commented input file."),
 }
 """Every command: the module it lives in, and the line ``microslip --help`` says of it."""

@@ -61,5 +61,8 @@ solve = _by_memory(1, planar.solve, spatial.solve)
 solve_states = _by_memory(1, linearised.solve_states, spatial_linearised.solve_states)
 """``solve_states(problem, memory, status, w, weights, x, r)``: changes of a solution with its states."""
 
+recall = _by_memory(1, linearised.recall, spatial_linearised.recall)
+"""``recall(problem, memory, status, r, slip)``: make the memory fit for a solution of before."""
+
 gaps = _by_memory(1, linearised.gaps, spatial_linearised.gaps)
 """``gaps(problem, memory, status, opened, w, weights, x)``: those of a few separated pairs alone."""

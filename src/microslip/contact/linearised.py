@@ -19,7 +19,21 @@ import numpy as np
 
 from microslip.contact.compiled import jit
 from microslip.contact.pairs import SEPARATED, STICK
-from microslip.contact.tableau import pending
+from microslip.contact.tableau import exchange, follow, pending
+
+KEPT = 16
+"""Components that states may differ in before the tableau follows."""
+
+
+@jit
+def recall(problem, memory, status, r, slip):
+    """Make the tableau fit for a solution of before: its states, reactions and slips of its step."""
+    follow(problem, memory, status)
+    n = memory.held.shape[0]
+    J = np.empty(n, np.int64)
+    k = pending(memory.held, status, J)
+    if k > KEPT and not exchange(memory, J[:k], np.zeros(n)):
+        raise np.linalg.LinAlgError("Matrix is singular to machine precision.")
 
 
 @jit

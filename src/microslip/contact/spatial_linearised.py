@@ -15,8 +15,44 @@ import numpy as np
 
 from microslip.contact.compiled import jit
 from microslip.contact.linearised import answer
-from microslip.contact.pairs import SEPARATED, STICK
-from microslip.contact.spatial_newton import coupling, right_side, unknowns
+from microslip.contact.pairs import SEPARATED, SLIP, STICK
+from microslip.contact.spatial_newton import SHORTEST, coupling, right_side, unknowns
+from microslip.contact.spatial_problem import own_stiffness
+from microslip.contact.spatial_tableau import follow, pending
+from microslip.contact.tableau import exchange
+
+KEPT = 24
+"""Components that the contact of pairs may differ in before the tableau follows."""
+
+
+@jit
+def recall(problem, memory, status, r, slip):
+    """Make the memory fit for a solution of before, see `linearised.recall`.
+
+    Friction is along the slip: its direction is that of the reactions, its resistance to a turn their size
+    over that of the slip.
+    """
+    follow(problem, memory, status)
+    n = memory.held.shape[0]
+    J = np.empty(n, np.int64)
+    k = pending(memory.held, status, J)
+    if k > KEPT and not exchange(memory, J[:k], np.zeros(n)):
+        raise np.linalg.LinAlgError("Matrix is singular to machine precision.")
+    for i in range(status.shape[0]):
+        if status[i] != SLIP:
+            continue
+        t = 3 * i + 1
+        size = np.sqrt(r[t] ** 2 + r[t + 1] ** 2)
+        if size == 0.0:
+            # without friction no direction is another
+            memory.direction[i, 0], memory.direction[i, 1] = 1.0, 0.0
+            memory.resistance[i] = 0.0
+            continue
+        _, rho = own_stiffness(problem.W, i)
+        moved = np.sqrt(slip[t] ** 2 + slip[t + 1] ** 2)
+        memory.direction[i, 0] = r[t] / size
+        memory.direction[i, 1] = r[t + 1] / size
+        memory.resistance[i] = size / max(moved, SHORTEST * size / rho)
 
 
 @jit

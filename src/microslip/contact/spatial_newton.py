@@ -42,6 +42,9 @@ NEARLY = 1e-8
 MOST = 40
 """Iterations of one attempt."""
 
+SHORTEST = 1e-13
+"""Slip over the displacement that friction alone would make, below which it is none."""
+
 MAX_KEPT = 8
 """Pairs whose contact may differ from the tableau's before it follows an accepted solution."""
 
@@ -121,7 +124,7 @@ def read_states(problem, memory, vt_old, contact, stretch):
         else:
             status[i] = SLIP
             direction[i, 0], direction[i, 1] = y1 / size, y2 / size
-            resistance[i] = bound * rho_t / max(size - bound, 1e-13 * size)
+            resistance[i] = bound * rho_t / max(size - bound, SHORTEST * size)
     return worst
 
 

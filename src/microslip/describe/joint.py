@@ -61,6 +61,11 @@ class Joint(Section):
         raise NotImplementedError
 
     @property
+    def damping_of_modes(self) -> tuple[tuple[int, float], ...]:
+        """Number and damping ratio of each mode of the stuck joint that `rayleigh` is to follow from."""
+        return ()
+
+    @property
     def modes_kept(self) -> int:
         """Free-interface modes that stay dynamic."""
         raise NotImplementedError

@@ -47,8 +47,8 @@ class MeshFile(Section):
     """The mesh."""
 
     file: Source
-    """File of the mesh: .inp of Abaqus and CalculiX, .msh of Gmsh, .vtk or .vtu. Names of its sets and
-    surfaces are what everything below refers to."""
+    """File of the mesh: .inp of Abaqus and CalculiX, .cdb of ANSYS, .msh of Gmsh, .vtk or .vtu. Names of
+    its sets and surfaces are what everything below refers to."""
     length_unit: Literal["m", "cm", "mm", "um", "in", "ft"] = "m"
     """Unit of length of the file. Coordinates, and what the file says of materials."""
     force_unit: Literal["N", "mN", "uN", "kN", "MN", "lbf"] = "N"

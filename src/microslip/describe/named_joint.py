@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Literal, Self, TypeVar
+from typing import TYPE_CHECKING, Annotated, Literal, Self, TypeVar
 
 from pydantic import Field, model_validator
 
@@ -15,7 +15,14 @@ from microslip.describe.named import Named, check_drive_is_said, check_names
 from microslip.describe.outputs import NamedOutput
 from microslip.describe.parts import Damping
 from microslip.describe.ports import LoadPort
-from microslip.describe.quantities import Frequencies, Number, Rule
+from microslip.describe.quantities import (
+    Frequencies,
+    Number,
+    OneOrMore,
+    Rule,
+    check_distinct,
+)
+from microslip.describe.requests import ModeNumbers
 
 USUAL_QUANTITY: dict[str, Literal["deflection", "rotation"]] = {
     "force": "deflection",
@@ -24,8 +31,12 @@ USUAL_QUANTITY: dict[str, Literal["deflection", "rotation"]] = {
 """What is reported of the driven port where the file names no output."""
 
 
+DampingRatios = Annotated[tuple[Annotated[Number, Field(gt=0, lt=0.5)], ...], OneOrMore]
+
+
 class DampingOrRatio(Damping):
-    """Rayleigh damping of the structure: alpha and beta, or the damping ratio that it has at two frequencies.
+    """Rayleigh damping of the structure: alpha and beta, the damping ratio that it has at two frequencies, or
+    those of modes of the stuck joint.
 
     With ``omega = 2 pi f`` at both, ``alpha = 2 zeta omega_1 omega_2 / (omega_1 + omega_2)`` and
     ``beta = 2 zeta / (omega_1 + omega_2)``.
@@ -44,10 +55,16 @@ class DampingOrRatio(Damping):
     Instead of alpha and beta."""
     frequencies: Frequencies | None = None
     """Two frequencies at which ratio holds, about those of interest. With ratio."""
+    ratios: DampingRatios | None = None
+    """Damping ratios of modes of the joint while it sticks, as tests under small loads have them: one or two
+    are met, more as nearly as alpha and beta can. Instead of alpha and beta; the modes beside them follow."""
+    modes: ModeNumbers | None = None
+    """Numbers of the modes that ratios are of; left out, the first ones. 1 is the first that deforms the
+    joint."""
 
     @property
     def rayleigh(self) -> tuple[float, float]:
-        """alpha (1/s) and beta (s)."""
+        """alpha (1/s) and beta (s); 0 where they follow from the modes of the stuck joint."""
         if self.ratio is None or self.frequencies is None:
             return self.alpha, self.beta
         low, high = (2 * math.pi * f for f in self.frequencies)
@@ -61,6 +78,26 @@ class DampingOrRatio(Damping):
             raise Rule("frequencies", f"must be two, and are {len(self.frequencies)}")
         if self.ratio is not None and {"alpha", "beta"} & self.model_fields_set:
             raise Rule("ratio", "says the damping: remove alpha and beta")
+        return self
+
+    @property
+    def of_modes(self) -> tuple[tuple[int, float], ...]:
+        """Number and damping ratio of each mode of the stuck joint that has one given."""
+        ratios = self.ratios or ()
+        return tuple(zip(self.modes or range(1, len(ratios) + 1), ratios, strict=True))
+
+    @model_validator(mode="after")
+    def _ratios_fit_modes(self) -> Self:
+        if self.ratios is None:
+            if self.modes is not None:
+                raise Rule("modes", "says which modes ratios are of: give ratios")
+            return self
+        if {"alpha", "beta", "ratio"} & self.model_fields_set:
+            raise Rule("ratios", "say the damping: remove alpha, beta and ratio")
+        if self.modes is not None:
+            check_distinct("modes", self.modes)
+            if len(self.modes) != len(self.ratios):
+                raise Rule("modes", f"are {len(self.modes)}, and ratios {len(self.ratios)}")
         return self
 
 
@@ -106,6 +143,11 @@ class NamedJoint(Joint):
     def rayleigh(self) -> tuple[float, float]:
         """alpha and beta of ``C = alpha M + beta K``, 1/s and s."""
         return self.damping.rayleigh
+
+    @property
+    def damping_of_modes(self) -> tuple[tuple[int, float], ...]:
+        """Number and damping ratio of each mode of the stuck joint that has one given."""
+        return self.damping.of_modes
 
 
 def check_named(joint: NamedJoint) -> None:

@@ -10,6 +10,7 @@ from microslip.contact.aft import contact_cycle
 from microslip.contact.law import contact_law
 from microslip.contact.pairs import STICK
 from microslip.contact.path import follow_path
+from microslip.contact.path_tangent import path_tangent
 from microslip.contact.samples import sample_table
 from microslip.contact.solver import ContactSolver
 from microslip.describe.reading import parse_joint
@@ -50,7 +51,8 @@ def compile_spatial_kernels() -> None:
     )
     solver = ContactSolver(flexibility, 0.3, np.ones(1), np.full(1, STICK, np.int8))
     path = np.array([[1.0, 0.0, 0.0], [1.0, 1.0, 0.0]])
-    follow_path(solver, flexibility, path, np.zeros((1, 2)), where=str, remedy="")
+    record = follow_path(solver, flexibility, path, np.zeros((1, 2)), where=str, remedy="")
+    path_tangent(solver, flexibility, record, path[:, None])
     solver.solve(path[0], np.zeros(0), np.zeros((1, 2)))
     contact_cycle(sample_table(1, 8), np.ones((1, 3, 3)), np.ones(1), np.zeros((1, 2)))
     model = JointModel(

@@ -8,13 +8,18 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from microslip.analyses.prepared.joint import PreparedJoint, flexibility_of
-from microslip.analyses.prepared.joint_modes import JointMode, mode_of_structure
+from microslip.analyses.prepared.joint_modes import (
+    JointMode,
+    joint_modes,
+    mode_of_structure,
+    pick_mode,
+)
 from microslip.analyses.prepared.prestress import Prestress, opening_load, prestress
 from microslip.analyses.prepared.tightening import Tightened, tighten
 from microslip.contact.pairs import normal_rows
 from microslip.describe.joint import Joint
 from microslip.errors import Caution, ContactError, InputError, ModelError
-from microslip.model.damping import FittedDamping, rayleigh_of
+from microslip.model.damping import RATIOS, FittedDamping, rayleigh_of, rayleigh_through
 from microslip.model.flexibility import Flexibility
 from microslip.model.imported import Imported
 from microslip.model.joint import JointModel, Reducer
@@ -51,7 +56,7 @@ class Assembly:
     bolts : Tightened, optional
         Bolts that keep their length, where there are any.
     damping : FittedDamping, optional
-        What stands for a damping matrix, where there is one.
+        What stands for a damping matrix or for damping ratios of modes, where there are any.
     signals : tuple of Prepared
         What loads the joint in each of its histories, read and resampled.
     """
@@ -164,6 +169,10 @@ def _assemble(joint: Joint) -> Assembly:
     law = law_of(joint, source, model)
     apart = source.with_gaps(model)
     start, bolts = _prestress(apart, flexibility_of(apart, law), source)
+    if joint.damping_of_modes:
+        damping = _through_ratios(joint, joint_modes(model, start, law))
+        reducer.rayleigh = damping.alpha, damping.beta
+        model = replace(model, rayleigh=reducer.rayleigh)
     pairs = np.flatnonzero(start.touching)
     held = start.bonded(1), start.bonded(model.dimension)
     states = linear_states(
@@ -205,6 +214,23 @@ def _damped(reducer: Reducer, source: Source) -> FittedDamping | None:
     found = rayleigh_of(C, reducer.modes)
     reducer.rayleigh = (found.alpha, found.beta)
     return found
+
+
+def _through_ratios(joint: Joint, modes: tuple[JointMode, ...]) -> FittedDamping:
+    """The damping that gives modes of the stuck joint their ratios.
+
+    Raises
+    ------
+    InputError
+        Where there is no such mode, or no such damping.
+    """
+    if not modes:
+        raise InputError(f"{RATIOS}: no mode of this joint deforms it")
+    try:
+        omega = [pick_mode(modes, number).stuck_omega for number, _ in joint.damping_of_modes]
+    except ModelError as error:
+        raise InputError(f"{RATIOS}: {error}") from None
+    return rayleigh_through(np.array(omega), np.array([r for _, r in joint.damping_of_modes]))
 
 
 LOOKED_AT = 8

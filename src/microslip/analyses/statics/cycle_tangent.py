@@ -2,7 +2,7 @@
 
 The cycle is marched once more with the states of its contact kept; the small loads are then taken along it
 all at once (`microslip.contact.path_tangent`), cycle after cycle until what they leave behind in the
-pairs repeats itself. Where pairs slip in two directions the cycle is marched under each load instead.
+pairs repeats itself.
 """
 
 from __future__ import annotations
@@ -13,13 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from microslip.analyses.statics.held import HeldMode
-from microslip.analyses.statics.prescribed import (
-    ContactState,
-    PrescribedCycle,
-    prescribed_cycle,
-    prescribed_path,
-    solver_at,
-)
+from microslip.analyses.statics.prescribed import PrescribedCycle, prescribed_path, solver_at
 from microslip.contact.path import follow_path
 from microslip.contact.path_tangent import path_tangent
 from microslip.numerics.fourier import harmonic
@@ -30,9 +24,6 @@ REPEATED = 1e-5
 
 CYCLES = 8
 """Cycles at most that the small loads are taken along."""
-
-TEST = 0.01
-"""Loads that a spatial joint is marched under deflect their mode by this share of q over the harmonic."""
 
 
 class UpperAnswers(NamedTuple):
@@ -77,8 +68,6 @@ def upper_answers(
         Where a step does not solve.
     """
     f, model = held.flexibility, held.model
-    if model.dimension > 2:
-        return _differences(held, cycle, loads, steps, closure)
     theta, path = prescribed_path(held, abs(cycle.q), steps)
     solver, vt_old = solver_at(held, cycle.state)
     last = None
@@ -100,10 +89,10 @@ def upper_answers(
         wave = np.exp(1j * order * theta)
         column = model.port(f"upper {mode}")
         changes[:, 2 * k, column], changes[:, 2 * k + 1, column] = wave.imag, wave.real
-    tangent = path_tangent(solver, f, record.status, changes)
+    tangent = path_tangent(solver, f, record, changes)
     for _ in range(CYCLES - 1):
         before = tangent.vt
-        tangent = path_tangent(solver, f, record.status, changes, before)
+        tangent = path_tangent(solver, f, record, changes, before)
         if np.abs(tangent.vt - before).max() <= closure * np.abs(tangent.vt).max(initial=1e-300):
             break
     tangent.r[0], tangent.q[0] = tangent.r[-1], tangent.q[-1]
@@ -115,38 +104,3 @@ def upper_answers(
     ]
     force = -held.hold * y - cycle.force / cycle.q * y
     return UpperAnswers(np.array(upper), force.reshape(-1, 2))
-
-
-def _differences(
-    held: HeldMode,
-    cycle: PrescribedCycle,
-    loads: Sequence[tuple[int, int]],
-    steps: int,
-    closure: float,
-) -> UpperAnswers:
-    """The same from cycles with small loads."""
-    size = abs(cycle.q)
-
-    def run(pushes: dict[tuple[int, int], complex], start: ContactState) -> PrescribedCycle:
-        return prescribed_cycle(
-            held,
-            size,
-            steps=steps,
-            cycles=2,
-            closure=closure,
-            upper=pushes,
-            harmonics=max((order for _, order in loads), default=1),
-            start=start,
-        )
-
-    base = run({}, cycle.state)
-    motion, force = np.zeros((2, len(loads), 2), complex)
-    for k, (mode, order) in enumerate(loads):
-        stiffness = held.upper_omega[mode] ** 2 - held.reference_omega**2
-        load = TEST * size / order**2 * stiffness
-        for j, unit in enumerate((1.0, 1j)):
-            moved = run({(mode, order): load * unit}, base.state)
-            change = moved.upper[mode, order - 1] - base.upper[mode, order - 1]
-            motion[k, j] = change / load
-            force[k, j] = (moved.force / moved.q * base.q - base.force) / load
-    return UpperAnswers(motion, force)

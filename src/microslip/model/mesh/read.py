@@ -6,12 +6,13 @@ from pathlib import Path
 
 from microslip.errors import InputError
 from microslip.model.mesh.abaqus.inp import read_inp
+from microslip.model.mesh.ansys.cdb import ENDING, read_cdb
 from microslip.model.mesh.finite_elements import FiniteElementMesh
 from microslip.model.mesh.foreign import ENDINGS, read_foreign
 
 
 def read_mesh(path: Path, *, length: float = 1.0, force: float = 1.0) -> FiniteElementMesh:
-    """Mesh of a file: ``.inp`` of Abaqus and CalculiX, ``.msh`` of Gmsh, ``.vtk`` and ``.vtu``.
+    """Mesh of a file: ``.inp`` of Abaqus and CalculiX, ``.cdb`` of ANSYS, ``.msh`` of Gmsh, or of VTK.
 
     Parameters
     ----------
@@ -27,6 +28,8 @@ def read_mesh(path: Path, *, length: float = 1.0, force: float = 1.0) -> FiniteE
     ending = path.suffix.lower()
     if ending == ".inp":
         return read_inp(path, length=length, force=force)
+    if ending == ENDING:
+        return read_cdb(path, length=length, force=force)
     if ending in ENDINGS:
         return read_foreign(path, length=length)
-    raise InputError(f"{path.name}: a mesh is a file .inp, {', '.join(ENDINGS)}")
+    raise InputError(f"{path.name}: a mesh is a file .inp, {', '.join((*ENDINGS, ENDING))}")

@@ -1,18 +1,24 @@
 """Matrices in the binary files of other programs, through packages that are installed when they are wanted.
 
-Nastran OP4, also of EXTSEOUT, through `pyyeti`; ANSYS ``.full`` through `ansys-mapdl-reader`:
+Nastran OP4, OP2 and DMIG, also of EXTSEOUT, through `pyyeti`; ANSYS ``.full`` through `ansys-mapdl-reader`:
 ``pip install microslip[nastran]`` or ``microslip[ansys]``.
 """
 
 from __future__ import annotations
 
+import struct
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 
 from microslip.errors import InputError
 from microslip.model.readers.found import Found, Label, chosen, folded
+
+UNREADABLE = (OSError, ValueError, RuntimeError, KeyError, IndexError, TypeError, struct.error)
+"""What the reader of a package raises where a file is another one."""
 
 
 def _missing(path: str, package: str, extra: str) -> InputError:
@@ -38,6 +44,78 @@ def read_op4(path: str, name: str) -> Found:
         found = op4.load(path, into="dct", justmatrix=True, sparse=None)
     except (OSError, ValueError, KeyError, IndexError) as error:
         raise InputError(f"{path}: is no OP4 file that can be read: {error}") from None
+    return _named(path, name, found)
+
+
+def read_op2(path: str, name: str) -> Found:
+    """A matrix of a Nastran OP2 file: stored as one, or as DMIG with its degrees of freedom.
+
+    Raises
+    ------
+    InputError
+        Where `pyyeti` is not installed, or there is no such matrix.
+    """
+    try:
+        from pyyeti.nastran import bulk, op2
+    except ImportError:
+        raise _missing(path, "pyyeti", "nastran") from None
+    try:
+        matrices = op2.rdmats(path)
+        entries = {} if matrices else bulk.rddmig(path, square=True)
+    except UNREADABLE as error:
+        raise InputError(f"{path}: is no OP2 file that can be read: {error}") from None
+    if not matrices and not entries:
+        raise InputError(
+            f"{path}: holds no matrices; EXTSEOUT writes them with DMIGOP2, or as an .op4 with MATOP4"
+        )
+    return _named(path, name, matrices) if matrices else _labelled(path, name, entries)
+
+
+def read_punch(path: str, name: str) -> Found:
+    """A matrix of a Nastran punch file, DMIG with its degrees of freedom.
+
+    Raises
+    ------
+    InputError
+        Where `pyyeti` is not installed, or there is no such matrix.
+    """
+    try:
+        from pyyeti.nastran import bulk
+    except ImportError:
+        raise _missing(path, "pyyeti", "nastran") from None
+    try:
+        entries = bulk.rddmig(path, square=True)
+    except UNREADABLE as error:
+        raise InputError(f"{path}: has no DMIG entries that can be read: {error}") from None
+    return _labelled(path, name, entries)
+
+
+def _labelled(path: str, name: str, entries: Mapping[str, Any]) -> Found:
+    """The matrix that is meant of several tables whose rows are nodes and directions.
+
+    Raises
+    ------
+    InputError
+        Where there is none of the name, or it is complex.
+    """
+    table = {key.lower(): value for key, value in entries.items()}
+    chosen_name = chosen(path, name.lower(), table)
+    own = table[chosen_name]
+    found = _named(path, chosen_name, {chosen_name: own.to_numpy()})
+    if list(own.index) != list(own.columns):
+        return found
+    labels = tuple((int(node), int(direction)) for node, direction in own.index)
+    return Found(found.matrix, "full", labels)
+
+
+def _named(path: str, name: str, found: Mapping[str, Any]) -> Found:
+    """The matrix that is meant of several, whatever the case of its name.
+
+    Raises
+    ------
+    InputError
+        Where there is none of the name, or it is complex.
+    """
     matrices = {key.lower(): value for key, value in found.items()}
     matrix = matrices[chosen(path, name.lower(), matrices)]
     if np.iscomplexobj(matrix.data if sp.issparse(matrix) else matrix):

@@ -12,7 +12,13 @@ import scipy.sparse as sp
 from microslip.describe.sources import split_source
 from microslip.errors import InputError
 from microslip.model.readers.arrays import read_array_matrix, read_arrays, read_value
-from microslip.model.readers.extras import read_external_labels, read_full, read_op4
+from microslip.model.readers.extras import (
+    read_external_labels,
+    read_full,
+    read_op2,
+    read_op4,
+    read_punch,
+)
 from microslip.model.readers.found import Found, Label
 from microslip.model.readers.text import (
     read_calculix_labels,
@@ -30,6 +36,8 @@ MATRICES: dict[str, Callable[[str, str], Found]] = {
     ".sti": read_calculix_matrix,
     ".mas": read_calculix_matrix,
     ".op4": read_op4,
+    ".op2": read_op2,
+    ".pch": read_punch,
     ".full": read_full,
 }
 """Readers of matrices by the ending of the file."""

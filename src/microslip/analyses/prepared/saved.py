@@ -1,0 +1,262 @@
+"""A prepared joint in a file: model, contact law, preload and mode, as they are.
+
+The file is a NumPy archive of arrays by name (``.npz``, nothing pickled), so that any program may read the
+model out of it: with the names of `JointModel`,
+
+    eta'' + (alpha + beta omega²) eta' + omega² eta = port_modes^T a - mode_v^T r
+    v = mode_v eta + port_v a - residual r
+
+All that analyses take is stored, the prestress too, with every bit: what a joint answers that is read again
+is what it answered before.
+"""
+
+from __future__ import annotations
+
+import os
+import zipfile
+from collections.abc import Iterator, Mapping
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from microslip.analyses.prepared.joint import PreparedJoint, flexibility_of
+from microslip.analyses.prepared.joint_modes import JointMode
+from microslip.analyses.prepared.prestress import Prestress
+from microslip.contact.law import ContactLaw
+from microslip.contact.solver import Solution
+from microslip.errors import InputError
+from microslip.model.bodies import BodyMotions
+from microslip.model.joint import JointModel
+from microslip.typing import Array
+from microslip.version import __version__
+
+FORMAT = "microslip joint model"
+"""What the file says that it is."""
+
+FORMAT_VERSION = 1
+"""Of what stands in it."""
+
+PER = {
+    "width": "SI units, per metre of width: forces N/m, moments N m/m, energies J/m",
+    "whole": "SI units, of the whole structure: N, N m, J",
+}
+"""What forces and energies may be of."""
+
+SUFFIX = ".npz"
+
+
+def save_model(joint: PreparedJoint, path: str | Path, *, per: str = "width") -> Path:
+    """Write a prepared joint to a file that `load_model` reads.
+
+    Parameters
+    ----------
+    joint : PreparedJoint
+    path : path
+        Ends with ``.npz``.
+    per : {"width", "whole"}
+        What its forces and energies are of; stated in the file, nothing is converted.
+
+    Raises
+    ------
+    InputError
+        Where the name ends otherwise, or nothing can be written there.
+
+    Examples
+    --------
+    >>> import microslip, tempfile, os
+    >>> joint = microslip.prepare(microslip.reference_joint(pairs=21))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     again = load_model(save_model(joint, os.path.join(folder, "joint.npz")))
+    >>> bool(np.array_equal(again.model.residual, joint.model.residual))
+    True
+    """
+    file = Path(path)
+    if file.suffix.lower() != SUFFIX:
+        raise InputError(f"{file}: a saved model is a file {SUFFIX}")
+    entries: dict[str, Any] = {
+        "format": np.array(FORMAT),
+        "format_version": np.array(FORMAT_VERSION),
+        "program_version": np.array(__version__),
+        "units": np.array(PER[per]),
+        "drive": np.array(joint.drive),
+    }
+    entries |= dict(_model_entries(joint.model))
+    entries |= {"friction": joint.law.friction, "compliance": joint.law.compliance}
+    held = joint.prestress
+    entries |= {
+        "preload_ports": np.array(list(held.preload)),
+        "preload": np.array([float(a) for a in held.preload.values()]),
+        "prestress_pressure": held.pressure,
+        "prestress_touching": held.touching,
+    }
+    entries |= {f"prestress_{key}": np.asarray(getattr(held.solution, key)) for key in SOLUTION}
+    if joint.mode is not None:
+        entries |= dict(_mode_entries(joint.mode))
+    beside = file.with_name(file.name + ".part")
+    try:
+        with open(beside, "wb") as stream:
+            np.savez(stream, **entries)
+        os.replace(beside, file)
+    except OSError as error:
+        raise InputError(f"{file}: cannot be written: {error.strerror or error}") from None
+    finally:
+        beside.unlink(missing_ok=True)
+    return file
+
+
+SOLUTION = tuple(field.name for field in fields(Solution))
+OPTIONAL = ("image", "supports")
+"""Arrays that a model may be without."""
+
+BODIES = tuple(field.name for field in fields(BodyMotions))
+MODE = tuple(
+    field.name
+    for field in fields(JointMode)
+    if field.name not in ("load_on_sliding", "load_on_stuck")
+)
+
+
+def _model_entries(model: JointModel) -> Iterator[tuple[str, Array]]:
+    """All that a model holds, by name."""
+    for field in fields(JointModel):
+        value = getattr(model, field.name)
+        if field.name == "bodies":
+            if value is not None:
+                yield from ((f"bodies_{key}", getattr(value, key)) for key in BODIES)
+        elif value is not None:
+            yield field.name, np.asarray(value)
+
+
+def _mode_entries(mode: JointMode) -> Iterator[tuple[str, Array]]:
+    """All that a mode holds, by name."""
+    yield from ((f"mode_{key}", np.asarray(getattr(mode, key))) for key in MODE)
+    for state in ("sliding", "stuck"):
+        loads: Mapping[str, float] = getattr(mode, f"load_on_{state}")
+        yield f"mode_load_on_{state}_ports", np.array(list(loads))
+        yield f"mode_load_on_{state}", np.array([float(a) for a in loads.values()])
+
+
+def load_model(path: str | Path) -> PreparedJoint:
+    """Read a prepared joint that `save_model` wrote.
+
+    Raises
+    ------
+    InputError
+        Where the file is another one, was written in a later format, or is not whole.
+    """
+    return _Saved(Path(path)).joint()
+
+
+def units_of(path: str | Path) -> str:
+    """Of `PER`: what the forces and energies of a saved model are of; raises as `load_model` does."""
+    said = str(_Saved(Path(path))["units"])
+    for per, units in PER.items():
+        if said == units:
+            return per
+    raise InputError(f"{path}: is in units that are not known: {said!r}")
+
+
+class _Saved:
+    """The arrays of a file, by name."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        try:
+            with np.load(path, allow_pickle=False) as found:
+                self.arrays = {name: found[name] for name in found.files}
+        except OSError as error:
+            raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
+        except (ValueError, EOFError, AttributeError, TypeError, zipfile.BadZipFile):
+            raise InputError(
+                f"{path}: is no saved model, or not all of one; microslip export writes one"
+            ) from None
+        if str(self.arrays.get("format", "")) != FORMAT:
+            there = ", ".join(list(self.arrays)[:5]) or "nothing"
+            raise InputError(
+                f"{path}: is no saved model, it holds {there}; microslip export writes one"
+            )
+        version = int(self["format_version"])
+        if version != FORMAT_VERSION:
+            raise InputError(
+                f"{path}: is of format {version}, written by microslip {self['program_version']}; this is "
+                f"{__version__} and reads format {FORMAT_VERSION}: write it again from its joint file"
+            )
+
+    def __getitem__(self, name: str) -> Any:
+        if name not in self.arrays:
+            raise InputError(f"{self.path}: is not whole, {name} is missing: write it again")
+        return self.arrays[name]
+
+    def __contains__(self, name: str) -> bool:
+        return name in self.arrays
+
+    def named(self, ports: str, values: str) -> dict[str, float]:
+        """Values by the names of ports."""
+        names, given = self[ports], self[values]
+        return dict(zip(map(str, names), map(float, given), strict=True))
+
+    def joint(self) -> PreparedJoint:
+        """Everything put together again, sizes checked."""
+        model = self._model()
+        law = ContactLaw(self["friction"], self["compliance"])
+        m, n, p = model.pairs, model.dimension * model.pairs, len(model.ports)
+        k = len(model.omega)
+        shapes = {
+            **dict.fromkeys(("area", "friction", "prestress_pressure", "prestress_status"), (m,)),
+            **dict.fromkeys(("compliance", "prestress_r", "prestress_v"), (n,)),
+            "mode_v": (n, k),
+            "residual": (n, n),
+            "port_modes": (k, p),
+            "port_v": (n, p),
+            "port_port": (p, p),
+        }
+        for name, shape in shapes.items():
+            if self[name].shape != shape:
+                raise InputError(
+                    f"{self.path}: {name} is {self[name].shape}, and must be {shape}: write it again"
+                )
+        solution = Solution(
+            **{key: self[f"prestress_{key}"] for key in ("r", "v", "q", "status")},
+            residual=float(self["prestress_residual"]),
+            iterations=int(self["prestress_iterations"]),
+        )
+        start = Prestress(
+            self.named("preload_ports", "preload"),
+            solution,
+            self["prestress_pressure"],
+            self["prestress_touching"],
+        )
+        mode = self._mode() if "mode_number" in self else None
+        return PreparedJoint(
+            model, flexibility_of(model, law), start, law, str(self["drive"]), mode
+        )
+
+    def _model(self) -> JointModel:
+        bodies = None
+        if "bodies_v" in self:
+            bodies = BodyMotions(**{key: self[f"bodies_{key}"] for key in BODIES})
+        given = {
+            field.name: self[field.name]
+            for field in fields(JointModel)
+            if field.name not in OPTIONAL and field.name != "bodies"
+        }
+        given |= {name: self[name] for name in OPTIONAL if name in self}
+        given |= {
+            "dimension": int(given["dimension"]),
+            "equilibrium_modes": int(given["equilibrium_modes"]),
+            "ports": tuple(str(name) for name in given["ports"]),
+            "rayleigh": tuple(float(x) for x in given["rayleigh"]),
+        }
+        return JointModel(**given, bodies=bodies)
+
+    def _mode(self) -> JointMode:
+        given: dict[str, Any] = {key: self[f"mode_{key}"] for key in MODE}
+        for key, value in given.items():
+            if value.ndim == 0:
+                given[key] = value.item()
+        for state in ("sliding", "stuck"):
+            name = f"mode_load_on_{state}"
+            given[f"load_on_{state}"] = self.named(f"{name}_ports", name)
+        return JointMode(**given)
