@@ -13,6 +13,7 @@ from microslip.analyses.prepared.prestress import Prestress, opening_load, prest
 from microslip.analyses.prepared.tightening import Tightened, tighten
 from microslip.contact.pairs import normal_rows
 from microslip.describe.joint import Joint
+from microslip.describe.units_of_the_whole import in_whole
 from microslip.errors import Caution, ContactError, InputError, ModelError
 from microslip.model.damping import FittedDamping, rayleigh_of
 from microslip.model.flexibility import Flexibility
@@ -163,7 +164,10 @@ def _assemble(joint: Joint) -> Assembly:
         model = with_half_turn(model)
     law = law_of(joint, source, model)
     apart = source.with_gaps(model)
-    start, bolts = _prestress(apart, flexibility_of(apart, law), source)
+    try:
+        start, bolts = _prestress(apart, flexibility_of(apart, law), source)
+    except (ContactError, InputError) as error:
+        raise type(error)(in_whole(str(error)) if joint.whole else str(error)) from None
     pairs = np.flatnonzero(start.touching)
     held = start.bonded(1), start.bonded(model.dimension)
     states = linear_states(
@@ -252,7 +256,8 @@ def _prestress(
     plan = None if source.imported is None else source.imported.tightening
     if plan is not None and plan.bolts.names:
         bolts = tighten(model, flexibility, source.held, plan)
-        return prestress(model, flexibility, {**source.held, **bolts.preload}), bolts
+        held = {**source.held, **bolts.preload}
+        return prestress(model, flexibility, held, plan.bolts.names), bolts
     try:
         return prestress(model, flexibility, source.held), None
     except ContactError as error:
