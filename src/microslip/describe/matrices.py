@@ -22,6 +22,7 @@ from microslip.describe.named_joint import (
     driven_of,
 )
 from microslip.describe.outputs import NamedOutput
+from microslip.describe.ports import MovingKind
 from microslip.describe.quantities import (
     NAME,
     AreaStiffness,
@@ -177,6 +178,10 @@ class Preload(Vector):
 
 class VectorPort(WidePort, Vector):
     """A load that the user names, `[[port]]`."""
+
+    kind: MovingKind = Field(default="force")
+    """A moment or a force, or the acceleration of what the joint is fixed to ("base"). Which key of
+    [load] gives the amplitude: moment, force, or acceleration."""
 
     @model_validator(mode="after")
     def _is_somewhere(self) -> Self:

@@ -28,6 +28,7 @@ from microslip.describe.quantities import (
     AreaStiffness,
     Count,
     Density,
+    Expansion,
     Friction,
     Length,
     LineStiffness,
@@ -75,6 +76,9 @@ class MeshMaterial(Section):
     """Density. Frequencies."""
     plane: Literal["strain", "stress"] = "strain"
     """State of a plane mesh. Wide or narrow structures."""
+    thermal_expansion: Expansion = Field(default=0.0)
+    """Coefficient of linear thermal expansion, for preload.temperature. Bolts of another material than what
+    they hold gain or lose force."""
 
 
 class MeshSupport(Section):
@@ -197,7 +201,9 @@ class MeshPort(WidePort, Place):
             if self.direction is None:
                 raise Rule("", "which way does the base move? give direction")
         else:
-            _check_place(self, self.kind == "moment", "the load")
+            _check_place(self, self.kind in ("moment", "pressure"), "the load")
+            if self.kind == "pressure" and self.direction is not None:
+                raise Rule("direction", "a pressure acts along the normal: remove it")
         return self
 
 

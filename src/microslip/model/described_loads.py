@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +12,7 @@ from microslip.describe.mesh import MeshJoint, MeshOutput, MeshPort
 from microslip.errors import Caution, InputError, ModelError
 from microslip.model.bolts import Bolts, Tightening
 from microslip.model.elasticity import Material
-from microslip.model.mesh.assembly import assemble
+from microslip.model.mesh.assembly import assemble, material_of_elements
 from microslip.model.mesh.bolts import MeshBolt, bolt_between, bolt_through
 from microslip.model.mesh.facets import facets_of
 from microslip.model.mesh.finite_elements import FiniteElementMesh
@@ -24,6 +24,7 @@ from microslip.model.mesh.loads import (
     resultant_load,
     shared_mass,
 )
+from microslip.model.mesh.thermal import changes, check_expands
 from microslip.model.meshed import MeshedStructure
 from microslip.model.mortar.coupling import MortarCoupling
 from microslip.typing import Array, Indices
@@ -133,6 +134,31 @@ def constant_preload(
     return load / area, entry.pressure * area / width
 
 
+def temperature_changes(
+    mesh: FiniteElementMesh,
+    preloads: Sequence[MeshPreload],
+    materials: Mapping[str, Material] | Material | None,
+    area: float,
+    width: float,
+) -> tuple[dict[str, Array], dict[str, float]]:
+    """Changes of temperature of every element per unit amplitude, and amplitudes per metre of width.
+
+    As of other loads the amplitude is a force: the stress with which what changes most would press if
+    it could not expand along one direction, over the area of the contact.
+    """
+    given, of = material_of_elements(mesh, materials)
+    stress = np.array([m.youngs_modulus * abs(m.thermal_expansion) for m in given])[of]
+    unit, amplitude = {}, {}
+    for entry in preloads:
+        if entry.temperature is None:
+            continue
+        change = changes(mesh, entry.on, entry.temperature)
+        check_expands(mesh, change, materials, entry.name)
+        force = float((stress * np.abs(change)).max()) * area
+        unit[entry.name], amplitude[entry.name] = change / force, force / width
+    return unit, amplitude
+
+
 def _pull(mesh: FiniteElementMesh, entry: MeshPreload) -> Array:
     """Unit forces that draw two places towards each other."""
     assert entry.on is not None
@@ -192,7 +218,9 @@ def bolt_cautions(mesh: FiniteElementMesh, preloads: Sequence[MeshPreload]) -> l
     """That the middles of head and nut do not face each other along their normals."""
     out = []
     for entry in preloads:
-        if entry.pressure is not None or entry.on is None or entry.direction is not None:
+        if entry.force is None and entry.shortening is None:
+            continue
+        if entry.on is None or entry.direction is not None:
             continue
         normals, line = _normals(mesh, entry), _line(mesh, entry)
         if normals is not None and normals @ line < ASKEW:
@@ -212,9 +240,16 @@ def bolt_cautions(mesh: FiniteElementMesh, preloads: Sequence[MeshPreload]) -> l
 def tightening_of(preloads: Sequence[MeshPreload], bolts: Bolts) -> Tightening:
     """In which order the preloads are applied, and what bolts that keep their length are tightened to."""
     keeping = [entry for entry in preloads if entry.name in bolts.names]
+    # the parts are put together at the temperature from which it changes
+    last = 1 + max((entry.order for entry in preloads if entry.temperature is None), default=0)
+    own = {
+        entry.name: last
+        for entry in preloads
+        if entry.temperature is not None and "order" not in entry.model_fields_set
+    }
     return Tightening(
         bolts=bolts,
-        order={entry.name: entry.order for entry in preloads},
+        order={entry.name: own.get(entry.name, entry.order) for entry in preloads},
         force={entry.name: entry.force for entry in keeping if entry.force is not None},
         shortening={
             entry.name: entry.shortening for entry in keeping if entry.shortening is not None
@@ -222,9 +257,15 @@ def tightening_of(preloads: Sequence[MeshPreload], bolts: Bolts) -> Tightening:
     )
 
 
-def port_load(mesh: FiniteElementMesh, port: MeshPort) -> Array:
-    """Unit load of a port that is no base."""
+def port_load(mesh: FiniteElementMesh, port: MeshPort, width: float) -> Array:
+    """Unit load of a port that is no base; a pressure acts per area, and so its forces are divided by the
+    width that a structure is per metre of."""
     assert port.on is not None
+    if port.kind == "pressure":
+        load = pressure_load(mesh, port.on)
+        if port.opposite is not None:
+            load = load - pressure_load(mesh, port.opposite)
+        return load / width
     turns, where = port.kind == "moment", f"port {port.name!r}"
     load = _acting(mesh, port.on, turns, port.direction, where)
     if port.opposite is not None:

@@ -29,6 +29,7 @@ from microslip.model.mesh.constraints import (
 )
 from microslip.model.mesh.finite_elements import FiniteElementMesh, bending_cautions
 from microslip.model.mesh.naming import named_bodies
+from microslip.model.mesh.thermal import thermal_load
 from microslip.model.mortar.coupling import MortarCoupling
 from microslip.model.mortar.ties import tied
 from microslip.model.structure import Structure
@@ -86,6 +87,7 @@ def structure_from_mesh(
     materials: Mapping[str, Material] | Material | None = None,
     springs: sp.csc_matrix | None = None,
     bolts: Sequence[MeshBolt] = (),
+    temperatures: Mapping[str, Array] | None = None,
 ) -> MeshedStructure:
     """Matrices, interface and loads of a mesh, with its ties, equations and couplings condensed.
 
@@ -105,6 +107,8 @@ def structure_from_mesh(
         To the ground.
     bolts : sequence of MeshBolt
         Of this mesh; each becomes a load of its name, see `microslip.model.bolts`.
+    temperatures : mapping of str to (e,) array, optional
+        Changes of the temperature of every element; each becomes a load of its name.
 
     Returns
     -------
@@ -137,9 +141,13 @@ def structure_from_mesh(
     stops = _stopped(mesh, bolts, coordinates, constraints.rows)
     motions = _left_free(motions, fixed, stops)
     _check_held(mesh, motions, _wide(relative, extra), S)
-    vectors = {name: basis.T @ np.pad(load, (0, extra)) for name, load in loads.items()}
+    thermal = {
+        name: thermal_load(mesh, change, materials) for name, change in (temperatures or {}).items()
+    }
+    every = {**loads, **thermal}
+    vectors = {name: basis.T @ np.pad(load, (0, extra)) for name, load in every.items()}
     whole = _symmetric(basis.T @ K @ basis)
-    ours, pulls, found = _bolted(whole, kept, bolts, coordinates)
+    ours, pulls, found = _bolted(whole, kept, bolts, coordinates, vectors)
     basis, kept = basis[:, ours], kept[ours]
     structure = Structure(
         stiffness=whole[ours][:, ours].tocsc(),
@@ -230,7 +238,11 @@ def _interface(couplings: Sequence[MortarCoupling], relative: sp.csr_matrix) -> 
 
 
 def _bolted(
-    stiffness: sp.csc_matrix, kept: Indices, bolts: Sequence[MeshBolt], coordinates: Indices
+    stiffness: sp.csc_matrix,
+    kept: Indices,
+    bolts: Sequence[MeshBolt],
+    coordinates: Indices,
+    loads: Mapping[str, Array],
 ) -> tuple[Mask, dict[str, Array], Bolts]:
     """Which degrees of freedom are left when bolts keep their length, their load vectors, and the bolts.
 
@@ -258,7 +270,8 @@ def _bolted(
     k = own.diagonal().copy()
     for bolt, place, size in zip(among, at[keeping], k, strict=True):
         pulls[bolt.name] = -stiffness[:, [place]].toarray().ravel()[ours] / size
-    return ours, pulls, Bolts(tuple(bolt.name for bolt in among), k, own / k)
+    direct = {name: load[at[keeping]] for name, load in loads.items() if load[at[keeping]].any()}
+    return ours, pulls, Bolts(tuple(bolt.name for bolt in among), k, own / k, direct)
 
 
 def _stopped(
