@@ -60,9 +60,9 @@ class MeshPreload(Section):
     stiffness: LineStiffness | None = Field(default=None, gt=0)
     """Of a bolt that is not in the mesh and keeps its length, per metre of width; left out, rigid. How much
     of its force it loses to bolts tightened later."""
-    order: Count = Field(default=1, ge=1, le=1000)
-    """When it is tightened: the same number together, then the next; a temperature, left out, comes
-    last. Forces that earlier bolts end with."""
+    order: Count | None = Field(default=None, ge=1, le=1000)
+    """When it is tightened: the same number together, then the next; left out, 1, and of a temperature
+    after all others. Forces that earlier bolts end with."""
 
     @property
     def keeps_length(self) -> bool:
