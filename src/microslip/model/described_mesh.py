@@ -25,7 +25,6 @@ from microslip.describe.profile import Profile
 from microslip.errors import InputError, ModelError
 from microslip.model.described import Described, Stamps, stamps
 from microslip.model.described_loads import (
-    base_loads,
     bolt_cautions,
     bolted,
     constant_preload,
@@ -33,8 +32,10 @@ from microslip.model.described_loads import (
     nodes_named,
     output_load,
     port_load,
+    support_motion,
     temperature_changes,
     tightening_of,
+    with_bases,
     with_masses,
 )
 from microslip.model.elasticity import Material
@@ -111,8 +112,12 @@ def _built(described: Described[MeshJoint], changed: Stamps) -> Imported:
     for port in joint.port:
         if port.kind != "base":
             loads[port.name] = port_load(mesh, port, width)
+    held_with = {}
     for output in joint.measured:
-        loads[output.port] = output_load(mesh, output, couplings, joint)
+        if output.reacts:
+            held_with[output.port] = support_motion(mesh, output)
+        else:
+            loads[output.port] = output_load(mesh, output, couplings, joint)
     found = structure_from_mesh(
         _with_supports(mesh, joint),
         couplings,
@@ -122,14 +127,12 @@ def _built(described: Described[MeshJoint], changed: Stamps) -> Imported:
         springs=_springs(mesh, joint, width),
         bolts=bolts,
         temperatures=warmed,
+        reactions=held_with,
     )
     structure = found.structure
     bases = {port.name: port for port in joint.port if port.kind == "base"}
     if bases:
-        structure = replace(
-            structure,
-            loads={**structure.loads, **base_loads(found, bases, materials, width)},
-        )
+        structure = with_bases(found, bases, materials, width)
     structure = _per_width(structure, width)
     _check_moved(structure, joint)
     zero = zero_modes(structure.stiffness, structure.mass, None)
@@ -283,6 +286,14 @@ def _per_width(structure: Structure, width: float) -> Structure:
         structure,
         stiffness=(structure.stiffness / width).tocsc(),
         mass=(structure.mass / width).tocsc(),
+        loads={
+            name: load / width if name in structure.reactions else load
+            for name, load in structure.loads.items()
+        },
+        reactions={
+            name: replace(each, mass=each.mass / width)
+            for name, each in structure.reactions.items()
+        },
         interface=replace(interface, area=interface.area / width),
         supports=None if structure.supports is None else (structure.supports / width).tocsc(),
     )

@@ -20,6 +20,7 @@ from microslip.model.flexibility import Flexibility
 from microslip.model.imported import Imported
 from microslip.model.joint import JointModel, Reducer
 from microslip.model.loose import check_balanced
+from microslip.model.reactions import with_inertia_loads, with_rates, with_reactions
 from microslip.model.states import LinearStates, linear_states
 from microslip.model.structure import Structure
 from microslip.model.symmetry import with_half_turn
@@ -159,7 +160,8 @@ def _assemble(joint: Joint) -> Assembly:
         check_balanced(structure, (drive, *source.preload))
     reducer = Reducer(structure, modes, joint.rayleigh, free=free)
     damping = _damped(reducer, source)
-    model = reducer.model(structure.loads)
+    shapes = reducer.modes.shapes
+    model = with_reactions(reducer.model(structure.loads), structure, shapes)
     if source.imported is not None:
         model = with_half_turn(model)
     law = law_of(joint, source, model)
@@ -173,7 +175,10 @@ def _assemble(joint: Joint) -> Assembly:
     states = linear_states(
         structure, pairs, held, drive, _looked_at(structure, held[1], source), source.drifting
     )
-    model = source.with_gaps(reducer.with_ports(model, states.ports(structure)))
+    model = reducer.with_ports(model, states.ports(structure))
+    own = {"sliding": states.sliding, "stuck": states.stuck}
+    model = with_rates(with_inertia_loads(model, structure, shapes, own), structure)
+    model = source.with_gaps(model)
     flexibility = flexibility_of(model, law)
     mode = mode_of_structure(states, structure, model)
     opening = opening_load(model, start, drive)
