@@ -14,6 +14,7 @@ from microslip.describe.reading import parse_joint
 from microslip.errors import InputError
 from microslip.model.described_mesh import read_described_mesh
 from microslip.pipeline.run import run
+from microslip.results.store import load_run
 from microslip.results.summary import summary
 
 CYCLE = {"cycle": {"pressure": [1e4], "drives": ["load"], "steps": 20}}
@@ -141,6 +142,7 @@ amplitudes = 6
     done = CliRunner().invoke(command, [str(tmp_path / "joint.toml"), *more])
     assert done.exit_code == 0, done.output
     assert "p, Pa" in done.output
+    assert load_run(out).joint.driven.load.unit == "Pa"
     with xr.open_dataset(out / "results.nc", group="cycles_load", engine="h5netcdf") as held:
         assert held["load_pressure"].attrs["units"] == "Pa"
         assert held["pressure"].dims != held["load_pressure"].dims

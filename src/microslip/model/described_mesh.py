@@ -204,7 +204,8 @@ def _held(joint: MeshJoint, dimension: int) -> dict[str, list[int]]:
     """Components that supports hold, by node set."""
     held: dict[str, list[int]] = {}
     for support in joint.support:
-        usual = "directions" not in support.model_fields_set
+        # stored joints have all keys: what is left out is told by its value
+        usual = support.directions == ("x", "y", "z")
         own = []
         for word in support.directions:
             if word in COMPONENTS:
