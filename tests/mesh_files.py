@@ -215,6 +215,35 @@ def plates_document(folder, name="plates.inp", turn=0.0, fine=1):
     }
 
 
+def overlapping(mesh, axis, pressed):
+    """Two bodies of 5 mm that overlap by 30 mm along x, with their surfaces named.
+
+    Parameters
+    ----------
+    mesh : FiniteElementMesh
+        Of `two_bodies`, from -80 to 80 mm, in contact where the coordinate of `axis` is 0.
+    axis : int
+        Across the contact.
+    pressed : float
+        Half length of the outer faces that are pressed, mm.
+    """
+
+    def level(height, reach=15.0):
+        return lambda p: (np.abs(p[:, axis] - height) < 1e-9) & (np.abs(p[:, 0]) < reach + 1e-9)
+
+    return with_surfaces(
+        mesh,
+        {
+            "lower_contact": on_body(mesh, "lower", level(0.0)),
+            "upper_contact": on_body(mesh, "upper", level(0.0)),
+            "below": faces_where(mesh, level(-5.0, pressed)),
+            "above": faces_where(mesh, level(5.0, pressed)),
+            "left": faces_where(mesh, lambda p: p[:, 0] < -80 + 1e-9),
+            "right": faces_where(mesh, lambda p: p[:, 0] > 80 - 1e-9),
+        },
+    )
+
+
 def section_document(folder, depth=None):
     """Two beams of 5 mm that overlap by 30 mm, plane or with one layer of elements across `depth` mm.
 
@@ -225,20 +254,7 @@ def section_document(folder, depth=None):
     upper = grid((graded((-15, 15, 6), (15, 80, 4)), np.linspace(0, 5, 3), *across))
     mesh = two_bodies(lower, upper)
 
-    def level(y, reach=15.0):
-        return lambda p: (np.abs(p[:, 1] - y) < 1e-9) & (np.abs(p[:, 0]) < reach + 1e-9)
-
-    mesh = with_surfaces(
-        mesh,
-        {
-            "lower_contact": on_body(mesh, "lower", level(0.0)),
-            "upper_contact": on_body(mesh, "upper", level(0.0)),
-            "below": faces_where(mesh, level(-5.0, 5.0)),
-            "above": faces_where(mesh, level(5.0, 5.0)),
-            "left": faces_where(mesh, lambda p: p[:, 0] < -80 + 1e-9),
-            "right": faces_where(mesh, lambda p: p[:, 0] > 80 - 1e-9),
-        },
-    )
+    mesh = overlapping(mesh, 1, 5.0)
     name = "section.inp" if depth is None else "extruded.inp"
     deck = write_inp(mesh, folder / name)
     deck.write_text(deck.read_text().replace("TYPE=CPE4,", "TYPE=CPE4I,"))
@@ -266,20 +282,7 @@ def matching_document(folder, name="matching.inp"):
     upper = grid((graded((-15, 15, 4), (15, 80, 3)), across[0], across[1] + 5.0))
     mesh = two_bodies(lower, upper)
 
-    def level(z, reach=15.0):
-        return lambda p: (np.abs(p[:, 2] - z) < 1e-9) & (np.abs(p[:, 0]) < reach + 1e-9)
-
-    mesh = with_surfaces(
-        mesh,
-        {
-            "lower_contact": on_body(mesh, "lower", level(0.0)),
-            "upper_contact": on_body(mesh, "upper", level(0.0)),
-            "below": faces_where(mesh, level(-5.0, 7.5)),
-            "above": faces_where(mesh, level(5.0, 7.5)),
-            "left": faces_where(mesh, lambda p: p[:, 0] < -80 + 1e-9),
-            "right": faces_where(mesh, lambda p: p[:, 0] > 80 - 1e-9),
-        },
-    )
+    mesh = overlapping(mesh, 2, 7.5)
     write_inp(mesh, folder / name)
     return {
         "kind": "mesh",

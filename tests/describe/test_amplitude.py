@@ -81,8 +81,8 @@ def test_one_key_gives_the_load(key):
 )
 def test_a_load_and_a_history_are_refused_in_the_same_words(given, found):
     message = (
-        "give exactly one of moment, moment_over_clamp_force_length, rho, force, acceleration; found "
-        + found
+        "give exactly one of moment, moment_over_clamp_force_length, rho, force, acceleration, "
+        "pressure; found " + found
     )
     with pytest.raises(ValueError, match=message):
         Load(**given)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from typing import get_args
+
 import pytest
 from joint_files import example_document, refused
 
-from microslip.describe.outputs import QUANTITIES, USUAL, QuantityName
+from microslip.describe.outputs import QUANTITIES, USUAL, AnyQuantityName, QuantityName
 from microslip.describe.reading import parse_joint
 
 
@@ -20,9 +22,15 @@ def test_without_any_the_usual_ones_are_reported():
 
 
 def test_every_quantity_can_be_written():
-    assert set(QuantityName.__args__) == set(QUANTITIES)
-    outputs = [{"name": f"o{k}", "quantity": q} for k, q in enumerate(QUANTITIES)]
-    assert len(parse_joint(with_outputs(*outputs)).outputs) == len(QUANTITIES)
+    assert set(get_args(AnyQuantityName)) == set(QUANTITIES)
+    beams = get_args(QuantityName)
+    outputs = [{"name": f"o{k}", "quantity": q} for k, q in enumerate(beams)]
+    assert len(parse_joint(with_outputs(*outputs)).outputs) == len(beams)
+
+
+@pytest.mark.parametrize("quantity", ["reaction", "reaction moment"])
+def test_beams_have_no_named_supports(quantity):
+    assert "quantity" in refused(with_outputs({"name": "hold", "quantity": quantity}))
 
 
 def test_positions_have_units_or_words():

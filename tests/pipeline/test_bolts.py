@@ -181,7 +181,7 @@ def test_a_bolt_that_keeps_its_length_raises_frequencies(folder):
     ("given", "said"),
     [
         ({"force": 1e4, "section": "head0"}, "give on, two places or surfaces, or section"),
-        ({"force": 1e4, "pressure": 1e6}, "give one of force, shortening, or a pressure"),
+        ({"force": 1e4, "pressure": 1e6}, "give one of force, shortening, a pressure"),
         ({"force": 1e4, "holds": "force", "stiffness": 1e8}, "is of a bolt that keeps its length"),
         ({"shortening": "1 um", "holds": "force"}, "what is shortened keeps its length"),
         ({"pressure": 1e6, "stiffness": 1e8, "direction": None}, "and this is a pressure"),

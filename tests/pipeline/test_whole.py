@@ -13,10 +13,13 @@ from mesh_files import plates_document
 from typer.testing import CliRunner
 
 from microslip.cli.check import app as check
+from microslip.cli.compare import app as compare
 from microslip.cli.run import app as command
 from microslip.cli.show import app as show
 from microslip.describe.reading import parse_joint
-from microslip.errors import InputError
+from microslip.errors import ContactError, Failure, InputError
+from microslip.pipeline.outcome import in_units_of
+from microslip.pipeline.prepare import assemble
 from microslip.pipeline.run import run
 from microslip.results.dataset import dataset
 from microslip.results.store import load_run
@@ -192,3 +195,32 @@ def test_what_is_in_memory_says_the_same(folder):
     found = run(parse_joint(document, "whole", folder))
     assert "contact_force_n" in summary(found)["model"]
     assert found.joint.driven.load.named(2.0) == "F = 2 N"
+
+
+def test_comparison_of_the_whole_says_newtons(folder, both):
+    """Keys, loads and what opens the joint; per metre of width beside it, nothing is matched."""
+    stiffer = (folder / "whole.toml").read_text().replace('"12.0 kN"', '"13 kN"')
+    (folder / "other.toml").write_text(stiffer)
+    out, _ = done(folder, "other")
+    same = CliRunner().invoke(compare, [str(both["whole"][0]), str(out)])
+    assert same.exit_code == 0, same.output
+    assert not PER_WIDTH.search(same.output), same.output
+    assert "opening force, N" in same.output
+    assert "F = 1 N" in same.output  # 50 N/m on 20 mm
+    assert re.search(r"preload\[bolt\]\.force\s+12 kN\s+13 kN", same.output)
+    apart = CliRunner().invoke(compare, [str(both["whole"][0]), str(both["width"][0])])
+    assert "peak, F = 1 N, Hz" in apart.output
+    assert "peak, F = 50 N/m, Hz" in apart.output
+
+
+def test_errors_and_failures_of_the_whole_say_newtons(folder):
+    """A bolt that a later one loosens, and a point that opens."""
+    document = plates_document(folder) | {"analysis": {"cycle": {"force": [1.0]}}}
+    document["mesh"] = document["mesh"] | {"width": "whole"}
+    first = {"name": "one", "on": ["head", "nut"], "force": "100 N", "stiffness": "1e9 N/m"}
+    second = first | {"name": "two", "force": "50 kN", "order": 2}
+    joint = parse_joint(document | {"preload": [first, second]}, "whole", folder)
+    with pytest.raises(ContactError, match=r"push with [\d.e+]+ N;"):
+        assemble(joint)
+    said = Failure("time", "F = 2 N", "which carried 3 N/m one step before, 2 N/m² beside it")
+    assert in_units_of(joint, said).reason == "which carried 3 N one step before, 2 N/m² beside it"

@@ -23,12 +23,12 @@ from microslip.describe.joint import Joint
 from microslip.describe.lap import LapJoint
 from microslip.describe.reading import load_joint
 from microslip.describe.units import readable
+from microslip.describe.units_of_the_whole import in_whole
 from microslip.pipeline.cost import check_size, degrees_of_freedom, memory, total_seconds
 from microslip.pipeline.estimate import Estimate, elastic_limit, estimate, input_doubts
 from microslip.pipeline.prepare import assemble
 from microslip.pipeline.run import asked_for
 from microslip.registry import column
-from microslip.results.whole import in_whole
 from microslip.show.described import draw_described
 
 app = typer.Typer(add_completion=False)

@@ -5,6 +5,7 @@ moment_over_clamp_force_length      M / (P L), P the clamp force per width, L th
 rho                                 C mu P L / M, with one constant C for every joint
 force                               F of a named port, N per metre of width
 acceleration                        a of a base, m/s²
+pressure                            p on a surface of a mesh, Pa
 """
 
 from __future__ import annotations
@@ -22,13 +23,17 @@ from microslip.describe.quantities import (
     LineMoment,
     Moments,
     Number,
+    Pressures,
     Ratios,
     Rhos,
     Rule,
     Section,
+    Stress,
 )
 
-LoadKey = Literal["moment", "moment_over_clamp_force_length", "rho", "force", "acceleration"]
+LoadKey = Literal[
+    "moment", "moment_over_clamp_force_length", "rho", "force", "acceleration", "pressure"
+]
 
 LOAD_KEYS: tuple[LoadKey, ...] = get_args(LoadKey)
 """The keys that can give a load, in the order that messages name them."""
@@ -72,6 +77,8 @@ class OneAmplitude(Amplitude):
     """Amplitude of the force, per metre of width. Where load.port is a force."""
     acceleration: Acceleration | None = Field(default=None, gt=0)
     """Amplitude of the acceleration. Where load.port is a base."""
+    pressure: Stress | None = Field(default=None, gt=0)
+    """Amplitude of the pressure. Where load.port is one, of a mesh."""
 
 
 class Load(Amplitude):
@@ -97,6 +104,8 @@ class Load(Amplitude):
     """Amplitudes of the force, per metre of width. Where port is a force."""
     acceleration: Accelerations | None = None
     """Amplitudes of the acceleration. Where port is a base."""
+    pressure: Pressures | None = None
+    """Amplitudes of the pressure. Where port is one, of a mesh."""
     rho_scale: Number | None = Field(default=None, gt=0)
     """C itself, instead. Only for loads by rho."""
 

@@ -1,4 +1,4 @@
-"""What presses a joint from a mesh together: bolts by force or by shortening, and pressures."""
+"""What presses a joint from a mesh together: bolts by force or by shortening, pressures, and temperature."""
 
 from __future__ import annotations
 
@@ -18,11 +18,12 @@ from microslip.describe.quantities import (
     Rule,
     Section,
     Stress,
+    TemperatureChange,
 )
 
 
 class MeshPreload(Section):
-    """A load that is held through every analysis, `[[preload]]`: a bolt, or a pressure.
+    """A load that is held through every analysis, `[[preload]]`: a bolt, a pressure, or a temperature.
 
     Examples
     --------
@@ -36,7 +37,8 @@ class MeshPreload(Section):
     """What it is called. Messages and the joint model name it so."""
     on: OnNames | None = None
     """Surfaces or node sets it acts on: two of a bolt that is not in the mesh, head and nut, which it draws
-    towards each other; any number of surfaces of a pressure. All contact pressure."""
+    towards each other; any number of surfaces of a pressure; element sets of a temperature, where it is not
+    all elements. All contact pressure."""
     section: str | None = None
     """Surface inside a bolt that is in the mesh, faces on one side of a flat cut through its shank; instead
     of on. The bolt is shortened there along its axis."""
@@ -46,6 +48,9 @@ class MeshPreload(Section):
     """By how much the bolt is shortened from where it is snug. The force follows, and is reported."""
     pressure: Stress | None = Field(default=None, gt=0)
     """Pressure against the surfaces, as of washers. This, force or shortening."""
+    temperature: TemperatureChange | None = None
+    """Change of temperature since the parts were put together; instead of those three. What expands more
+    than its neighbours presses, or gives way."""
     direction: Vector | None = None
     """Of the force on the first of the two places; left out, towards the second. Where their middles do not
     face each other along the bolt."""
@@ -55,8 +60,9 @@ class MeshPreload(Section):
     stiffness: LineStiffness | None = Field(default=None, gt=0)
     """Of a bolt that is not in the mesh and keeps its length, per metre of width; left out, rigid. How much
     of its force it loses to bolts tightened later."""
-    order: Count = Field(default=1, ge=1, le=1000)
-    """When it is tightened: the same number together, then the next. Forces that earlier bolts end with."""
+    order: Count | None = Field(default=None, ge=1, le=1000)
+    """When it is tightened: the same number together, then the next; left out, 1, and of a temperature
+    after all others. Forces that earlier bolts end with."""
 
     @property
     def keeps_length(self) -> bool:
@@ -67,9 +73,11 @@ class MeshPreload(Section):
 
     @model_validator(mode="after")
     def _one_amount(self) -> Self:
-        given = [self.force, self.shortening, self.pressure]
+        given = [self.force, self.shortening, self.pressure, self.temperature]
         if sum(each is not None for each in given) != 1:
-            raise Rule("", "give one of force, shortening, or a pressure on surfaces")
+            raise Rule("", "give one of force, shortening, a pressure on surfaces, or temperature")
+        if self.temperature is not None:
+            return self._check_temperature()
         if (self.on is None) == (self.section is None):
             raise Rule("", "give on, two places or surfaces, or section, a cut through the bolt")
         if self.pressure is not None:
@@ -78,7 +86,7 @@ class MeshPreload(Section):
 
     @model_validator(mode="after")
     def _fits_a_bolt(self) -> Self:
-        if self.pressure is not None:
+        if self.pressure is not None or self.temperature is not None:
             return self
         if self.on is not None and len(self.on) != 2:
             raise Rule("on", 'a bolt acts between two places: ["head", "nut"]')
@@ -90,6 +98,14 @@ class MeshPreload(Section):
             raise Rule("holds", "what is shortened keeps its length: remove it, or give the force")
         if self.holds == "force" and self.stiffness is not None:
             raise Rule("stiffness", 'is of a bolt that keeps its length: remove holds = "force"')
+        return self
+
+    def _check_temperature(self) -> Self:
+        if self.temperature == 0:
+            raise Rule("temperature", "is a change, and 0 changes nothing: remove the preload")
+        for key in ("section", "direction", "stiffness", "holds"):
+            if getattr(self, key) is not None:
+                raise Rule(key, "is of a bolt, and this is a temperature: remove it")
         return self
 
     def _check_pressure(self) -> None:
@@ -114,6 +130,7 @@ def readable_preload(preloads: Iterable[MeshPreload], whole: bool = False) -> st
             ("N" if whole else "N/m", each.force),
             ("m", each.shortening),
             ("Pa", each.pressure),
+            ("K", each.temperature),
         )
         unit, value = next((unit, value) for unit, value in amounts if value is not None)
         parts.append(f"{each.name} {units.readable(value, unit)}")

@@ -10,7 +10,12 @@ from microslip.describe.ports import END_MOMENTS, LoadPort
 from microslip.describe.quantities import Rule
 from microslip.describe.requests import CycleAnalysis
 
-WORDS = {"moment": "a moment", "force": "a force", "base": "the motion of a base"}
+WORDS = {
+    "moment": "a moment",
+    "force": "a force",
+    "base": "the motion of a base",
+    "pressure": "a pressure",
+}
 """Kinds of ports in messages."""
 
 

@@ -21,7 +21,8 @@ from microslip.describe.named_joint import (
     check_named,
     driven_of,
 )
-from microslip.describe.outputs import NamedOutput
+from microslip.describe.outputs import NamedOutput, QuantityName
+from microslip.describe.ports import MovingKind
 from microslip.describe.quantities import (
     NAME,
     AreaStiffness,
@@ -178,6 +179,10 @@ class Preload(Vector):
 class VectorPort(WidePort, Vector):
     """A load that the user names, `[[port]]`."""
 
+    kind: MovingKind = Field(default="force")
+    """A moment or a force, or the acceleration of what the joint is fixed to ("base"). Which key of
+    [load] gives the amplitude: moment, force, or acceleration."""
+
     @model_validator(mode="after")
     def _is_somewhere(self) -> Self:
         if self.kind != "base":
@@ -194,6 +199,8 @@ class VectorPort(WidePort, Vector):
 class VectorOutput(NamedOutput, Vector):
     """A quantity of the motion, `[[output]]`."""
 
+    quantity: QuantityName = Field(default="deflection")
+    """What is measured. Velocities and accelerations are of a vibration: static cycles have none."""
     x: Length | None = None
     """Position along the interface of a slip or a gap: of the nearest pair. Only for these two."""
     pair: Count | None = Field(default=None, ge=1)

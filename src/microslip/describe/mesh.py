@@ -22,12 +22,12 @@ from microslip.describe.named_joint import (
     check_named,
     driven_of,
 )
-from microslip.describe.outputs import NamedOutput
 from microslip.describe.quantities import (
     NAME,
     AreaStiffness,
     Count,
     Density,
+    Expansion,
     Friction,
     Length,
     LineStiffness,
@@ -40,7 +40,7 @@ from microslip.describe.quantities import (
 )
 from microslip.describe.requests import Requests, cycles_and_response, holds_requests
 from microslip.describe.sources import Source, split_source
-from microslip.describe.whole import WideJoint, WidePort, Width
+from microslip.describe.whole import WideJoint, WideOutput, WidePort, Width
 
 
 class MeshFile(Section):
@@ -75,6 +75,9 @@ class MeshMaterial(Section):
     """Density. Frequencies."""
     plane: Literal["strain", "stress"] = "strain"
     """State of a plane mesh. Wide or narrow structures."""
+    thermal_expansion: Expansion = Field(default=0.0)
+    """Coefficient of linear thermal expansion, for preload.temperature. Bolts of another material than what
+    they hold gain or lose force."""
 
 
 class MeshSupport(Section):
@@ -197,11 +200,13 @@ class MeshPort(WidePort, Place):
             if self.direction is None:
                 raise Rule("", "which way does the base move? give direction")
         else:
-            _check_place(self, self.kind == "moment", "the load")
+            _check_place(self, self.kind in ("moment", "pressure"), "the load")
+            if self.kind == "pressure" and self.direction is not None:
+                raise Rule("direction", "a pressure acts along the normal: remove it")
         return self
 
 
-class MeshOutput(NamedOutput, Place):
+class MeshOutput(WideOutput, Place):
     """A quantity of the motion, `[[output]]`."""
 
     interface: str | None = None
@@ -214,7 +219,8 @@ class MeshOutput(NamedOutput, Place):
         if not self.across:
             if self.at is not None or self.interface is not None:
                 raise Rule("at", "is for slip and gap: give on and direction")
-            _check_place(self, self.measured.motion == "rotation", "the output")
+            turns = self.measured.motion in ("rotation", "reaction moment")
+            _check_place(self, turns, "the output")
         elif self.on is not None or self.at is None or len(self.at) not in (2, 3):
             raise Rule("at", f"{self.quantity} is of a contact pair: give its place, [x, y]")
         return self

@@ -159,5 +159,6 @@ def check_named(joint: NamedJoint) -> None:
     said = joint.driven.load
     check_requests(joint, f'{said.key} = "1 {said.unit}"')
     check_cycle_range(joint)
-    if not joint.output and joint.driven.kind == "base":
-        raise Rule("output", "the motion of a base is no output: name one, [[output]]")
+    if not joint.output and joint.driven.kind not in USUAL_QUANTITY:
+        what = {"base": "of a base", "pressure": "under a pressure"}[joint.driven.kind]
+        raise Rule("output", f"the motion {what} is no output: name one, [[output]]")

@@ -27,7 +27,8 @@ class Quantity:
     Attributes
     ----------
     motion : str
-        ``"vertical"``, ``"axial"``, ``"rotation"``, ``"slip"`` or ``"gap"``.
+        ``"vertical"``, ``"axial"``, ``"rotation"``, ``"slip"`` or ``"gap"``; ``"reaction"`` and
+        ``"reaction moment"``, which are none.
     order : int
         Of its derivative by time: 0, 1 or 2.
     unit : str
@@ -61,8 +62,16 @@ QUANTITIES: dict[str, Quantity] = {
     "slip": Quantity("slip", 0, "m", "µm", "um", 1e6),
     "slip velocity": Quantity("slip", 1, "m/s", "mm/s", "mm_per_s"),
     "gap": Quantity("gap", 0, "m", "µm", "um", 1e6),
+    "reaction": Quantity("reaction", 0, "N/m", "N/m", "n_per_m", 1.0),
+    "reaction moment": Quantity("reaction moment", 0, "N m/m", "N m/m", "n_m_per_m", 1.0),
 }
 """Every quantity by the word that the input file has for it."""
+
+QUANTITIES_OF_THE_WHOLE: dict[str, Quantity] = {
+    "reaction": Quantity("reaction", 0, "N", "N", "n", 1.0),
+    "reaction moment": Quantity("reaction moment", 0, "N m", "N m", "n_m", 1.0),
+}
+"""Those that are others of a whole structure, not per metre of its width."""
 
 Place = Literal["middle", "left end", "right end", "clamp edge"]
 """Positions that have a name."""
@@ -98,6 +107,8 @@ QuantityName = Literal[
     "slip velocity",
     "gap",
 ]
+AnyQuantityName = Literal[QuantityName, "reaction", "reaction moment"]
+"""Those, and what is known of supports that have a name."""
 
 
 class NamedOutput(Section):
@@ -105,8 +116,9 @@ class NamedOutput(Section):
 
     name: str = Field(pattern=NAME)
     """What it is called. Tables, results and figures name it so."""
-    quantity: QuantityName = Field(default="deflection")
-    """What is measured. Velocities and accelerations are of a vibration: static cycles have none."""
+    quantity: AnyQuantityName = Field(default="deflection")
+    """What is measured. Velocities and accelerations are of a vibration: static cycles have none. Reactions
+    are of supports: what they hold with."""
 
     @property
     def port(self) -> str:
@@ -135,6 +147,11 @@ class NamedOutput(Section):
         return self.measured.motion in ("slip", "gap")
 
     @property
+    def reacts(self) -> bool:
+        """Whether it is what a support holds with."""
+        return self.quantity in ("reaction", "reaction moment")
+
+    @property
     def place(self) -> tuple[str, str]:
         """Body and face that it is on, in words; empty where it names none."""
         return "", ""
@@ -149,6 +166,8 @@ class Output(NamedOutput):
     'output tip'
     """
 
+    quantity: QuantityName = Field(default="deflection")
+    """What is measured. Velocities and accelerations are of a vibration: static cycles have none."""
     x: Position = Field(default="middle")
     """Where, from the middle of the overlap to the right, or a word. The ends are those of the
     joint, or of the beam that is named."""

@@ -15,7 +15,10 @@ from pydantic import Field, model_validator
 from microslip.describe import units
 from microslip.describe.quantities import NAME, Rule, Section, list_of_sections
 
-PortKind = Literal["moment", "force", "base"]
+PortKind = Literal["moment", "force", "base", "pressure"]
+MovingKind = Literal["moment", "force", "base"]
+"""Kinds of loads on what has no named surfaces."""
+
 PortEnd = Literal["left", "right", "both"]
 Direction = Literal["x", "y"]
 
@@ -74,6 +77,7 @@ KINDS: dict[PortKind, LoadKind] = {
         units.ACCELERATION,
         "kg m/m",
     ),
+    "pressure": LoadKind("pressure", "Pa", "p", "pressure", "pressure_pa", units.STRESS, "m^3/m"),
 }
 """Loads by the kind of their port."""
 
@@ -81,6 +85,7 @@ KINDS_OF_THE_WHOLE: dict[PortKind, LoadKind] = {
     "moment": replace(KINDS["moment"], unit="N m", row="moment_n_m"),
     "force": replace(KINDS["force"], unit="N", row="force_n"),
     "base": replace(KINDS["base"], output="kg m"),
+    "pressure": replace(KINDS["pressure"], output="m^3"),
 }
 """The same of a whole structure, not per metre of its width."""
 
@@ -91,8 +96,8 @@ class LoadPort(Section):
     name: str = Field(pattern=NAME, max_length=40)
     """What it is called. [load] says by this name what drives the joint."""
     kind: PortKind = Field(default="force")
-    """A moment or a force, or the acceleration of what the joint is fixed to ("base"). Which key of
-    [load] gives the amplitude: moment, force, or acceleration."""
+    """A moment or a force, a pressure against a surface, or the acceleration of what the joint is fixed to
+    ("base"). Which key of [load] gives the amplitude: moment, force, pressure, or acceleration."""
 
     @property
     def load(self) -> LoadKind:
@@ -109,6 +114,9 @@ class Port(LoadPort):
     'y'
     """
 
+    kind: MovingKind = Field(default="force")
+    """A moment or a force, or the acceleration of what the joint is fixed to ("base"). Which key of
+    [load] gives the amplitude: moment, force, or acceleration."""
     at: PortEnd | None = Field(default=None)
     """At which far end; not of a base. A moment acts at both where it is left out, positive where it
     bends the joint concave up; a force needs it."""

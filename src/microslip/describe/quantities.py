@@ -105,6 +105,10 @@ Acceleration = Annotated[float, BeforeValidator(units.ACCELERATION.parse), units
 LineMoment = Annotated[float, BeforeValidator(units.LINE_MOMENT.parse), units.LINE_MOMENT]
 LineStiffness = Annotated[float, BeforeValidator(units.LINE_STIFFNESS.parse), units.LINE_STIFFNESS]
 AreaStiffness = Annotated[float, BeforeValidator(units.AREA_STIFFNESS.parse), units.AREA_STIFFNESS]
+TemperatureChange = Annotated[
+    float, BeforeValidator(units.TEMPERATURE_CHANGE.parse), units.TEMPERATURE_CHANGE
+]
+Expansion = Annotated[float, BeforeValidator(units.EXPANSION.parse), units.EXPANSION]
 Time = Annotated[float, BeforeValidator(units.TIME.parse), units.TIME]
 Rate = Annotated[float, BeforeValidator(units.RATE.parse), units.RATE]
 Frequency = Annotated[float, BeforeValidator(units.FREQUENCY.parse), units.FREQUENCY]
@@ -123,6 +127,7 @@ Ratios = Annotated[tuple[Annotated[Number, Field(gt=0)], ...], OneOrMore]
 Moments = Annotated[tuple[Annotated[LineMoment, Field(gt=0)], ...], OneOrMore]
 Forces = Annotated[tuple[Annotated[LineForce, Field(gt=0)], ...], OneOrMore]
 Accelerations = Annotated[tuple[Annotated[Acceleration, Field(gt=0)], ...], OneOrMore]
+Pressures = Annotated[tuple[Annotated[Stress, Field(gt=0)], ...], OneOrMore]
 Rhos = Annotated[tuple[Annotated[Number, Field(ge=0)], ...], OneOrMore]
 Positions = Annotated[tuple[Length, ...], OneOrMore]
 Frequencies = Annotated[

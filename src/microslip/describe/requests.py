@@ -24,6 +24,7 @@ from microslip.describe.quantities import (
     Number,
     OneOrMore,
     Positions,
+    Pressures,
     Ratios,
     Rule,
     Section,
@@ -50,7 +51,7 @@ def _harmonics(value: Any) -> Any:
     return value
 
 
-LISTS = ("moment_over_clamp_force_length", "moment", "force", "acceleration")
+LISTS = ("moment_over_clamp_force_length", "moment", "force", "acceleration", "pressure")
 """Keys that can list the amplitudes of cycles."""
 
 CYCLES_EACH, SECONDS_EACH = 80, 0.6
@@ -97,6 +98,8 @@ class CycleAnalysis(Section):
     says how much opens the joint."""
     acceleration: Accelerations | None = None
     """Each of the amplitudes of a base, instead of those three. As force."""
+    pressure: Pressures | None = None
+    """Each of the amplitudes of a pressure, instead of those three. As force."""
     steps: Count = Field(default=300, ge=20, le=100_000)
     """Load steps per cycle. Accuracy of what is dissipated; time in proportion."""
     max_cycles: Count = Field(default=6, ge=2, le=1000)

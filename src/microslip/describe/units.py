@@ -170,6 +170,8 @@ def _known_unit(unit: str) -> tuple[Fraction, Dimension | None, bool]:
     try:
         parsed = registry.parse_units(unit)
         base = registry.Quantity(Fraction(1), parsed).to_base_units()
+        if registry.Quantity(Fraction(0), parsed).to_base_units().magnitude != 0:
+            return unknown  # °C counts from elsewhere, and so is no unit of a change of temperature
         dimension = frozenset(parsed.dimensionality.items())
         return Fraction(base.magnitude), dimension, "radian" in dict(base.unit_items())
     except Exception:  # pint raises whatever its tokenizer and its arithmetic raise
@@ -191,6 +193,8 @@ LINE_STIFFNESS = Kind(
     "a stiffness per metre of width", "N/m/m", '"1e5 N/m/m"', per_width=True, whole="N/m"
 )
 AREA_STIFFNESS = Kind("a stiffness per area", "Pa/m", '"1e13 Pa/m"')
+TEMPERATURE_CHANGE = Kind("a change of temperature", "K", '"40 K"')
+EXPANSION = Kind("a coefficient of thermal expansion", "1/K", '"12e-6 1/K"')
 TIME = Kind("a time", "s", '"0.73 us"')
 RATE = Kind("a rate", "1/s", '"5 1/s"', angular=True)
 FREQUENCY = Kind("a frequency in cycles per second", "Hz", '"165 Hz"')

@@ -9,6 +9,7 @@ from pydantic import BeforeValidator, ModelWrapValidatorHandler, PrivateAttr, mo
 
 from microslip.describe import units
 from microslip.describe.named_joint import NamedJoint
+from microslip.describe.outputs import QUANTITIES_OF_THE_WHOLE, NamedOutput, Quantity
 from microslip.describe.ports import KINDS_OF_THE_WHOLE, LoadKind, LoadPort
 
 
@@ -40,6 +41,22 @@ class WidePort(LoadPort):
 
     def mark_whole(self) -> None:
         """Make its load that of a whole structure, which a joint decides when it is read."""
+        self._whole = True
+
+
+class WideOutput(NamedOutput):
+    """A quantity per metre of a width, or of a whole structure."""
+
+    _whole: bool = PrivateAttr(default=False)
+
+    @property
+    def measured(self) -> Quantity:
+        """What is measured."""
+        own = super().measured
+        return QUANTITIES_OF_THE_WHOLE.get(self.quantity, own) if self._whole else own
+
+    def mark_whole(self) -> None:
+        """Make it that of a whole structure, which a joint decides when it is read."""
         self._whole = True
 
 
@@ -77,9 +94,11 @@ class WideJoint(NamedJoint):
         with units.of_the_whole(whole):
             return read(data)
 
-    @model_validator(mode="after")
-    def _loads_of_the_whole(self) -> Self:
+    def model_post_init(self, context: Any, /) -> None:
+        """Mark loads and outputs of a whole structure, also of a joint that was stored."""
         if self.whole:
             for port in self.port:
                 port.mark_whole()
-        return self
+            for output in self.output:
+                if isinstance(output, WideOutput):
+                    output.mark_whole()

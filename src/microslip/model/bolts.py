@@ -7,7 +7,9 @@ A bolt shortened by s adds a coordinate to the structure. With the blocks of its
 s is a load as others are, and F the force of the bolt. As a port it has the amplitude ``a_i = K_ii s_i`` and
 the vector ``p_i = P_i / K_ii``: a is the force that the bolt would have if nothing gave, and
 
-    F = C a - k y,   C_ij = K_ij / K_jj,   k_i = K_ii,   y_i = p_i^T x.
+    F = C a - k y - D b,   C_ij = K_ij / K_jj,   k_i = K_ii,   y_i = p_i^T x,
+
+with what other loads of amplitude b do on s itself, as where the bolt becomes warmer.
 """
 
 from __future__ import annotations
@@ -33,6 +35,8 @@ class Bolts(Brief):
         k: force per shortening with all else held, N/m, per metre of width.
     coupling : (b, b) array
         C.
+    direct : mapping of str to (b,) array
+        D: what a unit of other loads does work on when a bolt is shortened, by port; those left out nothing.
 
     Examples
     --------
@@ -44,9 +48,10 @@ class Bolts(Brief):
     names: tuple[str, ...]
     stiffness: Array
     coupling: Array
+    direct: Mapping[str, Array] = field(default_factory=dict)
 
     def forces(self, amplitudes: Array, outputs: Array) -> Array:
-        """(b,) forces F from the amplitudes a of the ports and their outputs y."""
+        """(b,) forces F from the amplitudes a of the ports and their outputs y, without other loads."""
         return np.asarray(self.coupling @ amplitudes - self.stiffness * outputs)
 
     def per_width(self, width: float) -> Bolts:

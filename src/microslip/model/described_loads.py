@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,8 +12,9 @@ from microslip.describe.mesh import MeshJoint, MeshOutput, MeshPort
 from microslip.errors import Caution, InputError, ModelError
 from microslip.model.bolts import Bolts, Tightening
 from microslip.model.elasticity import Material
-from microslip.model.mesh.assembly import assemble
+from microslip.model.mesh.assembly import assemble, material_of_elements
 from microslip.model.mesh.bolts import MeshBolt, bolt_between, bolt_through
+from microslip.model.mesh.constraints import rotations_of, spins
 from microslip.model.mesh.facets import facets_of
 from microslip.model.mesh.finite_elements import FiniteElementMesh
 from microslip.model.mesh.loads import (
@@ -24,8 +25,10 @@ from microslip.model.mesh.loads import (
     resultant_load,
     shared_mass,
 )
+from microslip.model.mesh.thermal import changes, check_expands
 from microslip.model.meshed import MeshedStructure
 from microslip.model.mortar.coupling import MortarCoupling
+from microslip.model.structure import Structure
 from microslip.typing import Array, Indices
 
 AWAY = 0.9
@@ -133,6 +136,31 @@ def constant_preload(
     return load / area, entry.pressure * area / width
 
 
+def temperature_changes(
+    mesh: FiniteElementMesh,
+    preloads: Sequence[MeshPreload],
+    materials: Mapping[str, Material] | Material | None,
+    area: float,
+    width: float,
+) -> tuple[dict[str, Array], dict[str, float]]:
+    """Changes of temperature of every element per unit amplitude, and amplitudes per metre of width.
+
+    As of other loads the amplitude is a force: the stress with which what changes most would press if
+    it could not expand along one direction, over the area of the contact.
+    """
+    given, of = material_of_elements(mesh, materials)
+    stress = np.array([m.youngs_modulus * abs(m.thermal_expansion) for m in given])[of]
+    unit, amplitude = {}, {}
+    for entry in preloads:
+        if entry.temperature is None:
+            continue
+        change = changes(mesh, entry.on, entry.temperature)
+        check_expands(mesh, change, materials, entry.name)
+        force = float((stress * np.abs(change)).max()) * area
+        unit[entry.name], amplitude[entry.name] = change / force, force / width
+    return unit, amplitude
+
+
 def _pull(mesh: FiniteElementMesh, entry: MeshPreload) -> Array:
     """Unit forces that draw two places towards each other."""
     assert entry.on is not None
@@ -192,7 +220,9 @@ def bolt_cautions(mesh: FiniteElementMesh, preloads: Sequence[MeshPreload]) -> l
     """That the middles of head and nut do not face each other along their normals."""
     out = []
     for entry in preloads:
-        if entry.pressure is not None or entry.on is None or entry.direction is not None:
+        if entry.force is None and entry.shortening is None:
+            continue
+        if entry.on is None or entry.direction is not None:
             continue
         normals, line = _normals(mesh, entry), _line(mesh, entry)
         if normals is not None and normals @ line < ASKEW:
@@ -212,9 +242,14 @@ def bolt_cautions(mesh: FiniteElementMesh, preloads: Sequence[MeshPreload]) -> l
 def tightening_of(preloads: Sequence[MeshPreload], bolts: Bolts) -> Tightening:
     """In which order the preloads are applied, and what bolts that keep their length are tightened to."""
     keeping = [entry for entry in preloads if entry.name in bolts.names]
+    # the parts are put together at the temperature from which it changes
+    last = 1 + max((entry.order or 1 for entry in preloads if entry.temperature is None), default=0)
     return Tightening(
         bolts=bolts,
-        order={entry.name: entry.order for entry in preloads},
+        order={
+            entry.name: entry.order or (1 if entry.temperature is None else last)
+            for entry in preloads
+        },
         force={entry.name: entry.force for entry in keeping if entry.force is not None},
         shortening={
             entry.name: entry.shortening for entry in keeping if entry.shortening is not None
@@ -222,9 +257,15 @@ def tightening_of(preloads: Sequence[MeshPreload], bolts: Bolts) -> Tightening:
     )
 
 
-def port_load(mesh: FiniteElementMesh, port: MeshPort) -> Array:
-    """Unit load of a port that is no base."""
+def port_load(mesh: FiniteElementMesh, port: MeshPort, width: float) -> Array:
+    """Unit load of a port that is no base; a pressure acts per area, and so its forces are divided by the
+    width that a structure is per metre of."""
     assert port.on is not None
+    if port.kind == "pressure":
+        load = pressure_load(mesh, port.on)
+        if port.opposite is not None:
+            load = load - pressure_load(mesh, port.opposite)
+        return load / width
     turns, where = port.kind == "moment", f"port {port.name!r}"
     load = _acting(mesh, port.on, turns, port.direction, where)
     if port.opposite is not None:
@@ -269,18 +310,44 @@ def output_load(
     return np.asarray(way @ rows[1:])
 
 
-def base_loads(
+def support_motion(mesh: FiniteElementMesh, output: MeshOutput) -> Array:
+    """(N,) unit motion of the nodes that a reaction is of: along its direction, or a turn about its axis
+    through their middle; with the turns of reference nodes."""
+    assert output.on is not None
+    where, d = f"output {output.name!r}", mesh.dimension
+    nodes, rotations = np.unique(nodes_named(mesh, output.on)), rotations_of(mesh)
+    at = d * nodes[:, None] + np.arange(d)
+    out = np.zeros(rotations.dofs)
+    if output.quantity == "reaction":
+        out[at] = direction_in(mesh, output.direction, where)
+        return out
+    if d == 2 and output.direction is not None:
+        raise InputError(f"{where}: direction: in the plane moments have none: remove it")
+    axis = np.ones(1) if d == 2 else direction_in(mesh, output.direction, where)
+    arms = mesh.points[nodes] - mesh.points[nodes].mean(axis=0)
+    out[at] = spins(arms) @ axis
+    for node in nodes[np.isin(nodes, rotations.nodes)]:
+        out[rotations.of(int(node))] = axis
+    return out
+
+
+def with_bases(
     found: MeshedStructure,
     bases: dict[str, MeshPort],
     materials: dict[str, Material] | Material | None,
     width: float,
-) -> dict[str, Array]:
-    """Inertia of everything per unit acceleration of the base and width, also what couples to supports."""
-    mesh = found.mesh
+) -> Structure:
+    """The structure with the inertia of everything per unit acceleration of bases and width as loads, also
+    what couples to supports."""
+    mesh, structure = found.mesh, found.structure
     mass = assemble(mesh, materials)[1]
-    out = {}
+    out, reactions = {}, dict(structure.reactions)
     for name, port in bases.items():
         rigid = np.tile(direction_in(mesh, port.direction, f"port {name!r}"), len(mesh.points))
         extra = found.basis.shape[0] - len(rigid)
-        out[name] = -(found.basis.T @ np.pad(mass @ rigid, (0, extra))) / width
-    return out
+        inertia = -np.pad(mass @ rigid, (0, extra)) / width
+        out[name] = found.basis.T @ inertia
+        for own, reaction in reactions.items():
+            at_once = float(found.held_motions[own] @ inertia)
+            reactions[own] = replace(reaction, loads={**reaction.loads, name: at_once})
+    return replace(structure, loads={**structure.loads, **out}, reactions=reactions)

@@ -25,7 +25,6 @@ from microslip.describe.profile import Profile
 from microslip.errors import InputError, ModelError
 from microslip.model.described import Described, Stamps, stamps
 from microslip.model.described_loads import (
-    base_loads,
     bolt_cautions,
     bolted,
     constant_preload,
@@ -33,13 +32,17 @@ from microslip.model.described_loads import (
     nodes_named,
     output_load,
     port_load,
+    support_motion,
+    temperature_changes,
     tightening_of,
+    with_bases,
     with_masses,
 )
 from microslip.model.elasticity import Material
 from microslip.model.imported import Imported
 from microslip.model.mesh.finite_elements import FiniteElementMesh, Tie
 from microslip.model.mesh.loads import nodal_springs, spring_stiffness
+from microslip.model.mesh.overlaps import check_apart
 from microslip.model.mesh.read import read_mesh
 from microslip.model.mesh_in_words import (
     bodies_said,
@@ -92,21 +95,29 @@ def _built(described: Described[MeshJoint], changed: Stamps) -> Imported:
         for tie in joint.tie
     )
     mesh = replace(mesh, ties=(*mesh.ties, *ties))
-    materials = _materials(joint)
+    materials = _materials(joint, d)
     bodies = bodies_said(mesh)
+    whole = mesh
     mesh, bolts = bolted(with_masses(mesh, joint), joint.preload, width)
     couplings = [_coupled(mesh, entry) for entry in joint.interface]
+    check_apart(whole, _touching(whole, joint))
     loads, preload = {}, {}
     for each in joint.preload:
         if each.name in [bolt.name for bolt in bolts]:
             preload[each.name] = each.force or 0.0
-        else:
+        elif each.temperature is None:
             loads[each.name], preload[each.name] = constant_preload(mesh, each, width)
+    area = float(sum(c.interface().area.sum() for c in couplings))
+    warmed, stresses = temperature_changes(mesh, joint.preload, materials, area, width)
     for port in joint.port:
         if port.kind != "base":
-            loads[port.name] = port_load(mesh, port)
+            loads[port.name] = port_load(mesh, port, width)
+    held_with = {}
     for output in joint.measured:
-        loads[output.port] = output_load(mesh, output, couplings, joint)
+        if output.reacts:
+            held_with[output.port] = support_motion(mesh, output)
+        else:
+            loads[output.port] = output_load(mesh, output, couplings, joint)
     found = structure_from_mesh(
         _with_supports(mesh, joint),
         couplings,
@@ -115,14 +126,13 @@ def _built(described: Described[MeshJoint], changed: Stamps) -> Imported:
         materials=materials,
         springs=_springs(mesh, joint, width),
         bolts=bolts,
+        temperatures=warmed,
+        reactions=held_with,
     )
     structure = found.structure
     bases = {port.name: port for port in joint.port if port.kind == "base"}
     if bases:
-        structure = replace(
-            structure,
-            loads={**structure.loads, **base_loads(found, bases, materials, width)},
-        )
+        structure = with_bases(found, bases, materials, width)
     structure = _per_width(structure, width)
     _check_moved(structure, joint)
     zero = zero_modes(structure.stiffness, structure.mass, None)
@@ -139,7 +149,7 @@ def _built(described: Described[MeshJoint], changed: Stamps) -> Imported:
         pairs=pairs,
         numbering=None,
         # of bolts that keep their length a first guess: amplitudes are found with the contact
-        preload=preload | plan.amplitudes,
+        preload=preload | stresses | plan.amplitudes,
         zero_modes=names,
         first_frequency=zero.first,
         cautions=(
@@ -162,11 +172,19 @@ def _width(joint: MeshJoint, dimension: int) -> float:
     return joint.width
 
 
-def _materials(joint: MeshJoint) -> dict[str, Material] | Material | None:
+def _materials(joint: MeshJoint, dimension: int) -> dict[str, Material] | Material | None:
     """By element set, one for all, or None where the file has them."""
     out: dict[str, Material] = {}
     for entry in joint.material:
-        material = Material(entry.youngs_modulus, entry.poissons_ratio, entry.density, entry.plane)
+        if dimension == 3 and entry.plane == "stress":
+            raise InputError("material.plane: is of a plane mesh: remove it")
+        material = Material(
+            entry.youngs_modulus,
+            entry.poissons_ratio,
+            entry.density,
+            entry.plane,
+            entry.thermal_expansion,
+        )
         if entry.elements is None:
             return material
         out |= dict.fromkeys(entry.elements, material)
@@ -186,7 +204,8 @@ def _held(joint: MeshJoint, dimension: int) -> dict[str, list[int]]:
     """Components that supports hold, by node set."""
     held: dict[str, list[int]] = {}
     for support in joint.support:
-        usual = "directions" not in support.model_fields_set
+        # stored joints have all keys: what is left out is told by its value
+        usual = support.directions == ("x", "y", "z")
         own = []
         for word in support.directions:
             if word in COMPONENTS:
@@ -254,6 +273,12 @@ def _coupled(mesh: FiniteElementMesh, entry: MeshInterface) -> MortarCoupling:
     )
 
 
+def _touching(mesh: FiniteElementMesh, joint: MeshJoint) -> set[str]:
+    """Surfaces of contacts and ties."""
+    names = {name for each in joint.interface for name in (each.first, each.second) if name}
+    return names | {name for tie in mesh.ties for name in (tie.slave, tie.master)}
+
+
 def _per_width(structure: Structure, width: float) -> Structure:
     if width == 1.0:
         return structure
@@ -262,6 +287,14 @@ def _per_width(structure: Structure, width: float) -> Structure:
         structure,
         stiffness=(structure.stiffness / width).tocsc(),
         mass=(structure.mass / width).tocsc(),
+        loads={
+            name: load / width if name in structure.reactions else load
+            for name, load in structure.loads.items()
+        },
+        reactions={
+            name: replace(each, mass=each.mass / width)
+            for name, each in structure.reactions.items()
+        },
         interface=replace(interface, area=interface.area / width),
         supports=None if structure.supports is None else (structure.supports / width).tocsc(),
     )

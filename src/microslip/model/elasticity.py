@@ -35,18 +35,35 @@ class Material:
         rho in kg/m³.
     plane : str
         ``"strain"`` or ``"stress"``.
+    thermal_expansion : float
+        alpha in 1/K.
     """
 
     youngs_modulus: float
     poissons_ratio: float
     density: float
     plane: str = "strain"
+    thermal_expansion: float = 0.0
 
     def lame(self) -> tuple[float, float]:
         """First and second Lamé parameter of the plane problem, in Pa."""
         E, nu = self.youngs_modulus, self.poissons_ratio
         thin = self.plane == "stress"
         return E * nu / (1 - nu**2 if thin else (1 + nu) * (1 - 2 * nu)), E / (2 * (1 + nu))
+
+    def thermal_stress(self) -> float:
+        """Pressure per temperature where nothing can move in the directions that are modelled, in Pa/K.
+
+        ``E alpha/(1 - 2 nu)`` in plane strain and in space, ``E alpha/(1 - nu)`` in plane stress.
+
+        Examples
+        --------
+        >>> round(Material(200e9, 0.25, 7850.0, "stress", 12e-6).thermal_stress())
+        3200000
+        """
+        nu = self.poissons_ratio
+        free = 1 - nu if self.plane == "stress" else 1 - 2 * nu
+        return self.youngs_modulus * self.thermal_expansion / free
 
     def plane_modulus(self) -> float:
         """E' of the plane problem: E/(1 - nu²) in plane strain, E in plane stress."""

@@ -7,7 +7,7 @@ A description of a mesh needs to call `structure_from_mesh` alone; what goes int
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import scipy.sparse as sp
@@ -21,6 +21,7 @@ from microslip.model.mesh.assembly import assemble
 from microslip.model.mesh.bolts import MeshBolt, shortened, spring_of
 from microslip.model.mesh.constraints import (
     Rotations,
+    carried,
     constraints_of,
     free_displacements,
     rotations_of,
@@ -29,9 +30,10 @@ from microslip.model.mesh.constraints import (
 )
 from microslip.model.mesh.finite_elements import FiniteElementMesh, bending_cautions
 from microslip.model.mesh.naming import named_bodies
+from microslip.model.mesh.thermal import thermal_load
 from microslip.model.mortar.coupling import MortarCoupling
 from microslip.model.mortar.ties import tied
-from microslip.model.structure import Structure
+from microslip.model.structure import Reaction, Structure
 from microslip.typing import Array, Indices, Mask
 
 STOPPED = 1e-9
@@ -57,6 +59,8 @@ class MeshedStructure(Brief):
     bolts : Bolts
         Those that keep their length.
     cautions : tuple of Caution
+    held_motions : mapping of str to (N,) array
+        Unit motions of the supports whose reactions are outputs.
     """
 
     structure: Structure
@@ -66,6 +70,7 @@ class MeshedStructure(Brief):
     rotations: Rotations
     bolts: Bolts = NO_BOLTS
     cautions: tuple[Caution, ...] = ()
+    held_motions: Mapping[str, Array] = field(default_factory=dict)
 
     @property
     def gap(self) -> Array:
@@ -86,6 +91,8 @@ def structure_from_mesh(
     materials: Mapping[str, Material] | Material | None = None,
     springs: sp.csc_matrix | None = None,
     bolts: Sequence[MeshBolt] = (),
+    temperatures: Mapping[str, Array] | None = None,
+    reactions: Mapping[str, Array] | None = None,
 ) -> MeshedStructure:
     """Matrices, interface and loads of a mesh, with its ties, equations and couplings condensed.
 
@@ -105,6 +112,11 @@ def structure_from_mesh(
         To the ground.
     bolts : sequence of MeshBolt
         Of this mesh; each becomes a load of its name, see `microslip.model.bolts`.
+    temperatures : mapping of str to (e,) array, optional
+        Changes of the temperature of every element; each becomes a load of its name.
+    reactions : mapping of str to (N,) array, optional
+        Unit motions of points and reference nodes; what supports hold with against them becomes an output of
+        its name, of what is held among them.
 
     Returns
     -------
@@ -130,28 +142,68 @@ def structure_from_mesh(
     coordinates = np.array([mesh.dimension * bolt.point for bolt in bolts], dtype=np.int64)
     K = K + spring_of(bolts, mesh.dimension, rotations.dofs)
     idle = np.setdiff1d(_idle(mesh, constraints.rows, rotations), coordinates)
-    fixed = np.union1d(held_dofs(mesh, held, rotations), idle)
+    supported = held_dofs(mesh, held, rotations)
+    fixed = np.union1d(supported, idle)
     basis, kept = free_displacements(constraints, fixed)
     relative = sp.vstack([coupling.relative() for coupling in couplings]).tocsr()
     motions = _motions(mesh, rotations, coordinates)
     stops = _stopped(mesh, bolts, coordinates, constraints.rows)
     motions = _left_free(motions, fixed, stops)
     _check_held(mesh, motions, _wide(relative, extra), S)
-    vectors = {name: basis.T @ np.pad(load, (0, extra)) for name, load in loads.items()}
+    thermal = {
+        name: thermal_load(mesh, change, materials) for name, change in (temperatures or {}).items()
+    }
+    every = {**loads, **thermal}
+    vectors = {name: basis.T @ np.pad(load, (0, extra)) for name, load in every.items()}
     whole = _symmetric(basis.T @ K @ basis)
-    ours, pulls, found = _bolted(whole, kept, bolts, coordinates)
+    ours, pulls, found = _bolted(whole, kept, bolts, coordinates, vectors)
+    apart = _wide(relative, extra)
+    moved = {
+        name: carried(constraints, fixed, kept, _of_supports(name, motion, supported))
+        for name, motion in (reactions or {}).items()
+    }
+    full = {name: np.pad(load, (0, extra)) for name, load in every.items()}
     basis, kept = basis[:, ours], kept[ours]
+    own = {name: basis.T @ (K @ e) for name, e in moved.items()}
     structure = Structure(
         stiffness=whole[ours][:, ours].tocsc(),
         mass=_symmetric(basis.T @ M @ basis),
-        interface=_interface(couplings, (_wide(relative, extra) @ basis).tocsr()),
-        loads={name: vector[ours] for name, vector in vectors.items()} | pulls,
+        interface=_interface(couplings, (apart @ basis).tocsr()),
+        loads={name: vector[ours] for name, vector in vectors.items()} | pulls | own,
         free=kept,
         motions=motions[kept],
         supports=None if springs is None else _symmetric(basis.T @ S @ basis),
+        reactions={
+            name: Reaction(
+                mass=basis.T @ (M @ e),
+                pairs=apart @ e,
+                loads={load: float(e @ vector) for load, vector in full.items()},
+            )
+            for name, e in moved.items()
+        },
     )
     cautions = (*mesh.cautions, *bending_cautions(mesh), *_coverage(couplings))
-    return MeshedStructure(structure, mesh, tuple(couplings), basis, rotations, found, cautions)
+    return MeshedStructure(
+        structure, mesh, tuple(couplings), basis, rotations, found, cautions, moved
+    )
+
+
+def _of_supports(name: str, motion: Array, supported: Indices) -> Array:
+    """The part of a motion that supports hold.
+
+    Raises
+    ------
+    ModelError
+        Where they hold nothing of it.
+    """
+    held = np.zeros(len(motion))
+    held[supported] = motion[supported]
+    if not held.any():
+        raise ModelError(
+            f"{name}: no support holds what it is on in this direction: a reaction is of nodes that "
+            "[[support]] or the mesh holds"
+        )
+    return held
 
 
 def held_dofs(
@@ -230,7 +282,11 @@ def _interface(couplings: Sequence[MortarCoupling], relative: sp.csr_matrix) -> 
 
 
 def _bolted(
-    stiffness: sp.csc_matrix, kept: Indices, bolts: Sequence[MeshBolt], coordinates: Indices
+    stiffness: sp.csc_matrix,
+    kept: Indices,
+    bolts: Sequence[MeshBolt],
+    coordinates: Indices,
+    loads: Mapping[str, Array],
 ) -> tuple[Mask, dict[str, Array], Bolts]:
     """Which degrees of freedom are left when bolts keep their length, their load vectors, and the bolts.
 
@@ -258,7 +314,8 @@ def _bolted(
     k = own.diagonal().copy()
     for bolt, place, size in zip(among, at[keeping], k, strict=True):
         pulls[bolt.name] = -stiffness[:, [place]].toarray().ravel()[ours] / size
-    return ours, pulls, Bolts(tuple(bolt.name for bolt in among), k, own / k)
+    direct = {name: load[at[keeping]] for name, load in loads.items() if load[at[keeping]].any()}
+    return ours, pulls, Bolts(tuple(bolt.name for bolt in among), k, own / k, direct)
 
 
 def _stopped(

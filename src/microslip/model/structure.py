@@ -20,6 +20,25 @@ from microslip.typing import Array, Indices
 
 
 @dataclass(frozen=True, repr=False)
+class Reaction(Brief):
+    """What a support holds with, beside ``s^T x`` of its load vector (`microslip.model.reactions`).
+
+    Attributes
+    ----------
+    mass : (n,) array
+        m, of the acceleration.
+    pairs : (d m,) array
+        B e: how far the motion of the support moves the sides of the pairs.
+    loads : mapping of str to float
+        e^T f of unit loads that act on what is held, by name.
+    """
+
+    mass: Array
+    pairs: Array
+    loads: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, repr=False)
 class Structure(Brief):
     """Two (or more) bodies with free interfaces.
 
@@ -40,6 +59,8 @@ class Structure(Brief):
         count as fixed.
     supports : (n, n) sparse, optional
         The part of `stiffness` that springs to the ground add.
+    reactions : mapping of str to Reaction
+        Loads that are outputs alone: what supports hold with.
     """
 
     stiffness: sp.csc_matrix
@@ -50,6 +71,7 @@ class Structure(Brief):
     meshes: tuple[skfem.MeshQuad, ...] = field(default=())
     motions: Array | None = None
     supports: sp.csc_matrix | None = None
+    reactions: Mapping[str, Reaction] = field(default_factory=dict)
 
     @property
     def dofs(self) -> int:

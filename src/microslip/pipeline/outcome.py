@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from threading import Event
 from typing import Any, Generic, TypeVar
 
-from microslip.errors import Caution, Failure
+from microslip.describe.joint import Joint
+from microslip.describe.units_of_the_whole import in_whole
+from microslip.errors import Caution, Failure, Remark
 
 V = TypeVar("V", covariant=True)
+AnyRemark = TypeVar("AnyRemark", bound=Remark)
 
 
 @dataclass(frozen=True, repr=False)
@@ -47,6 +50,21 @@ class Outcome(Generic[V]):
 def value_of(done: Mapping[str, Outcome[Any]], name: str) -> Any:
     """Value of an analysis among those that are done; None where it is not, or found nothing."""
     return done[name].value if name in done else None
+
+
+def in_units_of(joint: Joint, said: AnyRemark) -> AnyRemark:
+    """A failure or a caution with the forces of the whole, where the joint is one.
+
+    Analyses know no width and write forces per metre of it.
+    """
+    if not joint.whole:
+        return said
+    return replace(
+        said,
+        where=in_whole(said.where),
+        reason=in_whole(said.reason),
+        remedy=in_whole(said.remedy),
+    )
 
 
 @contextmanager

@@ -17,6 +17,7 @@ from microslip.analyses.reduced.response import Response
 from microslip.analyses.reduced.table import EquivalentTable
 from microslip.analyses.reduced.two_mode import TwoModeModel
 from microslip.describe.outputs import NamedOutput
+from microslip.model.reactions import RATE
 from microslip.pipeline.prepare import Assembly
 from microslip.typing import Array, Complex, Indices
 
@@ -27,6 +28,14 @@ Model = tuple[TwoModeModel, EquivalentTable | None]
 def columns(assembly: Assembly) -> dict[NamedOutput, int]:
     """Column of every output among the ports of the model, in the order of the file."""
     return {output: assembly.model.port(output.port) for output in assembly.joint.outputs}
+
+
+def _rates(assembly: Assembly) -> dict[str, int]:
+    """Columns whose derivatives belong to outputs: the damping part of reactions, by name."""
+    ports = assembly.model.ports
+    return {
+        o.name: ports.index(o.port + RATE) for o in assembly.joint.outputs if o.port + RATE in ports
+    }
 
 
 def harmonics_by_name(
@@ -45,10 +54,13 @@ def harmonics_by_name(
         h; 0 is the mean, whose derivatives vanish.
     """
     rate = 1j * np.asarray(order) * np.asarray(omega)
-    return {
+    found = {
         output.name: motion[..., k] * rate**output.measured.order
         for output, k in columns(assembly).items()
     }
+    for name, k in _rates(assembly).items():
+        found[name] = found[name] + motion[..., k] * rate
+    return found
 
 
 def samples_by_name(
@@ -65,10 +77,13 @@ def samples_by_name(
     periodic : bool
         Whether the last sample is the first one again.
     """
-    return {
+    found = {
         wanted.name: derivative(output[:, k], dt, wanted.measured.order, periodic=periodic)
         for wanted, k in columns(assembly).items()
     }
+    for name, k in _rates(assembly).items():
+        found[name] = found[name] + derivative(output[:, k], dt, 1, periodic=periodic)
+    return found
 
 
 def static_by_name(assembly: Assembly, output: Array) -> dict[str, Array]:

@@ -18,12 +18,14 @@ from microslip.analyses.prepared.prestress import Prestress, opening_load, prest
 from microslip.analyses.prepared.tightening import Tightened, tighten
 from microslip.contact.pairs import normal_rows
 from microslip.describe.joint import Joint
+from microslip.describe.units_of_the_whole import in_whole
 from microslip.errors import Caution, ContactError, InputError, ModelError
 from microslip.model.damping import RATIOS, FittedDamping, rayleigh_of, rayleigh_through
 from microslip.model.flexibility import Flexibility
 from microslip.model.imported import Imported
 from microslip.model.joint import JointModel, Reducer
 from microslip.model.loose import check_balanced
+from microslip.model.reactions import with_inertia_loads, with_rates, with_reactions
 from microslip.model.states import LinearStates, linear_states
 from microslip.model.structure import Structure
 from microslip.model.symmetry import with_half_turn
@@ -163,12 +165,16 @@ def _assemble(joint: Joint) -> Assembly:
         check_balanced(structure, (drive, *source.preload))
     reducer = Reducer(structure, modes, joint.rayleigh, free=free)
     damping = _damped(reducer, source)
-    model = reducer.model(structure.loads)
+    shapes = reducer.modes.shapes
+    model = with_reactions(reducer.model(structure.loads), structure, shapes)
     if source.imported is not None:
         model = with_half_turn(model)
     law = law_of(joint, source, model)
     apart = source.with_gaps(model)
-    start, bolts = _prestress(apart, flexibility_of(apart, law), source)
+    try:
+        start, bolts = _prestress(apart, flexibility_of(apart, law), source)
+    except (ContactError, InputError) as error:
+        raise type(error)(in_whole(str(error)) if joint.whole else str(error)) from None
     if joint.damping_of_modes:
         damping = _through_ratios(joint, joint_modes(model, start, law))
         reducer.rayleigh = damping.alpha, damping.beta
@@ -178,7 +184,10 @@ def _assemble(joint: Joint) -> Assembly:
     states = linear_states(
         structure, pairs, held, drive, _looked_at(structure, held[1], source), source.drifting
     )
-    model = source.with_gaps(reducer.with_ports(model, states.ports(structure)))
+    model = reducer.with_ports(model, states.ports(structure))
+    own = {"sliding": states.sliding, "stuck": states.stuck}
+    model = with_rates(with_inertia_loads(model, structure, shapes, own), structure)
+    model = source.with_gaps(model)
     flexibility = flexibility_of(model, law)
     mode = mode_of_structure(states, structure, model)
     opening = opening_load(model, start, drive)
@@ -278,7 +287,8 @@ def _prestress(
     plan = None if source.imported is None else source.imported.tightening
     if plan is not None and plan.bolts.names:
         bolts = tighten(model, flexibility, source.held, plan)
-        return prestress(model, flexibility, {**source.held, **bolts.preload}), bolts
+        held = {**source.held, **bolts.preload}
+        return prestress(model, flexibility, held, plan.bolts.names), bolts
     try:
         return prestress(model, flexibility, source.held), None
     except ContactError as error:

@@ -157,11 +157,11 @@ def tabulate(
     offset = load_offset(held, sticking)
     progress.finish()
     return Outcome(
-        Refined(table, offset), tuple(failures), cautions=_off_where_it_sticks(a, table, sticking)
+        Refined(table, offset), tuple(failures), cautions=off_where_it_sticks(a, table, sticking)
     )
 
 
-def _off_where_it_sticks(
+def off_where_it_sticks(
     assembly: Assembly, table: EquivalentTable, sticking: float
 ) -> tuple[Caution, ...]:
     """What to know of a table whose stuck joint, ``omega_sl² (1 + k_eq)``, is not that of the model."""
@@ -173,8 +173,8 @@ def _off_where_it_sticks(
     if abs(off) <= OFF:
         return ()
     reason = (
-        f"the resonance of the refined model where the joint sticks is {off:+.2%} off: the inertia of bodies "
-        "that slide past each other with the mode is left out of its cycles"
+        f"the resonance of the refined model where the joint sticks is {off:+.2%} off: the rest of the joint "
+        "does not move in its cycles as it does in the stuck mode"
     )
     remedy = (
         "take [analysis.harmonic] or [analysis.time] beside it, or backbones by prescribed cycles"

@@ -28,7 +28,7 @@ from microslip.model.structure import Structure
 from microslip.pipeline.geometry import geometry_of
 from microslip.pipeline.harmonic import HarmonicRun
 from microslip.pipeline.notebook import html_page
-from microslip.pipeline.outcome import Outcome, value_of
+from microslip.pipeline.outcome import Outcome, in_units_of, value_of
 from microslip.pipeline.prepare import Assembly, assemble
 from microslip.pipeline.progress import NullProgress, Progress
 from microslip.pipeline.reduced import tables_of
@@ -116,12 +116,14 @@ class Run:
     @property
     def failures(self) -> tuple[Failure, ...]:
         """Points of all analyses that have no answer, and why."""
-        return tuple(f for outcome in self.outcomes.values() for f in outcome.failures)
+        found = (f for outcome in self.outcomes.values() for f in outcome.failures)
+        return tuple(in_units_of(self.joint, each) for each in found)
 
     @property
     def cautions(self) -> tuple[Caution, ...]:
         """What all analyses answered, and an engineer should know of the answer."""
-        return tuple(c for outcome in self.outcomes.values() for c in outcome.cautions)
+        found = (c for outcome in self.outcomes.values() for c in outcome.cautions)
+        return tuple(in_units_of(self.joint, each) for each in found)
 
     def value(self, analysis: str) -> Any:
         """What an analysis found; None where it was not asked for or found nothing."""

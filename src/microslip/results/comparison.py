@@ -12,7 +12,7 @@ import numpy as np
 from microslip.analyses.reduced.response import Response
 from microslip.analyses.reduced.table import EquivalentTable
 from microslip.describe.outputs import NamedOutput
-from microslip.describe.ports import KINDS
+from microslip.describe.ports import KINDS, KINDS_OF_THE_WHOLE
 from microslip.errors import InputError
 from microslip.pipeline.run import Run
 from microslip.results.cycle import table_of
@@ -100,6 +100,8 @@ class Curve:
         its amplitude, as ``moment``.
     load : float
         Value of that key, six digits.
+    whole : bool
+        Whether it is of a whole structure, and not per metre of width.
 
     Examples
     --------
@@ -110,6 +112,7 @@ class Curve:
     variant: str
     kind: str
     load: float
+    whole: bool = False
 
     @property
     def load_label(self) -> str:
@@ -118,7 +121,8 @@ class Curve:
             return f"rho = {self.load:g}"
         if self.kind == "moment_over_clamp_force_length":
             return f"M/(PL) = {self.load:g}"
-        said = next(said for said in KINDS.values() if said.key == self.kind)
+        kinds = KINDS_OF_THE_WHOLE if self.whole else KINDS
+        said = next(said for said in kinds.values() if said.key == self.kind)
         return f"{said.symbol} = {self.load:g} {said.unit}"
 
 
@@ -137,8 +141,9 @@ def curves(runs: Sequence[Named]) -> list[dict[Curve, Response]]:
     found = []
     for each in runs:
         kind = shared.get(each.run.joint.driven.load.key, "")
+        whole = each.run.joint.whole
         found.append(
-            {Curve(r.variant, kind, _load(each.run, r, kind)): r for r in each.run.responses}
+            {Curve(r.variant, kind, _load(each.run, r, kind), whole): r for r in each.run.responses}
         )
     return found
 
@@ -196,7 +201,7 @@ def _joint(runs: Sequence[Named]) -> Iterator[Quantity]:
 
 def _opening(runs: Sequence[Run]) -> Iterator[Quantity]:
     """Amplitude that opens the joint, of every kind of load that drives more than one run."""
-    for said in KINDS.values():
+    for said in dict.fromkeys((*KINDS.values(), *KINDS_OF_THE_WHOLE.values())):
         limits = [r.assembly.opening_moment if r.joint.driven.load == said else None for r in runs]
         if sum(limit is not None for limit in limits) < 2:
             continue

@@ -8,6 +8,7 @@ from typing import Any
 from microslip.describe.joint import Joint
 from microslip.describe.keys import sections
 from microslip.describe.units import readable
+from microslip.describe.units_of_the_whole import in_whole
 
 LONGEST = 28
 """Characters of a value; of longer ones the middle is left out."""
@@ -17,7 +18,7 @@ GIVEN = "given"
 
 NOT_COMPARED = "title"
 
-PREFIXED = ("m", "Pa", "N/m", "Hz", "s", "N/m/m")
+PREFIXED = ("m", "Pa", "N", "N/m", "Hz", "s", "N/m/m")
 """Units that take a prefix."""
 
 
@@ -40,22 +41,27 @@ def differing_keys(joints: Sequence[Joint]) -> list[tuple[str, tuple[str, ...]]]
     >>> differing_keys([reference_joint(pairs=21), reference_joint(pairs=51)])
     [('contact.pairs', ('21', '51'))]
     """
-    units = {
-        f"{section.path}.{key.name}".lstrip("."): key.unit
-        for section in sections()
-        for key in section.keys
-    }
     said = [dict(_leaves(joint.model_dump(by_alias=True))) for joint in joints]
     absent = [dict.fromkeys(key for key, value in one.items() if value is None) for one in said]
     for one in said:
         left_out = dict.fromkeys(section for other in absent for section in other)
         one |= {section: GIVEN for section in left_out if any(_in(key, section) for key in one)}
     keys = sorted(dict.fromkeys(key for one in said for key in one), key=_section)
+    found = list(zip(said, map(_units, joints), strict=True))
     return [
-        (key, tuple(_text(one.get(key), units.get(_general(key), "")) for one in said))
+        (key, tuple(_text(one.get(key), unit.get(_general(key), "")) for one, unit in found))
         for key in keys
         if key != NOT_COMPARED and _differs(key, said, absent)
     ]
+
+
+def _units(joint: Joint) -> dict[str, str]:
+    """Units of the keys of a joint: per metre of width, or of the whole."""
+    return {
+        f"{section.path}.{key.name}".lstrip("."): in_whole(key.unit) if joint.whole else key.unit
+        for section in sections(type(joint))
+        for key in section.keys
+    }
 
 
 def _in(key: str, section: str) -> bool:

@@ -57,8 +57,11 @@ def over_clamp(run: Run) -> bool:
 
 
 def load_named(run: Run, prefix: str = "", *suffix: str) -> str:
-    """Name of a variable of the load: ``moment``, ``force`` or ``acceleration``, with a prefix."""
-    return "_".join((*filter(None, (prefix,)), run.joint.driven.load.key, *suffix))
+    """Name of a variable of the load: ``moment``, ``force``, ``acceleration`` or ``load_pressure``, since the
+    contact has a pressure as well; with a prefix."""
+    key = run.joint.driven.load.key
+    own = "load_pressure" if key == "pressure" else key
+    return "_".join((*filter(None, (prefix,)), own, *suffix))
 
 
 def load_variable(
@@ -76,6 +79,7 @@ LOAD_COLUMNS = {
     "force_n_per_m": "F, N/m",
     "force_n": "F, N",
     "acceleration_m_per_s2": "a, m/s²",
+    "pressure_pa": "p, Pa",
 }
 """Keys of the summary that hold a load, with their headings in tables."""
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from microslip.analyses.prepared.direct import mode_motion
 from microslip.describe.lap import LapJoint
 from microslip.describe.matrices import VectorOutput
 from microslip.describe.mesh import MeshOutput
@@ -31,7 +32,8 @@ def primary(run: Run) -> NamedOutput:
 
 def displacement(run: Run) -> NamedOutput | None:
     """The first output that is no rate, which static cycles know as well; None where all are."""
-    return next((o for o in run.joint.outputs if o.measured.order == 0), None)
+    moves = (o for o in run.joint.outputs if o.measured.order == 0 and not o.reacts)
+    return next(moves, None)
 
 
 def outputs_summary(run: Run) -> list[dict[str, Any]]:
@@ -125,13 +127,22 @@ def output_variable(dims: Sequence[str], values: Any, label: str, per: str = "")
     return variable(dims, values, unit, label)
 
 
+def per_mode(run: Run, output: NamedOutput) -> float:
+    """An output per unit of the sliding coordinate; of a reaction with the inertia of the mode."""
+    mode = run.mode
+    if output.port in mode.load_on_sliding:
+        return mode.load_on_sliding[output.port]
+    sign = 1.0 if mode.load_on_sliding[run.prepared.drive] >= 0 else -1.0
+    return sign * float(mode_motion(run.prepared)[run.model.port(output.port)])
+
+
 def modal_factor(run: Run, output: NamedOutput | None = None) -> dict[str, Any]:
     """Attributes of a modal amplitude: what a unit of it is of a displacement in the mode, of the first
     where none is named."""
     output = output or displacement(run)
     if output is None:
         return {}
-    size = abs(run.mode.load_on_sliding[output.port]) * output.measured.factor
+    size = abs(per_mode(run, output)) * output.measured.factor
     return {"per_unit": size, "per_unit_of": f"{output.measured.shown} of {output.name}"}
 
 
@@ -142,7 +153,7 @@ def modal_variable(run: Run, dims: Sequence[str], values: Any, label: str) -> xr
 
 def outputs_dataset(run: Run) -> xr.Dataset:
     """The group ``outputs``: where they are, what they are in the mode and under the clamp alone."""
-    outputs, dims, mode = run.joint.outputs, ("output",), run.mode
+    outputs, dims = run.joint.outputs, ("output",)
     places = list(columns(run.assembly).values())
     joint, s = run.prepared, run.prestress.solution
     rest = joint.flexibility.outputs(joint.held, s.q, s.r)
@@ -157,7 +168,7 @@ def outputs_dataset(run: Run) -> xr.Dataset:
         "side": variable(dims, [o.place[1] for o in outputs], "1", "where on its height"),
         "sliding_mode": variable(
             dims,
-            [mode.load_on_sliding[o.port] for o in outputs],
+            [per_mode(run, o) for o in outputs],
             f"output_unit / ({MODAL})",
             "displacement per unit of the sliding coordinate",
         ),

@@ -36,8 +36,12 @@ FRF, FREQUENCY = 4, 18
 ORDINATES = {0: 8, 1: 11, 2: 12}
 """Displacement, velocity, acceleration by the order of the derivative."""
 
-FORCE, ACCELERATION = 13, 12
-"""What a function is per."""
+REACTION = 9
+"""Force of a support."""
+
+FORCE = 13
+LOADS = {"base": 12, "pressure": 15}
+"""What a function is per: a force, or the acceleration of a base, or a pressure."""
 
 ALONG = 0.999
 """Cosine beyond which a direction is that of an axis."""
@@ -198,10 +202,10 @@ def _function(
         "abscissa_spec_data_type": FREQUENCY,
         "abscissa_axis_lab": "frequency",
         "abscissa_axis_units_lab": "Hz",
-        "ordinate_spec_data_type": ORDINATES[measured.order],
+        "ordinate_spec_data_type": REACTION if output.reacts else ORDINATES[measured.order],
         "ordinate_axis_lab": output.name[:20],
         "ordinate_axis_units_lab": measured.unit,
-        "orddenom_spec_data_type": ACCELERATION if base else FORCE,
+        "orddenom_spec_data_type": LOADS.get(driven.kind, FORCE),
         "orddenom_axis_lab": driven.name[:20],
         "orddenom_axis_units_lab": said.unit,
         "z_axis_spec_data_type": 0,

@@ -7,41 +7,14 @@ figures.
 
 from __future__ import annotations
 
-import re
 from typing import Any
 
 import xarray as xr
 
-UNITS = {
-    "kg^0.5 m^0.5 s^-2": "kg^0.5 m s^-2",
-    "kg^-0.5 m^0.5": "kg^-0.5",
-    "kg^0.5 m^0.5": "kg^0.5 m",
-    "kg m/m": "kg m",
-    "N m/m": "N m",
-    "N/m/m": "N/m",
-    "N/m": "N",
-    "J/m^2": "J/m^2",
-    "J/m²": "J/m²",
-    "J/m": "J",
-    " per metre of width": "",
-}
-"""Units per metre of width, and those of the whole; energy per area is what it is."""
+from microslip.describe.units_of_the_whole import in_whole
 
 KEYS = {"_n_m_per_m": "_n_m", "_n_per_m": "_n", "_j_per_m": "_j"}
 """Ends of keys of the summary, likewise."""
-
-_ANY = re.compile("|".join(map(re.escape, UNITS)))
-
-
-def in_whole(text: str) -> str:
-    """A text with units of the whole.
-
-    Examples
-    --------
-    >>> in_whole("friction work per cycle (J/m)"), in_whole("12 kN/m"), in_whole("J/m^2")
-    ('friction work per cycle (J)', '12 kN', 'J/m^2')
-    """
-    return _ANY.sub(lambda found: UNITS[found.group()], text)
 
 
 def whole_summary(found: Any) -> Any:

@@ -10,11 +10,11 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
+from microslip.describe.units_of_the_whole import in_whole
 from microslip.pipeline.judge import Judgement
 from microslip.pipeline.progress import NullProgress, Progress
 from microslip.pipeline.run import Run
 from microslip.registry import ANALYSES, resolved
-from microslip.results.whole import in_whole
 from microslip.show.plots.model import model_figure
 from microslip.show.plots.overview import overview
 from microslip.show.plots.overview_spatial import spatial_overview

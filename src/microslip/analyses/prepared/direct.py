@@ -52,6 +52,23 @@ def direct_motion(joint: PreparedJoint, port: str, omega: Array) -> Complex:
     return _modal_sum(joint, port, np.asarray(omega, dtype=float), 1, without=own)
 
 
+def mode_motion(joint: PreparedJoint) -> Array:
+    """(p,) outputs of all ports per unit of the joint's mode in the sliding state.
+
+    The coordinate has the sign of `JointMode.sliding`. Of a reaction it is what supports hold the vibrating
+    mode with.
+    """
+    model, mode = joint.model, joint.principal()
+    bonded = joint.prestress.bonded(1)
+    _, shapes = bonded_modes(model, bonded)
+    own = shapes.T @ model.port_modes[:, model.port(mode.port)]
+    k = int(np.argmax(np.abs(own)))
+    shape = shapes[:, k] * np.sign(own[k])
+    W, psi = model.residual[np.ix_(bonded, bonded)], model.mode_v[bonded]
+    reaction = np.linalg.solve(W, psi @ shape)
+    return np.asarray(shape @ model.port_modes - reaction @ model.port_v[bonded])
+
+
 def stuck_motion(joint: PreparedJoint, port: str) -> Array:
     """Static outputs of all ports per unit load on one, with the touching pairs bonded in all directions.
 

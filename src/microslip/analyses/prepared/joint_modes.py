@@ -103,9 +103,15 @@ def mode_of_structure(
         sliding=model.port_modes[:, model.port("sliding")],
         stuck=model.port_modes[:, model.port("stuck")],
         overlap=found.overlap,
-        load_on_sliding={name: float(found.sliding @ p) for name, p in structure.loads.items()},
-        load_on_stuck={name: float(found.stuck @ p) for name, p in structure.loads.items()},
+        load_on_sliding=_loads_on(found.sliding, structure),
+        load_on_stuck=_loads_on(found.stuck, structure),
     )
+
+
+def _loads_on(shape: Array, structure: Structure) -> dict[str, float]:
+    """Work of unit loads on a shape; reactions do none."""
+    loads = structure.loads.items()
+    return {name: float(shape @ load) for name, load in loads if name not in structure.reactions}
 
 
 def joint_modes(model: JointModel, start: Prestress, law: ContactLaw) -> tuple[JointMode, ...]:

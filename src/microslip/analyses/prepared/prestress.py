@@ -5,7 +5,7 @@ Prestress is without friction, so that the interface starts with no memory.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -68,7 +68,10 @@ class Prestress(Brief):
 
 
 def prestress(
-    model: JointModel, flexibility: Flexibility, preload: Mapping[str, float]
+    model: JointModel,
+    flexibility: Flexibility,
+    preload: Mapping[str, float],
+    signed: Collection[str] = (),
 ) -> Prestress:
     """Frictionless contact under the preload.
 
@@ -79,6 +82,9 @@ def prestress(
         Static, see `microslip.model.flexibility.static_flexibility`.
     preload : mapping of str to float
         Ports and their amplitudes, > 0: N per metre of width.
+    signed : collection of str
+        Ports among them that may have any: bolts whose length is kept, which a temperature may have tightened
+        further than their shortening.
 
     Raises
     ------
@@ -86,12 +92,12 @@ def prestress(
         Where the preload presses no pair together or the solver does not converge.
     """
     for name, amplitude in preload.items():
-        if not 0 < amplitude < np.inf:
+        if not (0 < amplitude < np.inf or (name in signed and np.isfinite(amplitude))):
             raise ContactError(f"preload {name!r} is {amplitude:g}: it must be positive")
     if not preload:
         raise ContactError("no preload: nothing presses the contact together")
     a = model.amplitudes(preload)
-    force = sum(preload.values())
+    force = sum(map(abs, preload.values()))
     solution = without_friction(
         model, flexibility, flexibility.loads_v @ a, flexibility.loads_q @ a, force
     )

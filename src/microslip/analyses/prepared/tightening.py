@@ -136,6 +136,9 @@ class _Wrench:
     def __init__(self, model: JointModel, flexibility: Flexibility, plan: Tightening) -> None:
         self.model, self.flexibility, self.bolts = model, flexibility, plan.bolts
         self.ports = np.array([model.port(name) for name in plan.bolts.names], dtype=np.int64)
+        self.direct = np.zeros((len(plan.bolts.names), len(model.ports)))
+        for name, force in plan.bolts.direct.items():
+            self.direct[:, model.port(name)] = force
         self.scale = max(*plan.force.values(), *plan.amplitudes.values(), 0.0)
 
     def with_forces(self, constant: Array, a: Array, sought: Indices, wanted: Array) -> Array:
@@ -152,7 +155,8 @@ class _Wrench:
             self.bolts.coupling[np.ix_(sought, sought)]
             - k[:, None] * f.loads_loads[np.ix_(ports, ports)]
         )
-        start = np.linalg.solve(A, wanted - coupled + k * (f.loads_loads[ports] @ given))
+        without = wanted + self.direct[sought] @ constant
+        start = np.linalg.solve(A, without - coupled + k * (f.loads_loads[ports] @ given))
         H = np.linalg.solve(A, np.diag(k))
         H = 0.5 * (H + H.T)
         soft, turn = np.linalg.eigh(np.diag(f.stiffness) - G @ H @ G.T)
@@ -179,7 +183,7 @@ class _Wrench:
         v, q = f.loads_v @ amplitudes, f.loads_q @ amplitudes
         found = without_friction(self.model, f, v, q, self.scale)
         y = self.flexibility.outputs(amplitudes, found.q, found.r)[self.ports]
-        return self.bolts.forces(a, y), found
+        return self.bolts.forces(a, y) - self.direct @ amplitudes, found
 
     def slope(self, touching: Mask) -> Array:
         """(b, b) derivative of the forces by the amplitudes, with the pairs that touch."""

@@ -20,7 +20,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.interpolate import Akima1DInterpolator, PchipInterpolator
 
-from microslip.analyses.prepared.direct import direct_motion
+from microslip.analyses.prepared.direct import direct_motion, mode_motion
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.reduced.response import Response
 from microslip.analyses.reduced.table import EquivalentTable
@@ -91,7 +91,7 @@ def response_motion(
     """
     own = joint.principal().load_on_sliding
     ports = joint.model.ports
-    modal = joint.principal().sliding @ joint.model.port_modes
+    modal = mode_motion(joint)  # of ports that are no loads of the structure
     phi = np.array([own.get(name, value) for name, value in zip(ports, modal, strict=True)])
     offset = model.offset[0] if table is not None else 0.0
     A = np.asarray(response.amplitude) + offset * response.load

@@ -175,11 +175,7 @@ def _element_matrices(
     """(e, d k, d k) stiffness and mass of elements at (e, k, d) nodes."""
     shape, d = block.type, x.shape[2]
     points, weights = shape.quadrature(2 * shape.order)
-    jacobian = _jacobians(x, shape, points)
-    volume = sign * np.linalg.det(jacobian) * weights
-    gradient = np.einsum(
-        "qkc,eqcd->eqkd", shape.gradients(points), np.linalg.inv(jacobian), optimize=True
-    )
+    gradient, volume = gradients_of(x, block, sign)
     if block.formulation == INCOMPATIBLE:
         gradient = np.concatenate([gradient, _bubbles(x, shape, points, volume, weights)], axis=2)
     K = _stiffness(gradient, volume, lam, mu)
@@ -192,6 +188,27 @@ def _element_matrices(
     scalar = np.einsum("eq,qa,qb->eab", volume * density[:, None], N, N, optimize=True)
     M = np.einsum("eab,ij->eaibj", scalar, np.eye(d)).reshape(len(x), kept, kept)
     return K, M
+
+
+def gradients_of(x: Array, block: Block, sign: int) -> tuple[Array, Array]:
+    """Gradients of the shape functions (e, q, k, d), 1/m, and volumes (e, q) at the points of the quadrature.
+
+    Parameters
+    ----------
+    x : (e, k, d) array
+        Nodes of the elements, m.
+    block : Block
+    sign : int
+        See `orientation`.
+    """
+    shape = block.type
+    points, weights = shape.quadrature(2 * shape.order)
+    jacobian = _jacobians(x, shape, points)
+    volume = sign * np.linalg.det(jacobian) * weights
+    gradient = np.einsum(
+        "qkc,eqcd->eqkd", shape.gradients(points), np.linalg.inv(jacobian), optimize=True
+    )
+    return gradient, volume
 
 
 def _stiffness(gradient: Array, volume: Array, lam: Array, mu: Array) -> Array:

@@ -231,6 +231,37 @@ def free_displacements(constraints: Constraints, fixed: Indices) -> tuple[sp.csc
     return (unit + follow).tocsc(), kept
 
 
+def carried(constraints: Constraints, fixed: Indices, kept: Indices, given: Array) -> Array:
+    """Displacements with those given at `fixed`, none at `kept`, and what constraints make of both elsewhere.
+
+    Parameters
+    ----------
+    constraints : Constraints
+        Of n degrees of freedom.
+    fixed, kept : int arrays
+        Of `free_displacements`.
+    given : (n,) array
+        Zero but at `fixed`.
+
+    Returns
+    -------
+    (n,) array
+
+    Examples
+    --------
+    >>> twice = Constraints(sp.csr_matrix([[1.0, 0.0, -2.0]]), np.array([0]))
+    >>> carried(twice, np.array([2]), np.array([1]), np.array([0.0, 0.0, 1.0]))
+    array([2., 0., 1.])
+    """
+    out = np.array(given, dtype=float)
+    follow = np.setdiff1d(np.arange(len(out)), np.union1d(fixed, kept))
+    if len(follow):
+        busy = np.diff(_without(constraints.rows, fixed).indptr) > 0
+        C = constraints.rows[busy]
+        out[follow] = spla.splu(C[:, follow].tocsc()).solve(-np.asarray(C @ out))
+    return out
+
+
 _REPEATED = (
     "constraints (ties, equations, couplings, supports) say the same twice or contradict each other: a "
     "node may be tied, coupled or held once"

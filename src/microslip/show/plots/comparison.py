@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 
 from microslip.describe.outputs import NamedOutput
 from microslip.pipeline.run import Run
-from microslip.results.comparison import Curve, Named, curves, named_output, shared_output
+from microslip.results.comparison import Named, curves, named_output, shared_output
 from microslip.results.cycle import table_of
 from microslip.show.plots.backbones import MOST_MODES, STYLES, amplitude, moving_output
 from microslip.show.plots.curves import draw_curve, mark_no_peak, no_peak, no_peak_handle
@@ -102,7 +102,7 @@ def response_comparison(runs: Sequence[Lined]) -> Figure | None:
         return None
     by_run = curves(runs)
     every = list(dict.fromkeys(curve for found in by_run for curve in found))
-    loads = list(dict.fromkeys((curve.kind, curve.load) for curve in every))
+    loads = list(dict.fromkeys(curve.load_label for curve in every))
     colors = {load: SERIES[i % len(SERIES)]["color"] for i, load in enumerate(loads)}
     variants = list(dict.fromkeys(curve.variant for curve in every))
     over_load = any(per_moment(each.run) for each in runs)
@@ -113,7 +113,7 @@ def response_comparison(runs: Sequence[Lined]) -> Figure | None:
     for each, found in zip(runs, by_run, strict=True):
         for curve, response in found.items():
             k, line = variants.index(curve.variant), each.line
-            color = colors[curve.kind, curve.load]
+            color = colors[curve.load_label]
             y = in_units(each.run, response.outputs, named_output(each.run, output))
             size = np.abs(y) / (response.load if over_load else 1.0)
             draw_curve(grid[0, k], response, size, color, ls=line)
@@ -130,9 +130,9 @@ def response_comparison(runs: Sequence[Lined]) -> Figure | None:
     frequency = np.concatenate([r.frequency for found in by_run for r in found.values()])
     grid[0, 0].set_xlim(frequency.min(), frequency.max())
     letters(grid.ravel())
-    entries: list[Entry] = [*_load_handles(every, colors), *_run_handles(runs)]
+    entries: list[Entry] = [*_load_handles(colors), *_run_handles(runs)]
     marked = [
-        colors[curve.kind, curve.load]
+        colors[curve.load_label]
         for found in by_run
         for curve, response in found.items()
         if no_peak(response)
@@ -154,9 +154,8 @@ def _amplitude_label(output: NamedOutput, runs: Sequence[Named], over_load: bool
     return f"{name} per load\n({unit} per unit of the load)"
 
 
-def _load_handles(every: Sequence[Curve], colors: dict[tuple[str, float], str]) -> list[Line2D]:
-    named = {(curve.kind, curve.load): curve.load_label for curve in every}
-    return [Line2D([], [], color=colors[load], lw=3, label=name) for load, name in named.items()]
+def _load_handles(colors: dict[str, str]) -> list[Line2D]:
+    return [Line2D([], [], color=color, lw=3, label=name) for name, color in colors.items()]
 
 
 @house_style

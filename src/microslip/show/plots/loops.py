@@ -11,11 +11,21 @@ from microslip.pipeline.run import Run
 from microslip.show.plots.selection import spread
 from microslip.show.plots.style import DOUBLE, LINES, MM, SERIES, house_style, letters, new_figure
 
-MOTION = {"moment": "rotation", "force": "displacement", "base": "moment of mass"}
+MOTION = {
+    "moment": "rotation",
+    "force": "displacement",
+    "base": "moment of mass",
+    "pressure": "volume",
+}
 """What a load does work on."""
 
-UNITS = {"moment": ("µrad", "mrad"), "force": ("µm", "mm"), "base": ("mg m/m", "g m/m")}
-"""Its units, small and usual."""
+UNITS = {
+    "moment": (1e6, "µrad", 1e3, "mrad"),
+    "force": (1e6, "µm", 1e3, "mm"),
+    "base": (1e6, "mg m/m", 1e3, "g m/m"),
+    "pressure": (1e9, "mm³/m", 1e6, "cm³/m"),
+}
+"""Its units and how many of them are one in SI, small and usual."""
 
 MILLI = 1e-3
 """Rotations below it are shown in microradians."""
@@ -50,8 +60,7 @@ def draw_loops(ax: Axes, run: Run, *, stuck: bool) -> None:
     shown = [run.cycles[drive][index] for index in spread(run, drive)]
     turned = [cycle.output[:, port] - elastic * cycle.load for cycle in shown]
     small = max(np.abs(angle).max() for angle in turned) < MILLI
-    small_unit, usual_unit = UNITS[said.kind]
-    factor, unit = (1e6, small_unit) if small else (1e3, usual_unit)
+    factor, unit = UNITS[said.kind][:2] if small else UNITS[said.kind][2:]
     for i, (cycle, angle) in enumerate(zip(shown, turned, strict=True)):
         ax.plot(
             factor * angle,

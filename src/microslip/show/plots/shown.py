@@ -12,7 +12,7 @@ from matplotlib.ticker import LogLocator, NullFormatter
 from microslip.describe.outputs import NamedOutput
 from microslip.describe.ports import LoadKind
 from microslip.pipeline.run import Run
-from microslip.results.outputs import primary
+from microslip.results.outputs import per_mode, primary
 
 MANY = 300.0
 """Ratio of the ends of a logarithmic axis beyond which only powers of ten have numbers."""
@@ -45,7 +45,7 @@ def below_resonance(run: Run, output: NamedOutput | None = None) -> float:
     Degrees: 0 or 180 and, of a rate, 90 more for each derivative; from -90 to 180.
     """
     output, mode = output or primary(run), run.mode
-    ahead = mode.load_on_sliding[output.port] * mode.load_on_sliding[run.prepared.drive] >= 0
+    ahead = per_mode(run, output) * mode.load_on_sliding[run.prepared.drive] >= 0
     start = (0.0 if ahead else 180.0) + 90.0 * output.measured.order
     return start if start <= 180 else start - 360
 

@@ -250,7 +250,25 @@ class Builder:
         rho = density.rows[0].number(0) * self.force / self.length**4
         if not rho > 0:
             raise density.refuse(f"{rho:g} kg/m³: it must be positive")
-        return Material(E, nu, rho, plane or "strain")
+        return Material(E, nu, rho, plane or "strain", self._expansion(cards.get("EXPANSION")))
+
+    def _expansion(self, card: Keyword | None) -> float:
+        """Coefficient of thermal expansion, 1/K; none, with a caution, of what is not the same at all
+        temperatures and in all directions."""
+        if card is None or not card.rows:
+            return 0.0
+        kind = card.parameters.get("TYPE", "ISO").upper()
+        if kind in ("ISO", "ISOTROPIC") and len(card.rows) == 1:
+            return card.rows[0].number(0)
+        self.cautions.append(
+            Caution(
+                "mesh",
+                f"*EXPANSION, {card.where}",
+                "not used: one isotropic coefficient alone is",
+                "give thermal_expansion in [[material]] if temperatures change",
+            )
+        )
+        return 0.0
 
     def _masses(self) -> dict[int, float]:
         out: dict[int, float] = {}

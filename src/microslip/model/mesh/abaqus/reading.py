@@ -34,7 +34,7 @@ class Deck:
     parts : dict of str to Scope
     instances : dict of str to Instance
     materials : list of (Keyword, Keyword or None, Keyword or None)
-        ``*MATERIAL``, ``*ELASTIC``, ``*DENSITY``.
+        ``*MATERIAL``, ``*ELASTIC``, ``*DENSITY``, ``*EXPANSION``.
     couplings : list of (Keyword, Keyword or None)
         ``*COUPLING`` and what says its kind.
     cautions : list of Caution
@@ -106,6 +106,7 @@ class Sorter:
             "MATERIAL": self._material,
             "ELASTIC": self._of_material,
             "DENSITY": self._of_material,
+            "EXPANSION": self._of_material,
             "COUPLING": self._coupling,
             "KINEMATIC": self._of_coupling,
             "DISTRIBUTING": self._of_coupling,

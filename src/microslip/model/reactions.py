@@ -1,0 +1,100 @@
+"""Reactions of supports, as outputs of a joint model.
+
+With e a unit motion of held degrees of freedom, and of what ties make follow it, supports hold with
+
+    R = e^T (K u + C u' + M u'' - f + B^T r),
+
+f the loads, r the contact reactions, ``C = alpha M + beta K``. Of the displacements ``u = T x`` that are free
+
+    s = T^T K e,   m = T^T M e,
+
+and in the free-interface modes Phi, which alone have inertia and damping, the equation of motion
+
+    eta'' = g^T a - psi^T r - (alpha + beta omega²) eta' - omega² eta
+
+takes the place of the acceleration:
+
+    R = rho^T (eta + beta eta') + (p + g (Phi^T m) - e^T f) a - (v + psi (Phi^T m) - B e)^T r,
+    rho_i = phi_i^T (s - omega_i² m),
+
+p and v the residual flexibilities of the load vector s. But for the damping this is an output as others
+are, and holds in statics and in motion. Of inertia loads M phi of kept modes ``g (Phi^T m) - e^T f`` is
+nothing, so that modal ports need nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from microslip.model.joint import JointModel
+from microslip.model.structure import Structure
+from microslip.typing import Array
+
+RATE = " rate"
+"""Ends the name of the port of ``beta rho^T eta``, whose derivative belongs to the reaction."""
+
+
+def with_reactions(model: JointModel, structure: Structure, shapes: Array) -> JointModel:
+    """The model with the outputs of `Structure.reactions`, whose load vectors s are its ports, as reactions.
+
+    Parameters
+    ----------
+    model : JointModel
+        Of the loads of the structure.
+    structure : Structure
+    shapes : (n, k) array
+        Kept free-interface modes, mass-normalised.
+    """
+    if not structure.reactions:
+        return model
+    modes, v, direct = model.port_modes.copy(), model.port_v.copy(), model.port_port.copy()
+    others = [k for k, name in enumerate(model.ports) if name not in structure.reactions]
+    for name, reaction in structure.reactions.items():
+        k, m = model.port(name), shapes.T @ reaction.mass
+        modes[:, k] -= model.omega**2 * m
+        v[:, k] += model.mode_v @ m - reaction.pairs
+        at_once = np.array([reaction.loads.get(model.ports[p], 0.0) for p in others])
+        added = m @ model.port_modes[:, others] - at_once
+        direct[k, others] += added
+        direct[others, k] += added
+    return replace(model, port_modes=modes, port_v=v, port_port=direct)
+
+
+def with_inertia_loads(
+    model: JointModel, structure: Structure, shapes: Array, motions: Mapping[str, Array]
+) -> JointModel:
+    """The model with what inertia loads ``M phi`` that are ports of it do on held degrees of freedom.
+
+    Parameters
+    ----------
+    model : JointModel
+    structure : Structure
+    shapes : (n, k) array
+        Kept free-interface modes.
+    motions : mapping of str to (n,) array
+        phi by the name of its port.
+    """
+    if not structure.reactions:
+        return model
+    direct = model.port_port.copy()
+    for name, reaction in structure.reactions.items():
+        k, m = model.port(name), shapes.T @ reaction.mass
+        for port, motion in motions.items():
+            p = model.port(port)
+            added = m @ model.port_modes[:, p] - reaction.mass @ motion
+            direct[k, p] += added
+            direct[p, k] += added
+    return replace(model, port_port=direct)
+
+
+def with_rates(model: JointModel, structure: Structure) -> JointModel:
+    """The model with a port ``beta rho^T eta`` beside every reaction, where stiffness is damped."""
+    beta = model.rayleigh[1]
+    if not structure.reactions or not beta:
+        return model
+    return model.with_modal_ports(
+        {name + RATE: beta * model.port_modes[:, model.port(name)] for name in structure.reactions}
+    )
