@@ -75,7 +75,6 @@ class StateSpace:
         # positions of modes softer than the load matter although they store nothing
         self.steep = np.maximum(scheme.joint.model.omega, omega)
         sideways = np.flatnonzero(self.weight == 0)
-        self.single = int((self.weight > 0).sum())
         self.shape = np.vstack([np.eye(modes)[self.weight > 0], _together(scheme, sideways)])
         self.rates = np.eye(modes)[soft]
         self.positions = (self.shape / self.steep)[(self.shape[:, soft] != 0).any(axis=1)]

@@ -47,7 +47,7 @@ class Start(Brief):
 
 def end_of(state: State, phase: float, scheme: TimeScheme, frequency: float) -> Start:
     """The start that a state of a scheme is, under a load of so many Hz."""
-    rate = state.rate / rates_seen(scheme, frequency)
+    rate = state.rate / _seen(scheme, frequency)
     residual = (state.residual_v - state.residual_before) / scheme.dt
     return Start(phase, state.eta, rate, residual, state.r, state.v, state.taken, state.status)
 
@@ -62,7 +62,7 @@ def placed(start: Start, scheme: TimeScheme, frequency: float, load: float) -> S
     eta, rate = np.zeros(k), np.zeros(k)
     eta[:known], rate[:known] = start.eta[:known], start.rate[:known]
     eta[known:] = force[known:] / model.omega[known:] ** 2
-    rate *= rates_seen(scheme, frequency)
+    rate *= _seen(scheme, frequency)
     residual = start.v - model.mode_v @ eta
     return State(
         eta=eta,
@@ -77,7 +77,7 @@ def placed(start: Start, scheme: TimeScheme, frequency: float, load: float) -> S
     )
 
 
-def rates_seen(scheme: TimeScheme, frequency: float) -> Array:
+def _seen(scheme: TimeScheme, frequency: float) -> Array:
     """Rates of the scheme over those of a motion of this frequency."""
     turn = np.pi * frequency * scheme.dt
     return np.asarray(scheme.dt / scheme.kernel.mode_step * np.tan(turn) / turn)
