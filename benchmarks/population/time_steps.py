@@ -1,8 +1,8 @@
 """Amplitude of steady states against the number of time steps, on the reference joint and random lap joints.
 
-python benchmarks/population/time_steps.py [--seed 21] [--count 30] [--wanted 10]
+python benchmarks/population/time_steps.py [--seed 21] [--count 30] [--wanted 10] [--pairs 101]
 
-Every joint at its largest answer under its own load (`time_points.py`), 101 pairs; errors of 75,
+Every joint at its largest answer under its own load (`time_points.py`); errors of 75,
 150 and 300 steps per cycle against 1,200, each sought from the end of the finest, so that all have
 the same tractions locked in; and the root mean square over five counts within a tenth of each. Joints
 whose motion does not settle to 1e-6, or opens, are left out and named.
@@ -67,15 +67,16 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=21)
     parser.add_argument("--count", type=int, default=30)
     parser.add_argument("--wanted", type=int, default=10)
+    parser.add_argument("--pairs", type=int, default=101)
     asked = parser.parse_args()
     rows = []
-    reference = prepare(reference_joint(pairs=101))
+    reference = prepare(reference_joint(pairs=asked.pairs))
     for ratio, f in REFERENCE:
         e = errors(reference, f, ratio * 1e6 * 0.2515)
         rows.append(e)
         print(f"reference {ratio:g}, {f:g} Hz  " + "  ".join(f"{x:+.1e}" for x in e), flush=True)
     others = 0
-    for number, text in enumerate(joints(asked.seed, asked.count)):
+    for number, text in enumerate(joints(asked.seed, asked.count, asked.pairs)):
         if others == asked.wanted:
             break
         try:

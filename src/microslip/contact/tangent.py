@@ -27,14 +27,16 @@ class Tangents(NamedTuple):
     ----------
     eta, rate, acceleration : (p, k) arrays
         Of modal coordinates and their derivatives.
-    residual_v, r, v : (p, d m) arrays
-        Of the residual part of the relative displacement, reactions, relative displacements.
+    residual_v, residual_before, r, v : (p, d m) arrays
+        Of the residual part of the relative displacement now and a step before, reactions, relative
+        displacements.
     """
 
     eta: Array
     rate: Array
     acceleration: Array
     residual_v: Array
+    residual_before: Array
     r: Array
     v: Array
 
@@ -91,7 +93,6 @@ def predict(memory, constants, tangents, space):
     """
     start, predicted, v_free, held = space.start, space.predicted, space.v_free, space.dr
     h, c, omega = constants.mode_step, constants.mode_damping, constants.omega
-    decay = constants.tau / constants.dt
     eta, rate, acceleration = tangents.eta, tangents.rate, tangents.acceleration
     p, k = eta.shape
     N = v_free.shape[1]
@@ -106,11 +107,11 @@ def predict(memory, constants, tangents, space):
             start[a, j] = x
             predicted[a, j] = pe + quarter * x
     np.dot(predicted, constants.psi_t, v_free)
-    kept = decay / (1.0 + decay)
-    s, v_old = tangents.residual_v, tangents.v
+    d0, d1, d2 = 1.0 + constants.lags[0], constants.lags[1], constants.lags[2]
+    s, before, v_old = tangents.residual_v, tangents.residual_before, tangents.v
     for a in range(p):
         for i in range(N):
-            v_free[a, i] += kept * s[a, i]
+            v_free[a, i] -= (d1 * s[a, i] + d2 * before[a, i]) / d0
         for i in range(N // d):
             for t in range(d * i + 1, d * i + d):
                 v_free[a, t] -= v_old[a, t]
@@ -192,6 +193,7 @@ def carry(problem, memory, status, constants, full, tangents, space):
             acceleration[a, j] = new
     tangents.r[:] = space.dr
     tangents.v[:] = space.dv
+    tangents.residual_before[:] = tangents.residual_v
     np.dot(eta, constants.psi_t, tangents.residual_v)
     for a in range(p):
         for i in range(space.dv.shape[1]):

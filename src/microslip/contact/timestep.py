@@ -7,9 +7,13 @@ and damping c of its own (`microslip.analyses.time.poles`),
     eta'' + c eta' + omega² eta = f
 
 and the residual flexibility quasi-static behind its share of the stiffness damping,
-``s + tau s' = V_res a - W_res r`` (backward Euler). One contact problem per step:
+``s + tau s' = V_res a - W_res r``, over three points in time,
 
-    v = v_free - W_step r,   W_step = W_res / (1 + tau/dt) + Psi S Psi^T
+    (1 + d_0) s_1 + d_1 s_0 + d_2 s_-1 = V_res a - W_res r
+
+(`microslip.analyses.time.poles.lags`). One contact problem per step:
+
+    v = v_free - W_step r,   W_step = W_res / (1 + d_0) + Psi S Psi^T
 
 with ``S = h²/4 / (1 + c h/2 + (omega h)²/4)`` the displacement of a mode at the end of a step per
 unit force there.
@@ -74,10 +78,9 @@ class StepConstants(NamedTuple):
     mode_step, mode_damping, mode_gain : (k,) arrays
         Step h (s) and damping c (1/s) with which a mode is stepped, and what multiplies the force
         of the reactions on it.
-    tau : float
-        Share of the residual part's stiffness in its damping, s.
-    dt : float
-        Step, s.
+    lags : (3,) array
+        d_0, d_1, d_2: the residual part's damping over its stiffness, by the displacements of now, one and
+        two steps before.
     drive_modes, drive_v : (k,) and (d m,) arrays
         Forces on the modes and relative displacements per unit load.
     constant_modes, constant_v : (k,) and (d m,) arrays
@@ -95,8 +98,7 @@ class StepConstants(NamedTuple):
     mode_step: Array
     mode_damping: Array
     mode_gain: Array
-    tau: float
-    dt: float
+    lags: Array
     drive_modes: Array
     drive_v: Array
     constant_modes: Array
@@ -116,6 +118,8 @@ class Motion(NamedTuple):
         Modal coordinates and their derivatives.
     residual_v, r, v : (d m,) arrays
         Residual part s of the relative displacement, reactions, relative displacements.
+    residual_before : (d m,) array
+        s one step before.
     taken : (1,) array
         Energy that contact has taken and not given back, J per metre of width.
     vt_old : (m,) or (m, 2) array
@@ -127,6 +131,7 @@ class Motion(NamedTuple):
     rate: Array
     acceleration: Array
     residual_v: Array
+    residual_before: Array
     r: Array
     v: Array
     taken: Array
@@ -237,11 +242,13 @@ def step_through(problems, memories, constants, load, motion, records, tangents)
     memory, dissipative_memory = memories
     psi_t, omega = constants.psi_t, constants.omega
     h, c, gain = constants.mode_step, constants.mode_damping, constants.mode_gain
-    tau, dt, drive = constants.tau, constants.dt, constants.drive
+    d0, d1, d2 = 1.0 + constants.lags[0], constants.lags[1], constants.lags[2]
+    drive = constants.drive
     drive_modes, drive_v = constants.drive_modes, constants.drive_v
     constant_modes, constant_v = constants.constant_modes, constants.constant_v
     out_modes, out_v, out_load = constants.out_modes, constants.out_v, constants.out_load
     eta, eta1, eta2, s = motion.eta, motion.rate, motion.acceleration, motion.residual_v
+    s_before = motion.residual_before
     r, v, taken = motion.r, motion.v, motion.taken
     vt_old, status = motion.vt_old, motion.status
     outputs, works, friction = records.output, records.works, records.friction_work
@@ -253,7 +260,6 @@ def step_through(problems, memories, constants, load, motion, records, tangents)
     d = dimension_of(memory)
     sticks_at = vt_old.reshape(m, d - 1)
     not_solved = memory.solved.shape[0] - 1
-    decay = tau / dt
     keep = r_out.shape[0] == load.shape[0]
     linearised = tangents.eta.shape[0] > 0
     space = workspace(tangents)
@@ -287,7 +293,8 @@ def step_through(problems, memories, constants, load, motion, records, tangents)
                 start[j] = (external - c[j] * pv[j] - omega[j] ** 2 * pe) / denominator[j]
                 predicted[j] = pe + 0.25 * h[j] ** 2 * start[j]
             for i in range(N):
-                v_free[i] = (constant_v[i] + drive_v[i] * load[step] + decay * s[i]) / (1.0 + decay)
+                lagging = d1 * s[i] + d2 * s_before[i]
+                v_free[i] = (constant_v[i] + drive_v[i] * load[step] - lagging) / d0
             add_rows(psi_t, predicted, v_free)
             if stage == DISSIPATIVE:
                 its, residual, rule = solve(dissipative_problem, dissipative_memory, given, contact)
@@ -337,6 +344,7 @@ def step_through(problems, memories, constants, load, motion, records, tangents)
         raised = load[step] - load[step - 1]
         for i in range(N):
             works[RESIDUAL] += 0.5 * (r[i] + r_old[i]) * (s[i] + drive_v[i] * raised)
+            s_before[i] = s[i]
             s[i] = v[i]
         for j in range(k):
             x = 0.0

@@ -177,6 +177,7 @@ def state_from_point(scheme: TimeScheme, point: HarmonicPoint) -> State:
         rate=_at_zero(i_omega * eta) * own,
         acceleration=_at_zero(i_omega**2 * eta) * own**2,
         residual_v=v - model.mode_v @ position,
+        residual_before=v - model.mode_v @ position,
         r=r,
         v=v,
         status=point.status[:, 0].copy(),

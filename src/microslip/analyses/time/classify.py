@@ -219,6 +219,8 @@ def _exponent(
             rate=state.rate + share * (other.rate - state.rate),
             acceleration=state.acceleration + share * (other.acceleration - state.acceleration),
             residual_v=state.residual_v + share * (other.residual_v - state.residual_v),
+            residual_before=state.residual_before
+            + share * (other.residual_before - state.residual_before),
             r=state.r + share * (other.r - state.r),
             v=state.v + share * (other.v - state.v),
         )

@@ -69,7 +69,7 @@ class StateSpace:
         self.scheme = scheme
         self.weight = vibration_weight(scheme)
         modes, N = len(self.weight), len(scheme.W)
-        self.cuts = np.cumsum([modes, modes, modes, N, N])
+        self.cuts = np.cumsum([modes, modes, modes, N, N, N])
         self.reaction = np.sqrt(np.diag(scheme.joint.model.residual))
         soft = np.arange(modes) < WIDEST
         # positions of modes softer than the load matter although they store nothing
@@ -91,9 +91,17 @@ class StateSpace:
 
     def state(self, vector: Array, like: State) -> State:
         """The state of a vector; contact states and what contact has taken are those of `like`."""
-        eta, rate, acceleration, residual_v, r, v = (a.copy() for a in np.split(vector, self.cuts))
+        parts = (a.copy() for a in np.split(vector, self.cuts))
+        eta, rate, acceleration, residual_v, residual_before, r, v = parts
         return replace(
-            like, eta=eta, rate=rate, acceleration=acceleration, residual_v=residual_v, r=r, v=v
+            like,
+            eta=eta,
+            rate=rate,
+            acceleration=acceleration,
+            residual_v=residual_v,
+            residual_before=residual_before,
+            r=r,
+            v=v,
         )
 
     def vibration(self, vectors: Array) -> Array:
@@ -103,7 +111,7 @@ class StateSpace:
 
     def measure(self, vectors: Array) -> Array:
         """u, rows for rows."""
-        eta, rate, _, _, r, _ = np.split(vectors, self.cuts, axis=-1)
+        eta, rate, _, _, _, r, _ = np.split(vectors, self.cuts, axis=-1)
         position = (self.steep * eta) @ self.shape.T
         return np.concatenate([rate, position, self.reaction * r], axis=-1)
 
@@ -122,6 +130,7 @@ class StateSpace:
         found.eta[moving:count] = self.positions
         found.acceleration[moving:count] = -(model.omega**2) * self.positions
         found.residual_v[moving:count] = -self.positions @ model.mode_v.T
+        found.residual_before[moving:count] = found.residual_v[moving:count]
         for row, z in enumerate(others, start=self.directions):
             for part, values in zip(found, np.split(z, self.cuts), strict=True):
                 part[row] = values

@@ -198,10 +198,7 @@ def floquet_multipliers(
 
     def product(z: State) -> State:
         moved = march(scheme, orbit, wave, memory=memory, tangents=as_rows([z])).tangents
-        eta, rate, acceleration, residual_v, r, v = (field[0] for field in moved)
-        return replace(
-            z, eta=eta, rate=rate, acceleration=acceleration, residual_v=residual_v, r=r, v=v
-        )
+        return replace(z, **{name: field[0] for name, field in moved._asdict().items()})
 
     z = product(_random_motion(scheme, norm, omega, seed))
     basis = [_combined([1 / norm.size(z)], [z])]

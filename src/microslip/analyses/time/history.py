@@ -330,6 +330,7 @@ def static_state(scheme: TimeScheme, load: float) -> State:
         rate=np.zeros_like(eta),
         acceleration=np.zeros_like(eta),
         residual_v=v - model.mode_v @ eta,
+        residual_before=v - model.mode_v @ eta,
         r=r,
         v=v,
         taken=np.zeros(1),

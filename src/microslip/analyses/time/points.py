@@ -19,8 +19,10 @@ from microslip.analyses.time.floquet import Multipliers
 from microslip.analyses.time.leaving import leave
 from microslip.analyses.time.readings import opening_of, phases
 from microslip.analyses.time.scheme import (
+    ContactMemory,
     State,
     TimeScheme,
+    contact_memory,
     march,
     prestressed_state,
     time_scheme,
@@ -216,6 +218,8 @@ def solve_request(joint: PreparedJoint, request: Request) -> TimePoint:
             more = _with_more_steps(joint, request, point.steady, factor)
             if more is not None:
                 return more
+    if point.settled:
+        return point
     scheme = _scheme(joint, request)
     if point.verdict == "unstable":
         point = _left(scheme, request, point)
@@ -239,15 +243,17 @@ def _scheme(joint: PreparedJoint, request: Request) -> TimeScheme:
 def _searched(joint: PreparedJoint, request: Request) -> TimePoint:
     """What a search ends in; where that is periodic, with its stability and error."""
     scheme = _scheme(joint, request)
+    memory = contact_memory(scheme)
     steady = steady_state(
         scheme,
         request.frequency,
         request.load,
         guess=request.guess,
-        start=_begin(scheme, request),
+        start=_begin(scheme, request, memory),
         accelerate=request.accelerate,
         tolerance=request.tolerance,
         max_cycles=request.max_cycles,
+        memory=memory,
     )
     _refuse_open(scheme, steady, request)
     point = TimePoint(
@@ -257,7 +263,8 @@ def _searched(joint: PreparedJoint, request: Request) -> TimePoint:
         pasts=(request.past,),
         steps=request.steps,
     )
-    return _judged(scheme, request, point) if steady.converged and request.stability else point
+    known = steady.converged and request.stability
+    return _judged(scheme, request, point, memory) if known else point
 
 
 def _with_more_steps(
@@ -296,26 +303,31 @@ def _settled_meanwhile(
     found = replace(point, steady=_spent(steady, point.steady, LOOKED + steady.cycles), motion=None)
     if not request.stability:
         return found
-    judged = _judged(scheme, request, found)
+    judged = _judged(scheme, request, found, contact_memory(scheme))
     return judged if judged.settled else point
 
 
-def _begin(scheme: TimeScheme, request: Request) -> State | Start | None:
+def _begin(
+    scheme: TimeScheme, request: Request, memory: ContactMemory | None = None
+) -> State | Start | None:
     """State that a request starts from; None for the guess."""
     if request.start is not None:
         return request.start
     if request.past == "raised":
-        return raised_state(scheme, request.frequency, request.load, RAISED)
+        return raised_state(scheme, request.frequency, request.load, RAISED, memory)
     return prestressed_state(scheme) if request.past == "rest" else None
 
 
-def _judged(scheme: TimeScheme, request: Request, point: TimePoint) -> TimePoint:
+def _judged(
+    scheme: TimeScheme, request: Request, point: TimePoint, memory: ContactMemory
+) -> TimePoint:
     """A periodic motion with its stability and error, sought on where that is large."""
-    found = stability_of(scheme, point.steady)
+    found = stability_of(scheme, point.steady, memory=memory)
     known = replace(point, stability=found, error=settling_error(point.steady, found))
     allowed = SURE * request.tolerance
     if known.error > allowed:
-        known = _finer(scheme, known, known.steady.change * allowed / known.error)
+        change = known.steady.change * allowed / known.error
+        known = _finer(scheme, known, change, memory)
     return known
 
 
@@ -332,7 +344,7 @@ def _left(scheme: TimeScheme, request: Request, point: TimePoint) -> TimePoint:
     return replace(point, steady=steady, stability=left.stability, error=error, left=point)
 
 
-def _finer(scheme: TimeScheme, point: TimePoint, change: float) -> TimePoint:
+def _finer(scheme: TimeScheme, point: TimePoint, change: float, memory: ContactMemory) -> TimePoint:
     """The search gone on to a smaller change, where it gets closer."""
     before = point.steady
     steady = steady_state(
@@ -342,6 +354,7 @@ def _finer(scheme: TimeScheme, point: TimePoint, change: float) -> TimePoint:
         start=before.end,
         tolerance=change / CONFIRMED,
         max_cycles=FINER,
+        memory=memory,
     )
     if steady.change >= before.change:
         steady = replace(before, cycles=before.cycles + steady.cycles)

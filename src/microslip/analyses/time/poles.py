@@ -113,6 +113,53 @@ def driven_steps(omega: Array, damping: Array, dt: float, frequency: float) -> M
     return ModeSteps(h, gain * c * true / seen, gain)
 
 
+ALTERNATING = 0.1
+"""Half the loss factor of the residual part for what varies with a quarter of the rate of the steps."""
+
+FEWEST = 8
+"""Steps per cycle of the load from which on its frequency is the one of no error."""
+
+
+def lags(tau: float, dt: float, frequency: float = 0.0) -> Array:
+    """Damping of a part without inertia, by its displacements of now, one and two steps before.
+
+    In place of ``tau s'`` stands, with z the delay by a step and ``phi = Omega dt``,
+
+        D(z) s = [(tau/dt) (phi / sin phi) (cos phi - z) + kappa (1 - 2 cos phi z + z²)] s
+
+    which is ``i Omega tau s`` without error at the frequency of the load, and where that is 0 at rest. With
+    ``kappa = tau / (2 dt)`` it errs by ``(theta² - phi²) theta² / 4`` times tau/dt in phase and a third order
+    beside it at the phase theta per step of any other harmonic (without a frequency these are backward
+    differences of second order). Where motion is periodic under a load of known frequency `ALTERNATING`
+    comes to kappa: a loss of ``2 kappa sin theta (cos phi - cos theta)``, none at the load, next to none
+    where steps are many, and strong where reactions change from step to step, which the trapezoidal
+    rule of the modes passes over.
+
+    Parameters
+    ----------
+    tau : float
+        Share of the part's stiffness in its damping, s.
+    dt, frequency : float
+        s, Hz.
+
+    Returns
+    -------
+    (3,) array
+        d_0, d_1, d_2 of ``D(z) = d_0 + d_1 z + d_2 z²``.
+
+    Examples
+    --------
+    >>> z = np.exp(-0.2j)
+    >>> bool(np.isclose(lags(0.03, 0.1, 1 / np.pi) @ [1, z, z**2], 0.06j))
+    True
+    """
+    phi = 2 * np.pi * min(frequency, 1 / (FEWEST * dt)) * dt
+    turn = 1 / np.sinc(phi / np.pi)
+    kappa = 0.5 * tau / dt + (ALTERNATING if frequency > 0 else 0.0)
+    first, cos = tau / dt * turn, np.cos(phi)
+    return np.array([first * cos + kappa, -first - 2 * kappa * cos, kappa])
+
+
 def within_reach(omega: Array, dt: float) -> int:
     """How many modes a step can follow; `omega` ascends."""
     return int(np.searchsorted(omega * dt, REACH))

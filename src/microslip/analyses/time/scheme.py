@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, fields, replace
 import numpy as np
 
 from microslip.analyses.prepared.joint import PreparedJoint
-from microslip.analyses.time.poles import ModeSteps, driven_steps, matched_steps
+from microslip.analyses.time.poles import ModeSteps, driven_steps, lags, matched_steps
 from microslip.brief import Brief
 from microslip.contact import spatial_tableau, tableau
 from microslip.contact.pairs import normal, slip_history
@@ -69,8 +69,8 @@ class State(Brief):
     Attributes
     ----------
     eta, rate, acceleration : (k,) arrays
-    residual_v : (d m,) array
-        Residual part of the relative displacement.
+    residual_v, residual_before : (d m,) arrays
+        Residual part of the relative displacement, and that of one step before.
     r, v : (d m,) arrays
     taken : (1,) array
         Energy that contact has taken and not given back, J per metre of width.
@@ -81,13 +81,23 @@ class State(Brief):
     rate: Array
     acceleration: Array
     residual_v: Array
+    residual_before: Array
     r: Array
     v: Array
     taken: Array
     status: Status
 
 
-LINEAR_FIELDS = ("eta", "rate", "acceleration", "residual_v", "r", "v", "taken")
+LINEAR_FIELDS = (
+    "eta",
+    "rate",
+    "acceleration",
+    "residual_v",
+    "residual_before",
+    "r",
+    "v",
+    "taken",
+)
 """Fields of a `State` that may be combined linearly."""
 
 
@@ -192,23 +202,24 @@ def time_scheme(
     )
     model, port = joint.model, port or joint.drive
     h, c, gain = steps
-    tau = model.rayleigh[1]
+    damped = lags(model.rayleigh[1], dt, 0.0 if frequency is None else frequency)
     per_force = gain * 0.25 * h**2 / (1 + 0.5 * h * c + 0.25 * (h * model.omega) ** 2)
-    residual = (model.residual + np.diag(joint.law.compliance)) / (1 + tau / dt)
+    residual = (model.residual + np.diag(joint.law.compliance)) / (1 + damped[0])
     modal = (model.mode_v * per_force) @ model.mode_v.T
     driven, held, r = model.port(port), joint.held, joint.prestress.solution.r
+    at_rest = static.port_v @ held + (model.residual - static.residual) @ r
+    at_rest += damped.sum() * (joint.prestress.solution.v - model.mode_v @ _at_rest(joint))
     kernel = StepConstants(
         psi_t=np.ascontiguousarray(model.mode_v.T),
         omega=model.omega,
         mode_step=h,
         mode_damping=c,
         mode_gain=gain,
-        tau=float(tau),
-        dt=float(dt),
+        lags=damped,
         drive_modes=gain * model.port_modes[:, driven],
         drive_v=np.ascontiguousarray(model.port_v[:, driven]),
         constant_modes=model.port_modes @ held + (gain - 1) * (model.mode_v.T @ r),
-        constant_v=static.port_v @ held + (model.residual - static.residual) @ r,
+        constant_v=at_rest,
         out_modes=np.ascontiguousarray(model.port_modes),
         out_v=np.ascontiguousarray(model.port_v.T),
         out_load=np.vstack([held @ model.port_port, model.port_port[driven]]),
@@ -254,10 +265,7 @@ def prestressed_state(scheme: TimeScheme, amplitude: float = 0.0, omega: float =
         Its circular frequency, rad/s.
     """
     model, solution = scheme.joint.model, scheme.joint.prestress.solution
-    contact = model.mode_v.T @ solution.r
-    force = model.port_modes @ scheme.joint.held - contact
-    e = model.equilibrium_modes
-    eta = np.concatenate([solution.q, force[e:] / model.omega[e:] ** 2])
+    eta = _at_rest(scheme.joint)
     rate = np.zeros_like(eta)
     if amplitude:
         rate = _unit_rate(scheme.joint) * (amplitude * omega)
@@ -266,11 +274,20 @@ def prestressed_state(scheme: TimeScheme, amplitude: float = 0.0, omega: float =
         rate=rate,
         acceleration=-scheme.kernel.mode_damping * rate,
         residual_v=solution.v - model.mode_v @ eta,
+        residual_before=solution.v - model.mode_v @ eta,
         r=solution.r.copy(),
         v=solution.v.copy(),
         taken=np.zeros(1),
         status=scheme.joint.prestress.status,
     )
+
+
+def _at_rest(joint: PreparedJoint) -> Array:
+    """Modal coordinates under the preload."""
+    model, solution = joint.model, joint.prestress.solution
+    force = model.port_modes @ joint.held - model.mode_v.T @ solution.r
+    e = model.equilibrium_modes
+    return np.concatenate([solution.q, force[e:] / model.omega[e:] ** 2])
 
 
 def _unit_rate(joint: PreparedJoint) -> Array:
@@ -386,7 +403,7 @@ def march(
 def no_tangents(scheme: TimeScheme, count: int) -> Tangents:
     """So many deviations of a state, all zero."""
     k, N = len(scheme.joint.model.omega), len(scheme.W)
-    return Tangents(*(np.zeros((count, n)) for n in (k, k, k, N, N, N)))
+    return Tangents(*(np.zeros((count, n)) for n in (k, k, k, N, N, N, N)))
 
 
 def _copied(tangents: Tangents) -> Tangents:

@@ -25,7 +25,7 @@ import numpy as np
 
 from microslip.analyses.time.deviations import Derivative, StateSpace
 from microslip.analyses.time.floquet import CLOSE, DeviationNorm, Multipliers, require_converged
-from microslip.analyses.time.scheme import TimeScheme, contact_memory, march
+from microslip.analyses.time.scheme import ContactMemory, TimeScheme, contact_memory, march
 from microslip.analyses.time.steady import LEADING, SteadyState
 from microslip.contact.tangent import Tangents
 from microslip.typing import Array, Complex, Mask
@@ -37,7 +37,13 @@ DEPENDENT = 1e-8
 """A direction that is this small beside its part in the others adds nothing."""
 
 
-def stability_of(scheme: TimeScheme, steady: SteadyState, *, max_cycles: int = 8) -> Multipliers:
+def stability_of(
+    scheme: TimeScheme,
+    steady: SteadyState,
+    *,
+    max_cycles: int = 8,
+    memory: ContactMemory | None = None,
+) -> Multipliers:
     """Multipliers of largest modulus, as far as the verdict and the error need them.
 
     Parameters
@@ -47,6 +53,8 @@ def stability_of(scheme: TimeScheme, steady: SteadyState, *, max_cycles: int = 8
     steady : SteadyState
     max_cycles : int
         Periods to march at most.
+    memory : ContactMemory, optional
+        As for `steady_state`.
 
     Raises
     ------
@@ -54,7 +62,7 @@ def stability_of(scheme: TimeScheme, steady: SteadyState, *, max_cycles: int = 8
         Where the steady state did not converge: its neighbourhood says nothing.
     """
     require_converged(steady)
-    span = _Span(scheme, steady)
+    span = _Span(scheme, steady, memory)
     span.widen(steady.directions if len(steady.directions) else span.directions_of_modes())
     while True:
         found, shares = span.ritz()
@@ -95,11 +103,13 @@ def _undecided(found: Multipliers) -> Mask:
 class _Span:
     """Orthonormal deviations, and their images one cycle later, rows."""
 
-    def __init__(self, scheme: TimeScheme, steady: SteadyState) -> None:
+    def __init__(
+        self, scheme: TimeScheme, steady: SteadyState, memory: ContactMemory | None
+    ) -> None:
         omega = 2 * np.pi * steady.frequency
         self.scheme, self.orbit, self.wave = scheme, steady.cycle.state, steady.cycle.load
         self.space, self.norm = StateSpace(scheme, omega), DeviationNorm(scheme, omega)
-        self.memory, self.cycles = contact_memory(scheme), 0
+        self.memory, self.cycles = memory or contact_memory(scheme), 0
         self.basis: Array = np.zeros((0, len(self.space.rest)))
         self.images: Array = self.basis
 

@@ -26,6 +26,8 @@ class Start(Brief):
         Of the load ``A sin(theta)``, rad.
     eta, rate : (k,) arrays
         Modal coordinates and their true rates.
+    residual_rate : (d m,) array
+        Mean rate of the residual part of the relative displacements over the last step.
     r, v : (d m,) arrays
         Reactions and relative displacements.
     taken : (1,) array
@@ -36,6 +38,7 @@ class Start(Brief):
     phase: float
     eta: Array
     rate: Array
+    residual_rate: Array
     r: Array
     v: Array
     taken: Array
@@ -45,7 +48,8 @@ class Start(Brief):
 def end_of(state: State, phase: float, scheme: TimeScheme, frequency: float) -> Start:
     """The start that a state of a scheme is, under a load of so many Hz."""
     rate = state.rate / _seen(scheme, frequency)
-    return Start(phase, state.eta, rate, state.r, state.v, state.taken, state.status)
+    residual = (state.residual_v - state.residual_before) / scheme.dt
+    return Start(phase, state.eta, rate, residual, state.r, state.v, state.taken, state.status)
 
 
 def placed(start: Start, scheme: TimeScheme, frequency: float, load: float) -> State:
@@ -59,11 +63,13 @@ def placed(start: Start, scheme: TimeScheme, frequency: float, load: float) -> S
     eta[:known], rate[:known] = start.eta[:known], start.rate[:known]
     eta[known:] = force[known:] / model.omega[known:] ** 2
     rate *= _seen(scheme, frequency)
+    residual = start.v - model.mode_v @ eta
     return State(
         eta=eta,
         rate=rate,
         acceleration=force - kernel.mode_damping * rate - model.omega**2 * eta,
-        residual_v=start.v - model.mode_v @ eta,
+        residual_v=residual,
+        residual_before=residual - scheme.dt * start.residual_rate,
         r=start.r.copy(),
         v=start.v.copy(),
         taken=start.taken.copy(),

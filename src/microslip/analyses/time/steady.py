@@ -16,6 +16,7 @@ import numpy as np
 
 from microslip.analyses.time.deviations import StateSpace, vibration_weight
 from microslip.analyses.time.scheme import (
+    ContactMemory,
     March,
     State,
     TimeScheme,
@@ -103,6 +104,7 @@ def steady_state(
     tolerance: float = 1e-5,
     max_cycles: int = 400,
     start: State | Start | None = None,
+    memory: ContactMemory | None = None,
 ) -> SteadyState:
     """Find the steady state at one frequency.
 
@@ -127,6 +129,8 @@ def steady_state(
     start : State or Start, optional
         To start from instead of the guess: a state of this scheme at phase 0, or the end of another
         steady state.
+    memory : ContactMemory, optional
+        From `contact_memory` of this scheme: what was factorised before is not again.
     """
     steps = round(1 / (frequency * scheme.dt))
     omega = 2 * np.pi * frequency
@@ -139,7 +143,7 @@ def steady_state(
     theta = phase + 2 * np.pi * np.arange(steps + 1) / steps
     wave = load * np.sin(theta)
     began = clock.perf_counter()
-    contact = contact_memory(scheme)
+    contact = contact_memory(scheme) if memory is None else memory
     space = StateSpace(scheme, omega)
     search = Search(space, accelerate, near=isinstance(start, Start))
     history: list[float] = []
@@ -224,7 +228,13 @@ def thinned(cycle: March, factor: int) -> March:
     return replace(cycle, **kept, **worst)
 
 
-def raised_state(scheme: TimeScheme, frequency: float, load: float, cycles: int) -> State:
+def raised_state(
+    scheme: TimeScheme,
+    frequency: float,
+    load: float,
+    cycles: int,
+    memory: ContactMemory | None = None,
+) -> State:
     """State after the load was raised slowly from rest, at phase 0 of the load.
 
     The amplitude grows as ``(1 - cos(pi t / t_1))/2`` over so many cycles. Pairs that stick all
@@ -234,4 +244,4 @@ def raised_state(scheme: TimeScheme, frequency: float, load: float, cycles: int)
     steps = round(1 / (frequency * scheme.dt))
     turn = np.arange(cycles * steps + 1) / steps
     wave = load * 0.5 * (1 - np.cos(np.pi * turn / cycles)) * np.sin(2 * np.pi * turn)
-    return march(scheme, prestressed_state(scheme), wave).state
+    return march(scheme, prestressed_state(scheme), wave, memory=memory).state
