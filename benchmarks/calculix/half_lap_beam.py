@@ -1,10 +1,13 @@
 """CalculiX beside microslip on a beam with three bolts: frequencies, and one quasi-static cycle.
 
-    python benchmarks/calculix/half_lap_beam.py [FILE] [--moment 20] [--steps 24] [--out DIR] [--json FILE]
+    python benchmarks/calculix/half_lap_beam.py [FILE] [--mesh FILE] [--moment 100] [--steps 24]
+    python benchmarks/calculix/half_lap_beam.py --frequencies
+    python benchmarks/calculix/half_lap_beam.py --trend 4 12 24 60
 
-Both take the mesh of the joint file. Frequencies are those of the two halves tied over the whole interface,
-free in space. For the cycle both have the same nodal forces and penalty; the halves are clamped
-without friction, the moment goes up to its amplitude and once round. Without ``ccx`` it says so and ends with
+Both take the mesh of the joint file, or another one of the same beam. Frequencies are those of the two halves
+tied over the whole interface, free in space. For the cycle both have the same nodal forces and penalty; the
+halves are clamped without friction, the moment goes up to its amplitude and once round. `--trend` is ours
+alone, with what CalculiX does to pairs that open and without. Without ``ccx`` the others say so and end with
 status 0.
 """
 
@@ -67,6 +70,9 @@ def arguments(argv):
         "--force-tolerance", type=float, default=1e-4, help="of ccx, over the mean force"
     )
     parser.add_argument("--frequencies", action="store_true", help="frequencies alone")
+    parser.add_argument(
+        "--trend", type=int, nargs="+", metavar="STEPS", help="our cycle with these steps; no ccx"
+    )
     parser.add_argument("--out", type=Path, help="keep the files of ccx in this folder")
     parser.add_argument("--json", type=Path, help="write what was found to this file as well")
     return parser.parse_args(argv)
@@ -212,6 +218,22 @@ def our_rows(mesh, interface, joint, options):
     return opening, ours | rows
 
 
+def trend(joint, options):
+    """Print energies of our cycles with ever more steps: Coulomb's law, and reopened pairs as in ccx."""
+    prepared = assemble(with_penalty(joint, options.stiffness)).prepared
+    port, moment = joint.driven.name, options.moment
+    print("| steps | Coulomb, J | reopened pairs as in ccx, J | difference |\n|---|---|---|---|")
+    for steps in options.trend:
+        coulomb = our_cycle(prepared, port, moment, steps)["dissipated"]
+        rotation = cycle_of_ccx(prepared, port, moment, path_of(steps))
+        last = slice(-steps - 1, None)
+        dragged = _row(rotation[last], moment, path_of(steps)[last], 0.0, 0)["dissipated"]
+        print(
+            f"| {steps} | {coulomb:.6g} | {dragged:.6g} | {dragged / coulomb - 1:+.2%} |",
+            flush=True,
+        )
+
+
 def ccx_row(ccx, folder, mesh, interface, joint, structure, options):
     """The cycle of CalculiX as a row."""
     moment, port = options.moment, joint.driven.name
@@ -278,33 +300,42 @@ def report(rows):
         )
 
 
+def compare(ccx, joint, options, folder):
+    """Print frequencies and, unless these alone are asked for, the cycle; returns what was found."""
+    mesh = read_mesh(Path(joint.mesh.file), length=1e-3)
+    interface = joint.interface[0].first, joint.interface[0].second
+    theirs, ours = compare_frequencies(ccx, folder, mesh, interface, joint)
+    print("| mode | CalculiX, Hz | microslip, Hz | difference |\n|---|---|---|---|")
+    for k, (a, b) in enumerate(zip(theirs, ours, strict=True), 1):
+        print(f"| {k} | {a:.3f} | {b:.3f} | {b / a - 1:+.2%} |", flush=True)
+    record = {"calculix_hz": theirs.tolist(), "microslip_hz": ours.tolist()}
+    if options.frequencies:
+        return record
+    opening, rows = compare_cycles(ccx, folder, mesh, interface, joint, options)
+    print(f"\nmoment {options.moment:.4g} N m; {opening:.4g} N m open the joint\n")
+    report(rows)
+    asked = {key: getattr(options, key) for key in ("moment", "steps", "stiffness")}
+    return record | asked | {"opening": opening, "rows": rows}
+
+
 def main(argv=None):
     """Entry point; returns the exit status."""
     options = arguments(argv)
-    ccx = find_ccx()
-    if ccx is None:
+    ccx = None if options.trend else find_ccx()
+    if ccx is None and not options.trend:
         return 0
     try:
         joint = load_joint(options.file)
         if options.mesh:
-            file = str(options.mesh.resolve())
-            joint = joint.model_copy(update={"mesh": joint.mesh.model_copy(update={"file": file})})
-        mesh = read_mesh(Path(joint.mesh.file), length=1e-3)
-        interface = joint.interface[0].first, joint.interface[0].second
+            mesh = joint.mesh.model_copy(update={"file": str(options.mesh.resolve())})
+            joint = joint.model_copy(update={"mesh": mesh})
         with threadpool_limits(1), tempfile.TemporaryDirectory() as temporary:
+            if options.trend:
+                trend(joint, options)
+                return 0
             folder = options.out or Path(temporary)
             folder.mkdir(parents=True, exist_ok=True)
-            theirs, ours = compare_frequencies(ccx, folder, mesh, interface, joint)
-            print("| mode | CalculiX, Hz | microslip, Hz | difference |\n|---|---|---|---|")
-            for k, (a, b) in enumerate(zip(theirs, ours, strict=True), 1):
-                print(f"| {k} | {a:.3f} | {b:.3f} | {b / a - 1:+.2%} |", flush=True)
-            record = {"calculix_hz": theirs.tolist(), "microslip_hz": ours.tolist()}
-            if not options.frequencies:
-                opening, rows = compare_cycles(ccx, folder, mesh, interface, joint, options)
-                record |= {"opening": opening, "moment": options.moment, "rows": rows}
-                record |= {"steps": options.steps, "stiffness": options.stiffness}
-                print(f"\nmoment {options.moment:.4g} N m; {opening:.4g} N m open the joint\n")
-                report(rows)
+            record = compare(ccx, joint, options, folder)
     except MicroslipError as error:
         print(f"CalculiX comparison failed: {error}", file=sys.stderr)
         return 1
