@@ -11,11 +11,7 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 import platform
-import resource
-import shutil
-import subprocess
 import sys
 import tempfile
 import time
@@ -24,7 +20,7 @@ from pathlib import Path
 
 import numpy as np
 from ccx_deck import Loading, write_deck
-from ccx_results import contact_points, iterations, read_path
+from ccx_results import contact_points, find_ccx, iterations, read_path, run_deck
 from linear_joint import linear_joint
 from same_elements import ccx_points, gauss_points, matched_model, penalty_law
 from threadpoolctl import threadpool_limits
@@ -32,7 +28,7 @@ from threadpoolctl import threadpool_limits
 from microslip import load_joint, prepare_joint
 from microslip.analyses.statics.cycle import quasi_static_cycle
 from microslip.contact.law import contact_law
-from microslip.errors import ContactError, MicroslipError
+from microslip.errors import MicroslipError
 from microslip.model import lap
 from microslip.model.joint import Reducer
 
@@ -114,26 +110,7 @@ def loading_of(joint, options):
 
 def run_ccx(ccx, folder, linear, material, loading):
     """Run the deck; the last cycle as a `Row`, the path, and iterations per load step."""
-    for old in folder.glob("joint.*"):
-        old.unlink()
-    (folder / "joint.inp").write_text(write_deck(linear, material, loading))
-    start = _children_seconds()
-    with (folder / "joint.log").open("w") as log:
-        done = subprocess.run(
-            [ccx, "-i", "joint"],
-            cwd=folder,
-            stdout=log,
-            stderr=log,
-            check=False,
-            env={**os.environ, "OMP_NUM_THREADS": "1"},
-        )
-    seconds = _children_seconds() - start
-    if done.returncode:
-        said = (folder / "joint.log").read_text(errors="replace").split("*ERROR")
-        raise ContactError(
-            f"ccx ended with status {done.returncode}: {' '.join(said[-1].split())[:300]}; keep its "
-            "files with --out, and try more --steps or a softer --normal-stiffness"
-        )
+    seconds = run_deck(ccx, folder, "joint", write_deck(linear, material, loading))
     increments = 1 + loading.steps * loading.cycles
     path = read_path(folder / "joint.dat", linear, increments)
     last = slice(-loading.steps - 1, None)
@@ -147,11 +124,6 @@ def run_ccx(ccx, folder, linear, material, loading):
         0.0,
     )
     return row, path, float(iterations(folder / "joint.cvg")[1:].mean())
-
-
-def _children_seconds():
-    used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return used.ru_utime + used.ru_stime
 
 
 def _row(name, points, loading, rotation, slip, seconds_per_step, once):
@@ -267,9 +239,8 @@ def report(rows, notes):
 def main(argv=None):
     """Entry point; returns the exit status."""
     options = arguments(argv)
-    ccx = shutil.which("ccx")
+    ccx = find_ccx()
     if ccx is None:
-        print("CalculiX comparison skipped: no ccx on the path (Debian: apt install calculix-ccx)")
         return 0
     try:
         joint = load_joint(options.file)

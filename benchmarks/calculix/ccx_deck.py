@@ -163,8 +163,10 @@ def load_path(loading):
 
 
 def controls(out, loading):
-    """How exactly equilibrium is asked for."""
-    print(f"*CONTROLS, PARAMETERS=FIELD\n{loading.force_tolerance:.12g}, 1e-2", file=out)
+    """How exactly equilibrium is asked for: of the first nine iterations, and of later ones, where ccx would
+    else be content with 2 % of the mean force."""
+    tolerance = f"{loading.force_tolerance:.12g}"
+    print(f"*CONTROLS, PARAMETERS=FIELD\n{tolerance}, 1e-2, , , {tolerance}", file=out)
 
 
 def _forces(out, forces, factor=1.0):

@@ -1,7 +1,11 @@
-"""What CalculiX printed: displacements (`.dat`), iterations and contact points (`.cvg`)."""
+"""CalculiX run, and what it printed: displacements (`.dat`), iterations and contact points (`.cvg`)."""
 
 from __future__ import annotations
 
+import os
+import resource
+import shutil
+import subprocess
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,6 +31,49 @@ class Path:
     time: np.ndarray
     rotation: np.ndarray
     slip: np.ndarray
+
+
+def find_ccx():
+    """Path of the program; None, and a line that says so, where there is none."""
+    ccx = shutil.which("ccx")
+    if ccx is None:
+        print("CalculiX comparison skipped: no ccx on the path (Debian: apt install calculix-ccx)")
+    return ccx
+
+
+def run_deck(ccx, folder, name, text):
+    """Run a deck in a folder, one thread; seconds of processor time.
+
+    Raises
+    ------
+    ContactError
+        Where ccx ends with an error; it has the first of what ccx says.
+    """
+    for old in folder.glob(f"{name}.*"):
+        old.unlink()
+    (folder / f"{name}.inp").write_text(text)
+    start = _children_seconds()
+    with (folder / f"{name}.log").open("w") as log:
+        done = subprocess.run(
+            [ccx, "-i", name],
+            cwd=folder,
+            stdout=log,
+            stderr=log,
+            check=False,
+            env={**os.environ, "OMP_NUM_THREADS": "1"},
+        )
+    if done.returncode:
+        said = (folder / f"{name}.log").read_text(errors="replace").split("*ERROR")[-1]
+        raise ContactError(
+            f"ccx ended with status {done.returncode}: {' '.join(said.split())[:300]}; keep its "
+            "files with --out, and try more --steps or a softer penalty"
+        )
+    return _children_seconds() - start
+
+
+def _children_seconds():
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def read_path(dat, joint, increments):

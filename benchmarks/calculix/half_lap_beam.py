@@ -1,10 +1,13 @@
 """CalculiX beside microslip on a beam with three bolts: frequencies, and one quasi-static cycle.
 
-    python benchmarks/calculix/half_lap_beam.py [FILE] [--moment 20] [--steps 24] [--out DIR] [--json FILE]
+    python benchmarks/calculix/half_lap_beam.py [FILE] [--mesh FILE] [--moment 100] [--steps 24]
+    python benchmarks/calculix/half_lap_beam.py --frequencies
+    python benchmarks/calculix/half_lap_beam.py --trend 4 12 24 60
 
-Both take the mesh of the joint file. Frequencies are those of the two halves tied over the whole interface,
-free in space. For the cycle both have the same nodal forces and penalty; the halves are clamped
-without friction, the moment goes up to its amplitude and once round. Without ``ccx`` it says so and ends with
+Both take the mesh of the joint file, or another one of the same beam. Frequencies are those of the two halves
+tied over the whole interface, free in space. For the cycle both have the same nodal forces and penalty; the
+halves are clamped without friction, the moment goes up to its amplitude and once round. `--trend` is ours
+alone, with what CalculiX does to pairs that open and without. Without ``ccx`` the others say so and end with
 status 0.
 """
 
@@ -13,10 +16,6 @@ from __future__ import annotations
 import argparse
 import io
 import json
-import os
-import resource
-import shutil
-import subprocess
 import sys
 import tempfile
 import time
@@ -24,7 +23,8 @@ from pathlib import Path
 
 import numpy as np
 from ccx_deck import MM, NEVER, Loading, controls, interaction, listed
-from ccx_results import contact_points, iterations, read_displacements
+from ccx_results import contact_points, find_ccx, iterations, read_displacements, run_deck
+from same_faces import cycle_of_ccx, point_interface, prepared_points
 from threadpoolctl import threadpool_limits
 
 from microslip import load_joint
@@ -47,6 +47,12 @@ node: together some N/m, of which a beam bent by a millimetre feels less than a 
 MODES = 12
 """Frequencies that are compared, beyond the six rigid motions."""
 
+DEGREE = 2
+"""Of our quadrature on the pieces that faces share: three points each."""
+
+MOST_POINTS = 1200
+"""Largest number of points of the faces that our dense flexibility is asked to take."""
+
 
 def arguments(argv):
     """Command line."""
@@ -54,6 +60,7 @@ def arguments(argv):
     parser.add_argument(
         "file", nargs="?", type=Path, default=ROOT / "examples" / "half_lap_beam.toml"
     )
+    parser.add_argument("--mesh", type=Path, help="another mesh of the beam, in mm")
     parser.add_argument("--moment", type=float, default=100.0, help="N m")
     parser.add_argument(
         "--steps", type=int, default=24, help="load steps per cycle, a multiple of 4"
@@ -63,6 +70,9 @@ def arguments(argv):
         "--force-tolerance", type=float, default=1e-4, help="of ccx, over the mean force"
     )
     parser.add_argument("--frequencies", action="store_true", help="frequencies alone")
+    parser.add_argument(
+        "--trend", type=int, nargs="+", metavar="STEPS", help="our cycle with these steps; no ccx"
+    )
     parser.add_argument("--out", type=Path, help="keep the files of ccx in this folder")
     parser.add_argument("--json", type=Path, help="write what was found to this file as well")
     return parser.parse_args(argv)
@@ -144,29 +154,6 @@ def _springs(out, mesh, structure):
         print(f"*SPRING, ELSET=SPRING{axis}\n{axis}\n{stiffness:.12g}", file=out)
 
 
-def run_ccx(ccx, folder, name, text):
-    """Run a deck; processor seconds."""
-    for old in folder.glob(f"{name}.*"):
-        old.unlink()
-    (folder / f"{name}.inp").write_text(text)
-    start = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
-    with (folder / f"{name}.log").open("w") as log:
-        done = subprocess.run(
-            [ccx, "-i", name],
-            cwd=folder,
-            stdout=log,
-            stderr=log,
-            check=False,
-            env={**os.environ, "OMP_NUM_THREADS": "1"},
-        )
-    if done.returncode:
-        said = (folder / f"{name}.log").read_text(errors="replace").split("*ERROR")[-1]
-        raise ContactError(
-            f"ccx ended with status {done.returncode}: {' '.join(said.split())[:300]}"
-        )
-    return resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - start
-
-
 def read_frequencies(dat):
     """Natural frequencies in Hz: the fourth column of the table of eigenvalues."""
     rows = [line.split() for line in dat.read_text(encoding="ascii").splitlines()]
@@ -176,7 +163,7 @@ def read_frequencies(dat):
 
 def compare_frequencies(ccx, folder, mesh, interface, joint):
     """Frequencies of the tied beam beyond the rigid motions, CalculiX first."""
-    run_ccx(ccx, folder, "tied", frequency_deck(mesh, interface))
+    run_deck(ccx, folder, "tied", frequency_deck(mesh, interface))
     theirs = read_frequencies(folder / "tied.dat")[6:]
     structure = read_described_mesh(joint).structure
     everything = np.arange(structure.interface.relative.shape[0])
@@ -191,27 +178,65 @@ def path_of(steps):
     return np.concatenate([up, np.sin(theta)])
 
 
-def our_cycle(joint, moment, steps):
-    """One cycle after the first loading, and seconds of a step."""
-    assembly = assemble(joint)
-    port = joint.driven.name
+def our_cycle(prepared, port, moment, steps):
+    """One cycle after the first loading as a row."""
     start = time.process_time()
     cycle = quasi_static_cycle(
-        assembly.prepared, port, moment, steps=steps, phase=np.pi / 2, max_cycles=1, closure=0.0
+        prepared, port, moment, steps=steps, phase=np.pi / 2, max_cycles=1, closure=0.0
     )
     seconds = (time.process_time() - start) / (1.25 * steps)
-    return cycle, assembly, seconds
+    rotation = cycle.output[:, prepared.model.port(port)]
+    return _row(rotation, moment, cycle.load / moment, seconds, prepared.model.pairs)
 
 
-def compare_cycles(ccx, folder, mesh, interface, joint, options):
-    """What both find of the cycle: dissipated energy and half the range of the rotation."""
+def our_rows(mesh, interface, joint, options):
+    """Our cycles by name: Coulomb's law on pairs at nodes, exact and with the penalty, and at points of the
+    faces; and at those with what ccx does to a pair that opens."""
+    port, moment, steps = joint.driven.name, options.moment, options.steps
     exact = assemble(joint)
-    port = joint.driven.name
     opening = opening_load(exact.model, exact.prestress, port)
-    moment = options.moment
-    structure = exact.structure
-    if structure.dofs != mesh.points.size:
-        raise ContactError("the deck has neither supports nor ties: take them out of the joint")
+    same = assemble(with_penalty(joint, options.stiffness)).prepared
+    rows = {
+        "same penalty": our_cycle(same, port, moment, steps),
+        "exact law": our_cycle(exact.prepared, port, moment, steps),
+    }
+    points = point_interface(mesh, *interface, DEGREE)
+    if points.pairs > MOST_POINTS:
+        print(f"{points.pairs} points of the faces are too many for a dense flexibility: left out")
+        return opening, rows
+    prepared = prepared_points(exact.structure, points, joint, options.stiffness, port)
+    start = time.process_time()
+    rotation = cycle_of_ccx(prepared, port, moment, path_of(steps))
+    seconds = (time.process_time() - start) / len(rotation)
+    last = slice(-steps - 1, None)
+    dragged = _row(rotation[last], moment, path_of(steps)[last], seconds, points.pairs)
+    coulomb = our_cycle(prepared, port, moment, steps)
+    ours = {
+        "points of the faces, reopened pairs as in ccx": dragged,
+        "points of the faces": coulomb,
+    }
+    return opening, ours | rows
+
+
+def trend(joint, options):
+    """Print energies of our cycles with ever more steps: Coulomb's law, and reopened pairs as in ccx."""
+    prepared = assemble(with_penalty(joint, options.stiffness)).prepared
+    port, moment = joint.driven.name, options.moment
+    print("| steps | Coulomb, J | reopened pairs as in ccx, J | difference |\n|---|---|---|---|")
+    for steps in options.trend:
+        coulomb = our_cycle(prepared, port, moment, steps)["dissipated"]
+        rotation = cycle_of_ccx(prepared, port, moment, path_of(steps))
+        last = slice(-steps - 1, None)
+        dragged = _row(rotation[last], moment, path_of(steps)[last], 0.0, 0)["dissipated"]
+        print(
+            f"| {steps} | {coulomb:.6g} | {dragged:.6g} | {dragged / coulomb - 1:+.2%} |",
+            flush=True,
+        )
+
+
+def ccx_row(ccx, folder, mesh, interface, joint, structure, options):
+    """The cycle of CalculiX as a row."""
+    moment, port = options.moment, joint.driven.name
     bolts = sum(structure.loads[each.name] * each.force for each in joint.preload)
     loading = Loading(
         clamp=0.0,
@@ -223,75 +248,94 @@ def compare_cycles(ccx, folder, mesh, interface, joint, options):
         force_tolerance=options.force_tolerance,
     )
     factors = path_of(options.steps)
-    # displacements in mm: the load vector of a moment does its work on metres
     text = cycle_deck(mesh, interface, structure, loading, bolts * LOAD_SCALE, port, factors)
-    rows = []
-    for name, own in (
-        ("exact law", joint),
-        ("same penalty", with_penalty(joint, options.stiffness)),
-    ):
-        cycle, assembly, seconds = our_cycle(own, moment, options.steps)
-        rotation = cycle.output[:, assembly.model.port(port)]
-        rows.append(_row(f"microslip, {name}", rotation, moment, cycle.load / moment, seconds))
-        rows[-1]["contact points"] = assembly.model.pairs
-    used = run_ccx(ccx, folder, "cycle", text)
+    used = run_deck(ccx, folder, "cycle", text)
     times, fields = read_displacements(folder / "cycle.dat")
     if len(times) != len(factors) + 1:
         raise ContactError(f"ccx finished {len(times)} of {len(factors) + 1} steps")
     load = structure.loads[port].reshape(-1, 3)
     watched = np.flatnonzero(load.any(axis=1))
+    # displacements in mm: the load vector of a moment does its work on metres
     rotation = [sum(load[k] @ u[k + 1] for k in watched) / MM / LOAD_SCALE for u in fields]
     last = slice(-options.steps - 1, None)
-    row = _row("CalculiX", np.array(rotation[last]), moment, factors[last], used / len(times))
-    row["contact points"] = int(contact_points(folder / "cycle.cvg").max())
-    row["iterations a step"] = float(iterations(folder / "cycle.cvg").mean())
-    return opening, moment, [row, *rows]
+    points = int(contact_points(folder / "cycle.cvg").max())
+    row = _row(np.array(rotation[last]), moment, factors[last], used / len(times), points)
+    return row | {"iterations a step": float(iterations(folder / "cycle.cvg").mean())}
 
 
-def _row(name, rotation, moment, factors, seconds):
+def compare_cycles(ccx, folder, mesh, interface, joint, options):
+    """Moment that opens the joint, and what all find of the cycle by name, CalculiX first."""
+    structure = read_described_mesh(joint).structure
+    if structure.dofs != mesh.points.size:
+        raise ContactError("the deck has neither supports nor ties: take them out of the joint")
+    opening, ours = our_rows(mesh, interface, joint, options)
+    theirs = ccx_row(ccx, folder, mesh, interface, joint, structure, options)
+    return opening, {"CalculiX": theirs} | ours
+
+
+def _row(rotation, moment, factors, seconds, points):
+    """Energy is that of the polygon through the load steps, half the range of the rotation beside it."""
     mean = 0.5 * (factors[1:] + factors[:-1])
     return {
-        "name": name,
+        "contact points": points,
         "dissipated": float(moment * mean @ np.diff(rotation)),
         "rotation": float(np.ptp(rotation)) / 2,
         "seconds a step": seconds,
     }
 
 
+def report(rows):
+    """Print rows beside the first."""
+    first = next(iter(rows.values()))
+    print(
+        "| | contact points | dissipated, J | to CalculiX | rotation, rad | to CalculiX | per step |\n"
+        "|---|---|---|---|---|---|---|"
+    )
+    for name, row in rows.items():
+        energy, turn = (row[k] / first[k] - 1 for k in ("dissipated", "rotation"))
+        print(
+            f"| {name} | {row['contact points']} | {row['dissipated']:.6g} | {energy:+.2%} | "
+            f"{row['rotation']:.6e} | {turn:+.3%} | {row['seconds a step']:.3g} s |",
+            flush=True,
+        )
+
+
+def compare(ccx, joint, options, folder):
+    """Print frequencies and, unless these alone are asked for, the cycle; returns what was found."""
+    mesh = read_mesh(Path(joint.mesh.file), length=1e-3)
+    interface = joint.interface[0].first, joint.interface[0].second
+    theirs, ours = compare_frequencies(ccx, folder, mesh, interface, joint)
+    print("| mode | CalculiX, Hz | microslip, Hz | difference |\n|---|---|---|---|")
+    for k, (a, b) in enumerate(zip(theirs, ours, strict=True), 1):
+        print(f"| {k} | {a:.3f} | {b:.3f} | {b / a - 1:+.2%} |", flush=True)
+    record = {"calculix_hz": theirs.tolist(), "microslip_hz": ours.tolist()}
+    if options.frequencies:
+        return record
+    opening, rows = compare_cycles(ccx, folder, mesh, interface, joint, options)
+    print(f"\nmoment {options.moment:.4g} N m; {opening:.4g} N m open the joint\n")
+    report(rows)
+    asked = {key: getattr(options, key) for key in ("moment", "steps", "stiffness")}
+    return record | asked | {"opening": opening, "rows": rows}
+
+
 def main(argv=None):
     """Entry point; returns the exit status."""
     options = arguments(argv)
-    ccx = shutil.which("ccx")
-    if ccx is None:
-        print("CalculiX comparison skipped: no ccx on the path (Debian: apt install calculix-ccx)")
+    ccx = None if options.trend else find_ccx()
+    if ccx is None and not options.trend:
         return 0
     try:
         joint = load_joint(options.file)
-        mesh = read_mesh(Path(joint.mesh.file), length=1e-3)
-        interface = joint.interface[0].first, joint.interface[0].second
+        if options.mesh:
+            mesh = joint.mesh.model_copy(update={"file": str(options.mesh.resolve())})
+            joint = joint.model_copy(update={"mesh": mesh})
         with threadpool_limits(1), tempfile.TemporaryDirectory() as temporary:
+            if options.trend:
+                trend(joint, options)
+                return 0
             folder = options.out or Path(temporary)
             folder.mkdir(parents=True, exist_ok=True)
-            theirs, ours = compare_frequencies(ccx, folder, mesh, interface, joint)
-            print("| mode | CalculiX, Hz | microslip, Hz | difference |\n|---|---|---|---|")
-            for k, (a, b) in enumerate(zip(theirs, ours, strict=True), 1):
-                print(f"| {k} | {a:.3f} | {b:.3f} | {b / a - 1:+.2%} |", flush=True)
-            record = {"calculix_hz": theirs.tolist(), "microslip_hz": ours.tolist()}
-            if not options.frequencies:
-                opening, moment, rows = compare_cycles(ccx, folder, mesh, interface, joint, options)
-                record |= {"opening": opening, "moment": moment, "rows": rows}
-                print(f"\nmoment {moment:.4g} N m; {opening:.4g} N m open the joint\n")
-                print(
-                    "| | contact points | dissipated, J | to CalculiX | rotation, rad | to CalculiX | "
-                    "per step |\n|---|---|---|---|---|---|---|"
-                )
-                for row in rows:
-                    energy, turn = (row[k] / rows[0][k] - 1 for k in ("dissipated", "rotation"))
-                    print(
-                        f"| {row['name']} | {row['contact points']} | {row['dissipated']:.6g} | "
-                        f"{energy:+.2%} | {row['rotation']:.6e} | {turn:+.3%} | "
-                        f"{row['seconds a step']:.3g} s |"
-                    )
+            record = compare(ccx, joint, options, folder)
     except MicroslipError as error:
         print(f"CalculiX comparison failed: {error}", file=sys.stderr)
         return 1
