@@ -1,4 +1,4 @@
-"""The structure: what holds and loads it, its modes, and its motion where the load turns."""
+"""The structure: what holds and loads it, its modes, and how a motion of it is drawn."""
 
 from __future__ import annotations
 
@@ -16,12 +16,9 @@ from matplotlib.lines import Line2D
 from microslip.describe.joint import Joint
 from microslip.model.geometry import ContactSurface, Geometry
 from microslip.model.structure import Structure
-from microslip.pipeline.motion import motion_from_prestress
 from microslip.pipeline.run import Run
 from microslip.show.plots.charts import loop_of
 from microslip.show.plots.interface_maps import colour_bar
-from microslip.show.plots.selection import name_of
-from microslip.show.plots.spatial_fields import shown_cycle
 from microslip.show.plots.style import (
     BLACK,
     BLUE,
@@ -310,40 +307,6 @@ def shapes_figure(geometry: Geometry, shapes: Mapping[str, Array]) -> Figure:
         colour_bar(figure, shown, axes, "displacement over its largest")
     if len(shapes) > 1:
         letters(axes[: len(shapes)])
-    return figure
-
-
-@house_style
-def motion_figure(run: Run) -> Figure | None:
-    """Displacement from prestress at both turns of the load, in the cycle of greatest damping."""
-    found = shown_cycle(run)
-    if run.geometry is None or found is None:
-        return None
-    drive, index, cycle = found
-    geometry = run.geometry
-    steps = [int(np.argmax(cycle.load)), int(np.argmin(cycle.load))]
-    moved = [geometry.displacement(x) for x in motion_from_prestress(run.assembly, cycle, steps)]
-    size = [1e6 * np.linalg.norm(u, axis=1) for u in moved]
-    top = max(float(s.max()) for s in size) or 1.0
-    unit, factor = ("mm", 1e-3) if top > 1e3 else ("µm", 1.0)
-    view, skin = view_of(geometry), skin_of(geometry)
-    columns = columns_of(geometry, view, 2)
-    figure = new_figure(DOUBLE, DOUBLE)
-    axes = list(figure.subplots(2 // columns, columns))
-    norm = Normalize(0.0, factor * top)
-    shown = None
-    for ax, u, label in zip(axes, moved, ("largest", "largest the other way"), strict=True):
-        size_of = factor * 1e6 * np.linalg.norm(u, axis=1)
-        shown = draw_motion(ax, geometry, skin, view, u / (1e-6 * top), norm, size_of)
-        ax.set_title(f"load at its {label}", loc="left")
-    fitted(figure, axes, columns, BAR)
-    if shown is not None:
-        colour_bar(figure, shown, axes, f"displacement ({unit})")
-    letters(axes)
-    times = LARGEST * geometry.size / (1e-6 * top)
-    figure.suptitle(
-        f"motion from prestress, {name_of(run, drive, index)}, drawn {times:.2g} times as large"
-    )
     return figure
 
 
