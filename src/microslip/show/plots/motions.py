@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
@@ -97,9 +98,29 @@ def moved_figure(geometry: Geometry, moved: Array, labels: Sequence[str], said: 
     for ax, u, size, label in zip(axes, motions, sizes, labels, strict=True):
         shown = draw_motion(ax, geometry, skin, view, u / top, norm, factor * size)
         ax.set_title(label, loc="left")
+    same_frame(axes)
     fitted(figure, axes, columns, BAR)
     if shown is not None:
         colour_bar(figure, shown, axes, f"displacement ({unit})")
     letters(axes)
-    figure.suptitle(f"{said}, drawn {LARGEST * geometry.size / top:.2g} times as large")
+    figure.suptitle(f"{said}, drawn {rounded(LARGEST * geometry.size / top)} times as large")
     return figure
+
+
+def same_frame(axes: Sequence[Axes]) -> None:
+    """Give pictures of one structure the limits of all of them, so that they stand at one height."""
+    across, along = (np.array([get(ax) for ax in axes]) for get in (Axes.get_xlim, Axes.get_ylim))
+    for ax in axes:
+        ax.set_xlim(across[:, 0].min(), across[:, 1].max())
+        ax.set_ylim(along[:, 0].min(), along[:, 1].max())
+
+
+def rounded(factor: float) -> str:
+    """A factor in two digits, without an exponent where it is large.
+
+    Examples
+    --------
+    >>> rounded(1523.0), rounded(0.2541)
+    ('1,500', '0.25')
+    """
+    return f"{float(f'{factor:.2g}'):,.7g}"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -53,6 +53,9 @@ ARROW = 0.11
 
 FEW = 4
 """Arrows of one load in one direction."""
+
+MANY = 4
+"""Names that are too many for a legend."""
 
 FAINT = 0.1
 """Of the largest, a force on a node that is not drawn."""
@@ -119,10 +122,19 @@ def draw_given(
     draw_edges(ax, geometry, skin, view)
     flat = view.flat(geometry.points)
     handles = []
-    held = geometry.held
+    held, inside = geometry.held, geometry.body >= 0
+    everywhere = held[inside].all(axis=0) & inside.any()
+    if everywhere.any():
+        along = listed([name for name, still in zip("xyz", everywhere, strict=False) if still])
+        handles.append(_entry(f"all held along {along}", GREY, marker=r"$\ast$"))
     for some, label, marker, colour in (
         (held.all(axis=1), "held", "s", BLACK),
-        (held.any(axis=1) & ~held.all(axis=1), "held in some directions", "D", GREY),
+        (
+            (held & ~everywhere).any(axis=1) & ~held.all(axis=1),
+            "held in some directions",
+            "D",
+            GREY,
+        ),
         (_sprung(geometry, structure), "on springs", "v", GREEN),
     ):
         if some.any():
@@ -135,14 +147,29 @@ def draw_given(
         (marks.preload, BLUE, "preload"),
         (marks.drive, VERMILLION, "load"),
     ):
+        drawn = []
         for name, load in loads.items():
             found = _draw_load(ax, geometry, view, geometry.forces(load), reach, colour)
             if found is not None:
                 ends.append(found)
-                handles.append(_entry(f"{what} {name}", colour, marker=r"$\rightarrow$", ms=9))
+                drawn.append(name)
+        if drawn:
+            label = f"{what} {listed(drawn)}"
+            handles.append(_entry(label, colour, marker=r"$\rightarrow$", ms=9))
     frame(ax, np.vstack(ends))
     draw_triad(ax, geometry, view)
     return handles
+
+
+def listed(names: Sequence[str]) -> str:
+    """Names in a line, of many the first and the last.
+
+    Examples
+    --------
+    >>> listed(["bolt_1", "bolt_2"]), listed(["bolt_1", "bolt_2", "bolt_3", "bolt_4"])
+    ('bolt_1, bolt_2', 'bolt_1 to bolt_4')
+    """
+    return ", ".join(names) if len(names) < MANY else f"{names[0]} to {names[-1]}"
 
 
 def _entry(label: str, colour: str, **style: object) -> Line2D:
