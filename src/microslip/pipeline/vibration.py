@@ -72,20 +72,21 @@ class Vibration(Brief):
 def largest_vibrations(run: Run) -> dict[str, Vibration]:
     """The motion of largest amplitude by harmonic balance and in time, of whatever load, by analysis.
 
-    One that is not known to be stable and periodic only where no other is.
+    One without friction only where there is no other, and one that is not stable or not periodic likewise.
     """
     found = {}
     entries = [
-        (point, stability is None or stability.stable)
+        (entry.friction > 0, stability is None or stability.stable, point)
         for entry in run.harmonic
         for point, stability in zip(entry.points, entry.stability, strict=True)
     ]
     if entries:
-        point, stable = max(entries, key=lambda each: (each[1], abs(each[0].amplitude)))
+        _, stable, point = max(entries, key=lambda e: (*e[:2], abs(e[2].amplitude)))
         found["harmonic"] = balanced_vibration(run.assembly, point, "" if stable else "unstable")
-    steady = [point for point in run.time_domain if point.settled] or list(run.time_domain)
-    if steady:
-        top = max(steady, key=lambda p: abs(p.steady.amplitude))
+    if run.time_domain:
+        top = max(
+            run.time_domain, key=lambda p: (p.friction > 0, p.settled, abs(p.steady.amplitude))
+        )
         found["time"] = steady_vibration(run.assembly, top)
     return found
 
