@@ -318,9 +318,9 @@ def draw_triad(ax: Axes, geometry: Geometry, view: View) -> None:
     across, along = ax.get_xlim(), ax.get_ylim()
     if d == 2:
         ax.set_ylim(along[0] - ROOM * (across[1] - across[0]), along[1])
-    start = TRIAD * np.array([0.4, 0.4])
-    for k, name in enumerate("xyz"[:d]):
-        way = view.flat(np.eye(d)[k]) / MILLI * TRIAD
+    ways = view.flat(np.eye(d)) / MILLI * TRIAD
+    start = 0.4 * TRIAD - 1.6 * np.minimum(ways.min(axis=0), 0.0)
+    for name, way in zip("xyz", ways, strict=False):
         arrow = {"arrowstyle": "-|>", "lw": 0.7, "mutation_scale": 6, "shrinkA": 0, "shrinkB": 0}
         corner = {"xycoords": "axes points", "annotation_clip": False}
         ax.annotate(
