@@ -13,6 +13,7 @@ from microslip.show.plots.given import simple_motions
 from microslip.show.plots.interface_maps import panels
 from microslip.show.plots.motions import rounded
 from microslip.show.plots.structure import given_figure, listed, marks_of
+from microslip.show.plots.style import house_style
 
 
 def described(name):
@@ -62,10 +63,15 @@ class FlatChart:
         self.extent, self.margins = np.array([wide, tall]), np.array([2.0, 2.0])
 
 
+@house_style
 def test_titles_of_tall_maps_have_room():
-    """Four maps higher than wide stand in two columns, each wide enough for its title."""
+    """Four maps higher than wide: their titles do not overlap, and stay inside the figure."""
     figure, axes = panels([FlatChart(40.0, 60.0)] * 4)
+    titles = [
+        ax.set_title("(a)  load at its largest, slip of the upper side", loc="left") for ax in axes
+    ]
     figure.draw_without_rendering()
-    lefts = sorted({round(ax.get_subplotspec().get_position(figure).x0, 3) for ax in axes})
-    assert len(lefts) == 2
-    assert (lefts[1] - lefts[0]) * figure.get_figwidth() * 25.4 > 80
+    boxes = [title.get_window_extent() for title in titles]
+    for k, box in enumerate(boxes):
+        assert not any(box.overlaps(other) for other in boxes[k + 1 :])
+        assert box.x1 <= figure.bbox.x1

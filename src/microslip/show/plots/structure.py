@@ -125,12 +125,12 @@ def draw_given(
     held, inside = geometry.held, geometry.body >= 0
     everywhere = held[inside].all(axis=0) & inside.any()
     if everywhere.any():
-        along = listed([name for name, still in zip("xyz", everywhere, strict=False) if still])
+        along = listed([name for name, still in zip("xyz", everywhere, strict=False) if still])  # type: ignore[arg-type]
         handles.append(_entry(f"all held along {along}", GREY, marker=r"$\ast$"))
     for some, label, marker, colour in (
         (held.all(axis=1), "held", "s", BLACK),
         (
-            (held & ~everywhere).any(axis=1) & ~held.all(axis=1),
+            (held & ~everywhere).any(axis=1) & ~held.all(axis=1),  # type: ignore[operator]
             "held in some directions",
             "D",
             GREY,

@@ -329,7 +329,7 @@ def draw_triad(ax: Axes, geometry: Geometry, view: View) -> None:
             tuple(start),
             textcoords="axes points",
             arrowprops={**arrow, "fc": "k"},
-            **corner,
+            **corner,  # type: ignore[arg-type]
         )
         at = start + way * (1 + 6.0 / max(float(np.linalg.norm(way)), 1.0))
-        ax.annotate(name, tuple(at), ha="center", va="center", fontsize=8, **corner)
+        ax.annotate(name, tuple(at), ha="center", va="center", fontsize=8, **corner)  # type: ignore[arg-type]
