@@ -15,6 +15,7 @@ from scipy.sparse.csgraph import connected_components
 from microslip.brief import Brief
 from microslip.model.mesh.facets import FacetGroup, facets_of
 from microslip.model.mesh.finite_elements import Block, FiniteElementMesh
+from microslip.model.mesh.naming import named_bodies
 from microslip.model.meshed import MeshedStructure
 from microslip.model.mortar.coupling import MortarCoupling
 from microslip.model.mortar.segments import tangents_of
@@ -98,6 +99,8 @@ class Geometry(Brief):
     place : (dofs,) int array
         Component ``d k + i`` of point k that each degree of freedom of the structure is, -1 of none.
     surfaces : tuple of ContactSurface
+    names : tuple of str
+        Of the bodies; empty where they have none.
     """
 
     points: Array
@@ -107,6 +110,7 @@ class Geometry(Brief):
     motion: sp.csr_matrix
     place: Indices
     surfaces: tuple[ContactSurface, ...]
+    names: tuple[str, ...] = ()
 
     @property
     def dimension(self) -> int:
@@ -173,6 +177,7 @@ def geometry_of_mesh(meshed: MeshedStructure, names: Sequence[str]) -> Geometry:
         motion=motion,
         place=np.where(free < d * len(mesh.points), free, -1),
         surfaces=tuple(surfaces),
+        names=tuple(name for name, _ in named_bodies(mesh)),
     )
 
 

@@ -1,27 +1,56 @@
-"""Displacements of the whole structure under loads that are held: back from the joint model.
+"""Displacements of the whole structure, at rest or vibrating: back from the joint model.
 
 With the load vectors p of the ports, their amplitudes a and the reactions r,
 
-    K u = P a - B^T r,
+    M u'' + C u' + K u = P a - B^T r,
 
-of which the joint model keeps modes and a residual flexibility; both together are all of it, so that u is
-that of the finite elements, and ``B u`` and ``P^T u`` are the relative displacements and the outputs that the
-analyses have.
+of which the joint model keeps the modes Phi and a residual flexibility. Both together are all of it:
+
+    u = Phi eta + K_res^-1 (P a - B^T r)
+
+is the displacement that the analyses have, whatever they keep of it: ``B u`` and ``P^T u`` are their
+relative displacements and outputs. At rest this is the equilibrium of the finite elements. In a periodic
+motion eta and the lag of the residual part follow harmonic by harmonic
+(`microslip.model.flexibility.harmonic_compliance`), and its mean is an equilibrium.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from microslip.analyses.statics.cycle import Cycle
-from microslip.model.flexibility import Flexibility
+from microslip.brief import Brief
+from microslip.model.flexibility import Flexibility, harmonic_compliance
 from microslip.pipeline.prepare import Assembly
-from microslip.typing import Array, Indices
+from microslip.typing import Array, Complex, Indices
 
 FAINT = 1e-3
 """Weight of the springs of a nearly rigid motion beside the pairs that see it."""
+
+
+@dataclass(frozen=True, repr=False)
+class PeriodicMotion(Brief):
+    """What drives a structure through a periodic motion: ``Y_0 + sum Im(Y_h e^{i h theta})``.
+
+    Attributes
+    ----------
+    frequency : float
+        Hz.
+    a : (H + 1, p) complex array
+        Amplitudes of all ports of the joint model, the preload in the mean.
+    r : (H + 1, d m) complex array
+        Reactions, total.
+    v : (d m,) array
+        Mean of the relative displacements, m.
+    """
+
+    frequency: float
+    a: Complex
+    r: Complex
+    v: Array
 
 
 def static_motion(assembly: Assembly, a: Array, r: Array, v: Array) -> Array:
@@ -35,17 +64,71 @@ def static_motion(assembly: Assembly, a: Array, r: Array, v: Array) -> Array:
     r, v : (s, d m) arrays
         Reactions and relative displacements.
     """
-    reducer, model, f = assembly.reducer, assembly.model, assembly.prepared.flexibility
+    return _structure(assembly, _modes_at_rest(assembly, a, r, v), a, r)
+
+
+def periodic_motion(assembly: Assembly, motion: PeriodicMotion, theta: Array) -> Array:
+    """Displacements from the unloaded structure, (s, n), at phases of a periodic motion.
+
+    Parameters
+    ----------
+    assembly : Assembly
+    motion : PeriodicMotion
+        Its structure has the damping of the joint model.
+    theta : (s,) array
+        Phases of the load, rad.
+    """
+    a, r = motion.a, motion.r
+    omega = 2 * np.pi * motion.frequency
+    modal, lag = harmonic_compliance(assembly.model, omega, len(r) - 1)
+    eta = modal * _on_modes(assembly, a, r)
+    eta[0] = _modes_at_rest(assembly, a[:1].real, r[:1].real, motion.v[None])[0]
+    each = (_at_phases(Y, theta) for Y in (eta, lag[:, None] * a, lag[:, None] * r))
+    return _structure(assembly, *each)
+
+
+def _at_phases(Y: Complex, theta: Array) -> Array:
+    """Values (s, n) of harmonics (H + 1, n) at phases."""
+    turn = np.exp(1j * np.outer(theta, np.arange(1, len(Y))))
+    return np.asarray(Y[0].real + (turn @ Y[1:]).imag)
+
+
+def _loads(assembly: Assembly) -> tuple[list[int], Array]:
+    """Ports that are loads on the structure, and their vectors (n, l)."""
     structure = assembly.structure
     vectors = {**structure.loads, **assembly.states.ports(structure)}
-    known = [k for k, name in enumerate(model.ports) if name in vectors]
-    loads = np.column_stack([vectors[model.ports[k]] for k in known])
-    force = loads @ a[:, known].T - structure.interface.relative.T @ r.T
-    rigid, shapes = reducer.equilibrium_modes, reducer.modes.shapes
-    elastic = shapes[:, rigid:]
-    x = reducer.residual_response(force)
-    x += elastic @ ((elastic.T @ force) / model.omega[rigid:, None] ** 2)
-    return np.asarray((x + shapes[:, :rigid] @ _nearly_rigid(f, a, r, v)).T)
+    known = [k for k, name in enumerate(assembly.model.ports) if name in vectors]
+    return known, np.column_stack([vectors[assembly.model.ports[k]] for k in known])
+
+
+def _on_modes(assembly: Assembly, a: Complex | Array, r: Complex | Array) -> Complex:
+    """Forces on the modes, (s, k)."""
+    known, _ = _loads(assembly)
+    model = assembly.model
+    return np.asarray(a[:, known] @ model.port_modes[:, known].T - r @ model.mode_v, dtype=complex)
+
+
+def _modes_at_rest(assembly: Assembly, a: Array, r: Array, v: Array) -> Array:
+    """Modal coordinates of equilibria, (s, k)."""
+    rigid, omega = assembly.model.equilibrium_modes, assembly.model.omega
+    eta = _on_modes(assembly, a, r).real
+    eta[:, rigid:] /= omega[rigid:] ** 2
+    eta[:, :rigid] = _nearly_rigid(assembly.prepared.flexibility, a, r, v).T
+    return eta
+
+
+def _structure(assembly: Assembly, eta: Array, a: Array, r: Array) -> Array:
+    """Displacements (s, n) of the modes, and of what is not among them under loads and reactions."""
+    known, vectors = _loads(assembly)
+    reducer = assembly.reducer
+    force = vectors @ a[:, known].T - assembly.structure.interface.relative.T @ r.T
+    return np.asarray((reducer.modes.shapes @ eta.T + reducer.residual_response(force)).T)
+
+
+def prestressed_shape(assembly: Assembly) -> Array:
+    """(n,) displacements from the unloaded structure under the preload alone."""
+    start, held = assembly.prestress.solution, assembly.prepared.held
+    return np.asarray(static_motion(assembly, held[None], start.r[None], start.v[None])[0])
 
 
 def motion_from_prestress(
@@ -53,12 +136,10 @@ def motion_from_prestress(
 ) -> Array:
     """Displacements from prestress, (s, n), at steps of a quasi-static cycle."""
     at = np.asarray(steps)
-    model, start = assembly.model, assembly.prestress.solution
-    a = np.tile(assembly.prepared.held, (len(at) + 1, 1))
-    a[1:, model.port(cycle.port)] += cycle.load[at]
-    r, v = np.vstack([start.r, cycle.r[at]]), np.vstack([start.v, cycle.v[at]])
-    x = static_motion(assembly, a, r, v)
-    return np.asarray(x[1:] - x[0])
+    a = np.tile(assembly.prepared.held, (len(at), 1))
+    a[:, assembly.model.port(cycle.port)] += cycle.load[at]
+    x = static_motion(assembly, a, cycle.r[at], cycle.v[at])
+    return np.asarray(x - prestressed_shape(assembly))
 
 
 def _nearly_rigid(f: Flexibility, a: Array, r: Array, v: Array) -> Array:

@@ -6,7 +6,8 @@ interface has no contact pair its values are nan, and its state is 0.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -14,14 +15,16 @@ from xml.etree import ElementTree
 import numpy as np
 
 from microslip.analyses.statics.cycle import Cycle
+from microslip.contact.fields import ContactFields
 from microslip.contact.pairs import at_rest, normal, touches
 from microslip.errors import InputError
 from microslip.model.geometry import ContactSurface, Geometry
 from microslip.model.mesh.foreign import CELLS
-from microslip.pipeline.motion import motion_from_prestress, static_motion
+from microslip.pipeline.motion import motion_from_prestress, prestressed_shape
 from microslip.pipeline.run import Run
+from microslip.pipeline.vibration import Vibration, largest_vibrations
 from microslip.results.files import replacing
-from microslip.typing import Array, Status
+from microslip.typing import Array, Indices, Status
 
 VTK = "vtk"
 """Folder of these files in the folder of a run."""
@@ -41,9 +44,35 @@ Data = Mapping[str, Array | Status]
 """Values at points by name: scalars (n,) or vectors (n, 3)."""
 
 
+@dataclass(frozen=True)
+class Turn:
+    """One turn of a load as it is written.
+
+    Attributes
+    ----------
+    theta : (s + 1,) array
+        Phases of the load, rad; the last one turn after the first.
+    moved : callable
+        Displacements of the structure from prestress, (k, n), at some of these steps.
+    contact : ContactFields
+        At all of them.
+    status : (s + 1, m) int8 array
+    dissipation : (m,) array
+        Friction work per area over the turn, J/m².
+    """
+
+    theta: Array
+    moved: Callable[[Indices], Array]
+    contact: ContactFields
+    status: Status
+    dissipation: Array
+
+
 def write_vtk(run: Run, folder: Path, drive: str = "", index: int = 0) -> list[Path]:
-    """Write ``modes.vtu``, ``prestress.vtu``, ``prestress_NAME.vtu`` of every interface and, of one cycle,
-    ``motion.pvd`` and ``contact_NAME.pvd`` with their files.
+    """Write ``modes.vtu``, ``prestress.vtu``, ``prestress_NAME.vtu`` of every interface, and what moves.
+
+    These are ``motion.pvd`` and ``contact_NAME.pvd`` with their files: of one cycle, and in the folders
+    ``harmonic`` and ``time`` of the largest vibration that each of these analyses has found.
 
     Parameters
     ----------
@@ -68,14 +97,41 @@ def write_vtk(run: Run, folder: Path, drive: str = "", index: int = 0) -> list[P
         )
     folder.mkdir(parents=True, exist_ok=True)
     written = [_write(folder / "modes.vtu", *_body(found), modes_data(run, found))]
-    rest = _flat(found.displacement(_rest(run)))
+    rest = _flat(found.displacement(prestressed_shape(run.assembly)))
     written.append(_write(folder / "prestress.vtu", *_body(found), {"displacement": rest}))
     for surface in found.surfaces:
         file = folder / f"prestress_{surface.name}.vtu"
         written.append(_write(file, *_sheet(found, surface), prestress_data(run, surface)))
     if drive:
-        written += _write_cycle(run, found, folder, run.cycles[drive][index])
+        turn = turn_of_cycle(run, run.cycles[drive][index])
+        written += _write_turn(turn, found, folder)
+    for analysis, vibration in largest_vibrations(run).items():
+        own = folder / analysis
+        own.mkdir(exist_ok=True)
+        written += _write_turn(turn_of_vibration(run, vibration), found, own)
     return written
+
+
+def turn_of_cycle(run: Run, cycle: Cycle) -> Turn:
+    """A quasi-static cycle."""
+    return Turn(
+        cycle.theta,
+        lambda steps: motion_from_prestress(run.assembly, cycle, steps),
+        ContactFields(cycle.pressure, cycle.traction, cycle.slip, cycle.gap),
+        cycle.status,
+        cycle.friction_work / cycle.area,
+    )
+
+
+def turn_of_vibration(run: Run, vibration: Vibration) -> Turn:
+    """A periodic motion."""
+    return Turn(
+        vibration.theta,
+        lambda steps: vibration.from_prestress(run.assembly, vibration.theta[steps]),
+        vibration.contact,
+        vibration.status,
+        vibration.friction_work / run.model.area,
+    )
 
 
 def modes_data(run: Run, geometry: Geometry) -> dict[str, Array]:
@@ -104,34 +160,33 @@ def prestress_data(run: Run, surface: ContactSurface) -> dict[str, Array | Statu
     }
 
 
-def contact_data(cycle: Cycle, surface: ContactSurface, step: int) -> dict[str, Array | Status]:
-    """Contact of an interface at a step of a cycle, and what friction takes over all of it."""
-    own = surface.pairs
-    traction, slip = cycle.traction[step, own], cycle.slip[step, own]
+def contact_data(turn: Turn, surface: ContactSurface, step: int) -> dict[str, Array | Status]:
+    """Contact of an interface at a step of a turn, and what friction takes over all of it."""
+    own, found = surface.pairs, turn.contact
     return {
-        "pressure": cycle.pressure[step, own],
-        "traction": _flat(surface.along(traction)),
-        "slip": _flat(surface.along(slip)),
-        "gap": cycle.gap[step, own],
-        "state": cycle.status[step, own],
-        "dissipation": cycle.friction_work[own] / cycle.area[own],
-        "touches": np.asarray(touches(cycle.status[1:, own]).any(axis=0)).astype(np.int8),
+        "pressure": found.pressure[step, own],
+        "traction": _flat(surface.along(found.traction[step, own])),
+        "slip": _flat(surface.along(found.slip[step, own])),
+        "gap": found.gap[step, own],
+        "state": turn.status[step, own],
+        "dissipation": turn.dissipation[own],
+        "touches": np.asarray(touches(turn.status[1:, own]).any(axis=0)).astype(np.int8),
     }
 
 
-def steps_of(cycle: Cycle) -> np.ndarray:
-    """Steps of a cycle that are written, evenly spaced; the last repeats the first."""
-    count = len(cycle.theta) - 1
+def steps_of(turn: Turn | Cycle | Vibration) -> np.ndarray:
+    """Steps of a turn that are written, evenly spaced; the last repeats the first."""
+    count = len(turn.theta) - 1
     return np.unique(np.linspace(0, count, min(STEPS, count) + 1).round().astype(int))
 
 
-def _write_cycle(run: Run, geometry: Geometry, folder: Path, cycle: Cycle) -> list[Path]:
-    """Motion and contact over a cycle: files by instant, and a list of them with the phase as time."""
-    steps = steps_of(cycle)
-    time = cycle.theta[steps]
+def _write_turn(turn: Turn, geometry: Geometry, folder: Path) -> list[Path]:
+    """Motion and contact over a turn: files by instant, and a list of them with the phase as time."""
+    steps = steps_of(turn)
+    time = turn.theta[steps]
     parts = folder / "cycle"
     parts.mkdir(exist_ok=True)
-    moved = motion_from_prestress(run.assembly, cycle, steps)
+    moved = turn.moved(steps)
     body = _body(geometry)
     written = _series(
         folder / "motion.pvd",
@@ -154,19 +209,12 @@ def _write_cycle(run: Run, geometry: Geometry, folder: Path, cycle: Cycle) -> li
                 _write(
                     parts / f"contact_{surface.name}_{k:03d}.vtu",
                     *sheet,
-                    contact_data(cycle, surface, int(step)),
+                    contact_data(turn, surface, int(step)),
                 )
                 for k, step in enumerate(steps)
             ),
         )
     return written
-
-
-def _rest(run: Run) -> Array:
-    """Displacements of the structure under the preload."""
-    start = run.prestress.solution
-    held = run.prepared.held[None]
-    return np.asarray(static_motion(run.assembly, held, start.r[None], start.v[None])[0])
 
 
 Cells = list[tuple[str, Any]]

@@ -10,7 +10,7 @@ from microslip.results.vtk import VTK, write_vtk
 from microslip.show.plots.selection import greatest_damping, main_drive
 
 EXPORTS = {
-    "vtk": "for ParaView: modes, prestress, motion and contact over the cycle of greatest damping",
+    "vtk": "for ParaView: modes, prestress, motion and contact over a cycle and over vibrations",
     "uff": "universal file, dataset 58: frequency responses",
 }
 """Formats for other programs."""

@@ -16,6 +16,11 @@ from microslip.pipeline.progress import NullProgress, Progress
 from microslip.pipeline.run import Run
 from microslip.registry import ANALYSES, resolved
 from microslip.show.plots.model import model_figure
+from microslip.show.plots.motions import (
+    harmonic_motion_figure,
+    motion_figure,
+    time_motion_figure,
+)
 from microslip.show.plots.overview import overview
 from microslip.show.plots.overview_spatial import spatial_overview
 from microslip.show.plots.prestress import prestress_figure
@@ -26,7 +31,7 @@ from microslip.show.plots.spatial_fields import (
     spatial_steady_figure,
     spatial_tractions_figure,
 )
-from microslip.show.plots.structure import modes_figure, motion_figure, structure_figure
+from microslip.show.plots.structure import modes_figure, structure_figure
 from microslip.show.plots.style import USUAL_FORMATS, save
 
 Drawing = Callable[[Run], Figure | Mapping[str, Figure] | None]
@@ -41,6 +46,13 @@ IN_SPACE: dict[str, Drawing] = {
     "steady_state": spatial_steady_figure,
 }
 """What draws on surfaces what other figures draw along a line."""
+
+MOTIONS: dict[str, tuple[str, Drawing]] = {
+    "cycle": ("motion", motion_figure),
+    "harmonic": ("motion_harmonic", harmonic_motion_figure),
+    "time": ("motion_time", time_motion_figure),
+}
+"""Motions of a structure that has no figure of a lap joint, by the analysis that finds them."""
 
 ALONG = ("prestress", "overview", "contact_states", "tractions", "dissipation", "steady_state")
 """Figures of fields along one planar interface."""
@@ -83,8 +95,8 @@ def _every(run: Run, judged: Judgement | None) -> dict[str, Drawing]:
     for row in ANALYSES.values():
         if run.value(row.name) is not None:
             drawings |= {name: resolved(draw) for name, draw in row.figures.items()}
-    if described and run.value("cycle") is not None:
-        drawings["motion"] = motion_figure
+    if described:
+        drawings |= dict(at for name, at in MOTIONS.items() if run.value(name) is not None)
     if run.model.dimension == 3:
         drawings |= {name: draw for name, draw in IN_SPACE.items() if name in drawings}
         return drawings | {"overview": partial(spatial_overview, judged=judged)}

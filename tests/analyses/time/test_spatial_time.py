@@ -14,7 +14,7 @@ from microslip.analyses.time.deviations import StateSpace
 from microslip.analyses.time.energy import mechanical_energy
 from microslip.analyses.time.floquet import floquet_multipliers
 from microslip.analyses.time.history import Recording, run_history
-from microslip.analyses.time.scheme import march, prestressed_state, time_scheme
+from microslip.analyses.time.scheme import March, march, prestressed_state, time_scheme
 from microslip.analyses.time.steady import CONFIRMED, steady_state, walk_of
 from microslip.contact.law import contact_law
 from microslip.contact.pairs import BACKWARD, SEPARATED, SLIP, STICK
@@ -217,32 +217,40 @@ def slider(stiffness: float, alpha: float = 0.9) -> PreparedJoint:
     return prepare_joint(model, contact_law(1, 0.4, None, 3), {"press": 1.0}, "drive")
 
 
-def slider_by_rates(stiffness: float, load, end: float, alpha: float = 0.9) -> np.ndarray:
-    """Position of the mass of `slider`: rate equations of an elastic slider, switched at their events."""
-    push, bound, omega = np.array([np.cos(alpha), np.sin(alpha)]), 0.4, np.array([5.0, 8.0])
+BOUND = 0.4
+"""Friction limit of the slider, N."""
 
-    def rates(slips):
+
+def by_rates(stiffness: float, rates, velocity, z: np.ndarray, end: float) -> np.ndarray:
+    """States ``z' = rates(t, z, r)`` and the force r of an elastic slider moved at ``velocity(t, z)``.
+
+    Its rate equations, switched at their events: ``r' = k v`` where it sticks, and at the limit
+    ``r' = k (v - r (r v)/r²)`` as long as ``r v > 0``.
+    """
+    own = len(z)
+
+    def law(slips):
         def f(t, y):
-            x, v, r = y[:2], y[2:4], y[4:]
-            grows = stiffness * v
+            r = y[own:]
+            grows = stiffness * velocity(t, y[:own])
             if slips:
                 grows = grows - r * (r @ grows) / (r @ r)
-            return np.concatenate([v, push * load(t) - 0.2 * v - omega**2 * x - r, grows])
+            return np.concatenate([rates(t, y[:own], r), grows])
 
         return f
 
     def reaches(t, y):
-        return y[4:] @ y[4:] - bound**2
+        return y[own:] @ y[own:] - BOUND**2
 
     def stops(t, y):
-        return y[4:] @ y[2:4]
+        return y[own:] @ velocity(t, y[:own])
 
     reaches.terminal, reaches.direction = True, 1
     stops.terminal, stops.direction = True, -1
-    t, y, slips = 0.0, np.zeros(6), False
+    t, y, slips = 0.0, np.concatenate([z, np.zeros(2)]), False
     while t < end:
         found = solve_ivp(
-            rates(slips),
+            law(slips),
             (t, end),
             y,
             method="DOP853",
@@ -252,7 +260,24 @@ def slider_by_rates(stiffness: float, load, end: float, alpha: float = 0.9) -> n
         )
         t, y = found.t[-1], found.y[:, -1]
         slips = not slips
-    return y[:2]
+    return y
+
+
+def slider_by_rates(stiffness: float, load, end: float, alpha: float = 0.9) -> np.ndarray:
+    """Position of the mass of `slider`, by rate equations."""
+    push, omega = np.array([np.cos(alpha), np.sin(alpha)]), np.array([5.0, 8.0])
+
+    def rates(t, z, r):
+        x, v = z[:2], z[2:]
+        return np.concatenate([v, push * load(t) - 0.2 * v - omega**2 * x - r])
+
+    return by_rates(stiffness, rates, lambda t, z: z[2:], np.zeros(4), end)[:2]
+
+
+def turned_through(found: March) -> np.ndarray:
+    """Directions of the slip of one pair where it slips, unwrapped, rad."""
+    slip = np.diff(found.v[:, 1:], axis=0)[found.status[1:, 0] == SLIP]
+    return np.unwrap(np.arctan2(*slip.T[::-1]))
 
 
 def test_slider_on_a_turning_path_against_rate_equations():
@@ -270,13 +295,76 @@ def test_slider_on_a_turning_path_against_rate_equations():
             scheme, prestressed_state(scheme), load(scheme.dt * np.arange(steps + 1)), keep=True
         )
         assert {STICK, SLIP} <= set(np.unique(found.status))
-        slip = found.v[:, 1:]
-        angles = np.unwrap(np.arctan2(*np.diff(slip, axis=0)[found.status[1:, 0] == SLIP].T))
-        assert np.ptp(angles) > 2
+        assert np.ptp(turned_through(found)) > 2
         errors.append(np.abs(found.state.eta - exact).max() / np.abs(found.v[:, 1:]).max())
-    print(errors)
     assert errors[2] <= 0.6 * errors[1] <= 0.36 * errors[0]
     assert errors[2] <= 1e-3
+
+
+def test_mass_on_a_figure_of_eight_against_rate_equations():
+    """Loads of two frequencies, one near each spring's own: it goes round one way, then the other."""
+    joint, end = slider(100.0), 4.2
+
+    def load(t):
+        return 5.0 * np.sin(4.5 * t) + 9.0 * np.sin(9.0 * t)
+
+    exact = slider_by_rates(100.0, load, end)
+    errors = []
+    for steps in (2000, 4000, 8000):
+        scheme = time_scheme(joint, end / steps)
+        found = march(
+            scheme, prestressed_state(scheme), load(scheme.dt * np.arange(steps + 1)), keep=True
+        )
+        assert {STICK, SLIP} <= set(np.unique(found.status))
+        turn = np.diff(turned_through(found))
+        assert turn[turn > 0].sum() > 1
+        assert turn[turn < 0].sum() < -1
+        errors.append(np.abs(found.state.eta - exact).max() / np.abs(found.v[:, 1:]).max())
+    assert errors[2] <= 0.6 * errors[1] <= 0.36 * errors[0]
+    assert errors[2] <= 1e-3
+
+
+HEAVY = 1e-6
+"""Displacement of the slider per amplitude of a mass so heavy that its friction does not slow it."""
+
+
+@pytest.mark.parametrize("size", [1.5, 6.0])
+def test_slider_led_along_a_figure_of_eight(size):
+    """Two heavy masses swing along ``(sin t, sin 2t)``, exactly in every step; their slider sticks, slips and
+    turns both ways. Its force against its rate equations: of first order, and 1e-6 extrapolated."""
+    stiffness, end = 50.0, 4 * np.pi
+    reach = size * BOUND / stiffness
+    model = replace(
+        slider(stiffness).model,
+        omega=np.array([1.0, 2.0]),
+        mode_v=HEAVY * slider(stiffness).model.mode_v,
+        port_modes=np.zeros((2, 2)),
+        rayleigh=(0.0, 0.0),
+    )
+    joint = prepare_joint(model, contact_law(1, BOUND, None, 3), {"press": 1.0}, "drive")
+
+    def velocity(t, z):
+        return reach * np.array([np.cos(t), 2 * np.cos(2 * t)])
+
+    exact = by_rates(stiffness, lambda t, z, r: np.zeros(0), velocity, np.zeros(0), end)
+    forces = []
+    for steps in (4000, 8000, 16000):
+        scheme = time_scheme(joint, end / steps)
+        own = scheme.dt / scheme.kernel.mode_step
+        start = replace(prestressed_state(scheme), rate=own * reach / HEAVY * model.omega)
+        found = march(scheme, start, np.zeros(steps + 1), keep=True)
+        assert {STICK, SLIP} <= set(np.unique(found.status))
+        assert np.abs(HEAVY * found.state.eta).max() <= 1e-9 * reach
+        turn = np.diff(turned_through(found))
+        assert turn[turn > 0].sum() > 1
+        assert turn[turn < 0].sum() < -1
+        forces.append(found.r[-1, 1:])
+    coarse, fine, finest = forces
+    errors = [np.linalg.norm(r - exact) for r in forces]
+    assert errors[2] <= 0.6 * errors[1] <= 0.36 * errors[0]
+    once = 2 * fine - coarse, 2 * finest - fine
+    limit = once[1] + (once[1] - once[0]) / 3
+    assert np.linalg.norm(limit - exact) <= 1e-6 * BOUND
 
 
 def test_history_of_spatial_pairs(rubbing):

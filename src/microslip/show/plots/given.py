@@ -104,10 +104,11 @@ def simple_motions(geometry: Geometry, shapes: Array) -> dict[str, Array]:
     found: dict[str, Array] = {}
     kept = np.zeros((shapes.shape[1], 0))
     for body in np.unique(geometry.body[geometry.body >= 0]):
+        called = geometry.names[body] if geometry.names else f"body {body + 1}"
         for name, field in _rigid(geometry, int(body)):
             mix = np.linalg.lstsq(moved, field, rcond=None)[0]
             if np.linalg.norm(moved @ mix - field) < WITHIN * np.linalg.norm(field):
-                found[f"body {body + 1} {name}"] = shapes @ mix
+                found[f"{called} {name}"] = shapes @ mix
                 kept = np.column_stack([kept, mix])
     rest = np.linalg.svd(kept, full_matrices=True)[0][:, kept.shape[1] :]
     numbered = {f"motion {len(found) + k + 1}": shapes @ mix for k, mix in enumerate(rest.T)}

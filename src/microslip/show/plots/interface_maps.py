@@ -32,6 +32,9 @@ MOST_ARROWS = 260
 WIDEST, TALLEST = 150.0, 68.0
 """Room that one panel has at most, mm."""
 
+BESIDE = 45.0
+"""Width of the labels of a panel and of its scale of colours, mm."""
+
 LABELS = 19.0
 """Height of the title and the labels of a panel, mm."""
 
@@ -59,7 +62,7 @@ def by_interface(
 
 
 def panels(charts: Sequence[Chart], foot: float = 12.0) -> tuple[Figure, list[Axes]]:
-    """A figure with axes for as many charts, in as many columns as fit them best.
+    """A figure with axes for as many charts, two in a row unless they are long: titles need the room.
 
     Parameters
     ----------
@@ -69,11 +72,13 @@ def panels(charts: Sequence[Chart], foot: float = 12.0) -> tuple[Figure, list[Ax
     """
     count = len(charts)
     shape = max(float(np.divide(*(chart.extent + 2 * chart.margins))) for chart in charts)
-    columns = min(count, 1 if shape > 3.2 else 2 if shape > 0.9 else 4)
+    columns = min(count, 1 if shape > 3.2 else 2)
     rows = -(-count // columns)
     wide = min(WIDEST, DOUBLE / MM / columns - 24.0)
     tall = min(max(wide / shape, 14.0), TALLEST)
-    figure = new_figure(DOUBLE, (rows * (tall + LABELS) + foot) * MM)
+    alone = min(DOUBLE, (tall * shape + BESIDE) * MM)
+    width = DOUBLE if count > 1 else alone
+    figure = new_figure(width, (rows * (tall + LABELS) + foot) * MM)
     axes = figure.subplots(rows, columns, squeeze=False).ravel()
     for ax in axes[count:]:
         ax.set_axis_off()
@@ -243,8 +248,11 @@ def draw_arrows(
         angles="xy",
         scale_units="xy",
         scale=1.0,
-        color=colour,
-        width=0.0035,
+        facecolor=colour,
+        edgecolor="white",
+        linewidth=0.25,
+        units="inches",
+        width=0.011,
         headwidth=4.0,
         headlength=4.5,
         headaxislength=4.0,

@@ -27,6 +27,12 @@ from microslip.show.plots.view import view_of
 HEADROOM = 0.97
 """Height of the panels in the figure: the layout leaves no room for titles above maps of fixed shape."""
 
+RATIOS = (1.0, 1.2)
+"""Heights of the rows: the lower one has panels in two parts with legends below."""
+
+BETWEEN = 0.06
+"""Room between the legends of the upper panels and the titles of the lower ones, over a panel's height."""
+
 SQUARE = 1.4
 """Width over height of a map that fills its panel."""
 
@@ -39,8 +45,8 @@ def spatial_overview(run: Run, judged: Judgement | None = None) -> Figure | None
     contact: Panel = _pressure if shown_cycle(run) is None else _states
     panels = [contact, *found_panels(run)][:MOST_PANELS]
     rows = 1 if len(panels) == 1 else 2
-    figure = new_figure(DOUBLE, (80 if rows == 1 else 165) * MM)
-    grid = figure.add_gridspec(rows, 2)
+    figure = new_figure(DOUBLE, (80 if rows == 1 else 178) * MM)
+    grid = figure.add_gridspec(rows, 2, height_ratios=RATIOS[:rows])
     _structure(figure, grid[0, 0], run, "a")
     places = [grid[0, 1]]
     if rows == 2:
@@ -50,7 +56,7 @@ def spatial_overview(run: Run, judged: Judgement | None = None) -> Figure | None
     warn(figure, judge(run) if judged is None else judged)
     layout = figure.get_layout_engine()
     if isinstance(layout, ConstrainedLayoutEngine):
-        layout.set(rect=(0, 0, 1, HEADROOM))
+        layout.set(rect=(0, 0, 1, HEADROOM), hspace=BETWEEN)
     return figure
 
 

@@ -1,8 +1,8 @@
-"""The structure: what holds and loads it, its modes, and its motion where the load turns."""
+"""The structure: what holds and loads it, its modes, and how a motion of it is drawn."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,12 +16,9 @@ from matplotlib.lines import Line2D
 from microslip.describe.joint import Joint
 from microslip.model.geometry import ContactSurface, Geometry
 from microslip.model.structure import Structure
-from microslip.pipeline.motion import motion_from_prestress
 from microslip.pipeline.run import Run
 from microslip.show.plots.charts import loop_of
 from microslip.show.plots.interface_maps import colour_bar
-from microslip.show.plots.selection import name_of
-from microslip.show.plots.spatial_fields import shown_cycle
 from microslip.show.plots.style import (
     BLACK,
     BLUE,
@@ -56,6 +53,9 @@ ARROW = 0.11
 
 FEW = 4
 """Arrows of one load in one direction."""
+
+MANY = 4
+"""Names that are too many for a legend."""
 
 FAINT = 0.1
 """Of the largest, a force on a node that is not drawn."""
@@ -122,10 +122,19 @@ def draw_given(
     draw_edges(ax, geometry, skin, view)
     flat = view.flat(geometry.points)
     handles = []
-    held = geometry.held
+    held, inside = geometry.held, geometry.body >= 0
+    everywhere = held[inside].all(axis=0) & inside.any()
+    if everywhere.any():
+        along = listed([name for name, still in zip("xyz", everywhere, strict=False) if still])  # type: ignore[arg-type]
+        handles.append(_entry(f"all held along {along}", GREY, marker=r"$\ast$"))
     for some, label, marker, colour in (
         (held.all(axis=1), "held", "s", BLACK),
-        (held.any(axis=1) & ~held.all(axis=1), "held in some directions", "D", GREY),
+        (
+            (held & ~everywhere).any(axis=1) & ~held.all(axis=1),  # type: ignore[operator]
+            "held in some directions",
+            "D",
+            GREY,
+        ),
         (_sprung(geometry, structure), "on springs", "v", GREEN),
     ):
         if some.any():
@@ -138,14 +147,29 @@ def draw_given(
         (marks.preload, BLUE, "preload"),
         (marks.drive, VERMILLION, "load"),
     ):
+        drawn = []
         for name, load in loads.items():
             found = _draw_load(ax, geometry, view, geometry.forces(load), reach, colour)
             if found is not None:
                 ends.append(found)
-                handles.append(_entry(f"{what} {name}", colour, marker=r"$\rightarrow$", ms=9))
+                drawn.append(name)
+        if drawn:
+            label = f"{what} {listed(drawn)}"
+            handles.append(_entry(label, colour, marker=r"$\rightarrow$", ms=9))
     frame(ax, np.vstack(ends))
     draw_triad(ax, geometry, view)
     return handles
+
+
+def listed(names: Sequence[str]) -> str:
+    """Names in a line, of many the first and the last.
+
+    Examples
+    --------
+    >>> listed(["bolt_1", "bolt_2"]), listed(["bolt_1", "bolt_2", "bolt_3", "bolt_4"])
+    ('bolt_1, bolt_2', 'bolt_1 to bolt_4')
+    """
+    return ", ".join(names) if len(names) < MANY else f"{names[0]} to {names[-1]}"
 
 
 def _entry(label: str, colour: str, **style: object) -> Line2D:
@@ -310,40 +334,6 @@ def shapes_figure(geometry: Geometry, shapes: Mapping[str, Array]) -> Figure:
         colour_bar(figure, shown, axes, "displacement over its largest")
     if len(shapes) > 1:
         letters(axes[: len(shapes)])
-    return figure
-
-
-@house_style
-def motion_figure(run: Run) -> Figure | None:
-    """Displacement from prestress at both turns of the load, in the cycle of greatest damping."""
-    found = shown_cycle(run)
-    if run.geometry is None or found is None:
-        return None
-    drive, index, cycle = found
-    geometry = run.geometry
-    steps = [int(np.argmax(cycle.load)), int(np.argmin(cycle.load))]
-    moved = [geometry.displacement(x) for x in motion_from_prestress(run.assembly, cycle, steps)]
-    size = [1e6 * np.linalg.norm(u, axis=1) for u in moved]
-    top = max(float(s.max()) for s in size) or 1.0
-    unit, factor = ("mm", 1e-3) if top > 1e3 else ("µm", 1.0)
-    view, skin = view_of(geometry), skin_of(geometry)
-    columns = columns_of(geometry, view, 2)
-    figure = new_figure(DOUBLE, DOUBLE)
-    axes = list(figure.subplots(2 // columns, columns))
-    norm = Normalize(0.0, factor * top)
-    shown = None
-    for ax, u, label in zip(axes, moved, ("largest", "largest the other way"), strict=True):
-        size_of = factor * 1e6 * np.linalg.norm(u, axis=1)
-        shown = draw_motion(ax, geometry, skin, view, u / (1e-6 * top), norm, size_of)
-        ax.set_title(f"load at its {label}", loc="left")
-    fitted(figure, axes, columns, BAR)
-    if shown is not None:
-        colour_bar(figure, shown, axes, f"displacement ({unit})")
-    letters(axes)
-    times = LARGEST * geometry.size / (1e-6 * top)
-    figure.suptitle(
-        f"motion from prestress, {name_of(run, drive, index)}, drawn {times:.2g} times as large"
-    )
     return figure
 
 

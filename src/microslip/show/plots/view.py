@@ -303,21 +303,33 @@ def frame(ax: Axes, flat: Array, margin: float = 0.06) -> None:
     ax.set_axis_off()
 
 
-TRIAD = 0.055
-"""Length of a direction, over the width of the picture."""
+TRIAD = 14.0
+"""Length of a direction, points."""
+
+
+ROOM = 0.08
+"""Height below a plane structure for them, over the width of the picture."""
 
 
 def draw_triad(ax: Axes, geometry: Geometry, view: View) -> None:
-    """Directions of the coordinates in the lower left corner, below plane structures."""
+    """Directions of the coordinates in the lower left corner, below plane structures; of one size in pictures
+    of any size."""
     d = geometry.dimension
     across, along = ax.get_xlim(), ax.get_ylim()
-    size = TRIAD * (across[1] - across[0])
-    bottom = along[0] - (1.8 * size if d == 2 else 0.0)
-    ax.set_ylim(bottom, along[1])
-    start = np.array([across[0] + 1.1 * size, bottom + (0.3 if d == 2 else 1.1) * size])
-    for k, name in enumerate("xyz"[:d]):
-        way = view.flat(np.eye(d)[k]) / MILLI * size
-        arrow = {"arrowstyle": "-|>", "lw": 0.7, "mutation_scale": 6}
-        ax.annotate("", tuple(start + way), tuple(start), arrowprops=arrow)
-        at = start + 1.35 * way
-        ax.text(float(at[0]), float(at[1]), name, ha="center", va="center", fontsize=8)
+    if d == 2:
+        ax.set_ylim(along[0] - ROOM * (across[1] - across[0]), along[1])
+    ways = view.flat(np.eye(d)) / MILLI * TRIAD
+    start = 0.4 * TRIAD - 1.6 * np.minimum(ways.min(axis=0), 0.0)
+    for name, way in zip("xyz", ways, strict=False):
+        arrow = {"arrowstyle": "-|>", "lw": 0.7, "mutation_scale": 6, "shrinkA": 0, "shrinkB": 0}
+        corner = {"xycoords": "axes points", "annotation_clip": False}
+        ax.annotate(
+            "",
+            tuple(start + way),
+            tuple(start),
+            textcoords="axes points",
+            arrowprops={**arrow, "fc": "k"},
+            **corner,  # type: ignore[arg-type]
+        )
+        at = start + way * (1 + 6.0 / max(float(np.linalg.norm(way)), 1.0))
+        ax.annotate(name, tuple(at), ha="center", va="center", fontsize=8, **corner)  # type: ignore[arg-type]
