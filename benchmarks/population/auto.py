@@ -5,11 +5,11 @@ python benchmarks/population/auto.py [--seeds 21 22 23] [--count 20] [--pairs 10
 
 Every joint under its own load, or shares of it: the response by method "auto" with its defaults, then
 steady states at the peak, at the flanks where it is half as large, and at five frequencies at random, each
-after the load was raised from rest over 30 cycles, with a finer tolerance: a past that the method itself
-never uses. Where that lands on another branch of a fold, it is sought from rest with the velocity of the
-motion shown, and that failing the branch shown is followed from the side, in small steps. The plain refined
-model is measured at the same points. Lines in FILE (JSON, one a joint) are not computed again: stop it at
-any time, and go on with the same command.
+after the load was raised from rest over 30 cycles, with a finer tolerance: the past that is meant, but more
+slowly than the method ever raises it. Where that lands on another branch of a fold, it is sought from rest
+with the velocity of the motion shown, and that failing the branch shown is followed from the side, in small
+steps. The plain refined model is measured at the same points. Lines in FILE (JSON, one a joint) are not
+computed again: stop it at any time, and go on with the same command.
 """
 
 from __future__ import annotations

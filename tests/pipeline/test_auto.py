@@ -182,18 +182,41 @@ def joint_with_a_fold(asked):
     return sought
 
 
-def test_a_branch_is_followed_to_its_end_whatever_the_search_from_rest_finds(refined, monkeypatch):
+def held_to(sought, refined, monkeypatch, points):
+    """The response of a joint that has such steady states."""
     model, table, base = refined
-    asked = []
-    monkeypatch.setattr(method, "sought", joint_with_a_fold(asked))
-    found, lost, opens, spent = method.anchored_response(
+    monkeypatch.setattr(method, "sought", sought)
+    return method.anchored_response(
         SimpleNamespace(prepared=None),
-        SimpleNamespace(points=141, error=0.01),
+        SimpleNamespace(points=points, error=0.01),
         SimpleNamespace(model=model, table=table),
         base,
         threading.Event(),
         lambda count: None,
     )
+
+
+@pytest.mark.parametrize(("scatter", "past"), [(1e-5, 0.03), (0.03, 0.03), (1e-5, 1e-5)])
+def test_another_past_is_said_and_flags_nothing(refined, monkeypatch, scatter, past):
+    """What the raised load leaves open flags a frequency; what another past makes of it is said beside it."""
+
+    def sought(joint, targets):
+        for target in targets:
+            Q = complex(branch("larger")[target.point])
+            yield Found(Q, 1e-6, 1e-5, "larger", 10, scatter=scatter, past=past)
+
+    found = held_to(sought, refined, monkeypatch, 30).response
+    own = [one.frequency for one in found.anchors]
+    unsure, said = method.unsure(found, 0.01), method.other_pasts(found, 0.01)
+    assert np.isin(own, unsure).all() == (scatter > 0.01)
+    assert np.isin(own, said).all() == (past > 0.01 > scatter)
+    assert not np.isin(said, unsure).any()
+
+
+def test_a_branch_is_followed_to_its_end_whatever_the_search_from_rest_finds(refined, monkeypatch):
+    asked = []
+    fold = joint_with_a_fold(asked)
+    found, lost, opens, spent = held_to(fold, refined, monkeypatch, 141)
     k = np.arange(len(FOLD))
     true = np.where(k >= ENDS, branch("larger"), branch("smaller"))
     assert not lost

@@ -11,7 +11,17 @@ from microslip.analyses.time.starts import placed
 from microslip.analyses.time.steady import raised_state, steady_state
 from microslip.errors import ContactError
 from microslip.pipeline import walk
-from microslip.pipeline.walk import DOUBTFUL, STEPS, Found, Lost, Target, mixed, seek
+from microslip.pipeline.walk import (
+    DOUBTFUL,
+    RAISED,
+    RAISED_AGAIN,
+    STEPS,
+    Found,
+    Lost,
+    Target,
+    mixed,
+    seek,
+)
 
 LOAD = 40.0
 
@@ -56,7 +66,46 @@ def test_the_load_raised_slowly_ends_within_what_the_past_is_said_to_decide(join
             scheme, f, LOAD, start=raised_state(scheme, f, LOAD, 30), tolerance=1e-6
         )
         off = abs(abs(raised.amplitude) / abs(found.amplitude) - 1)
-        assert off <= found.past + found.doubt + 1e-4
+        assert off <= found.scatter + found.doubt + 1e-4
+
+
+def raising_leads(monkeypatch, shares):
+    """Raising the load over so many cycles leads to so many times what rest with a velocity does."""
+
+    def raised(search, found, cycles):
+        share = shares.get(cycles)
+        return share and replace(found, amplitude=share * found.amplitude)
+
+    weighed = walk._weighed
+    monkeypatch.setattr(walk._Seeking, "raised", raised)
+    monkeypatch.setattr(
+        walk,
+        "_weighed",
+        lambda *given: given[2] if isinstance(given[2], Found) else weighed(*given),
+    )
+
+
+def test_where_pasts_differ_the_load_raised_from_rest_is_the_answer(joint, beside, monkeypatch):
+    """As of the points of the time domain; how well it is known another ramp tells, not the other past."""
+    raising_leads(monkeypatch, {RAISED: 1.01, RAISED_AGAIN: 1.01 * 1.0002})
+    found = seek(joint, Target(0, 181.8, LOAD, 0.0))
+    assert abs(found.amplitude) == pytest.approx(1.01 * abs(beside[0].amplitude), rel=2e-3)
+    assert found.past == pytest.approx(0.01, rel=1e-6)
+    assert found.scatter == pytest.approx(2e-4, rel=1e-6)
+
+
+def test_where_no_other_ramp_tells_the_pasts_do(joint, monkeypatch):
+    raising_leads(monkeypatch, {RAISED: 1.01})
+    found = seek(joint, Target(0, 181.8, LOAD, 0.0))
+    assert found.scatter == found.past == pytest.approx(0.01, rel=1e-6)
+
+
+def test_where_raising_leads_to_another_branch_another_velocity_tells(joint, beside, monkeypatch):
+    raising_leads(monkeypatch, {})
+    found = seek(joint, Target(0, 181.8, LOAD, 0.0))
+    assert abs(found.amplitude) == pytest.approx(abs(beside[0].amplitude), rel=2e-3)
+    assert 0 <= found.scatter < 2e-3
+    assert np.isnan(found.past)
 
 
 def test_the_state_is_where_the_load_passes_through_zero(joint, beside):

@@ -94,21 +94,22 @@ class _Search:
         return held(self.surface, self.base.load, self.doubted(), self.lost, ACCURACY)
 
     def doubted(self) -> dict[int, Anchor]:
-        """The anchors, each with how far its amplitude depends on the past.
+        """The anchors, each with how far its amplitude scatters with its past.
 
         Where that could not be measured, as far as those next to either side do.
         """
         marks = sorted(self.anchors)
-        past = np.array([self.found[k].past for k in marks])
-        known = np.flatnonzero(np.isfinite(past))
+        scatter = np.array([self.found[k].scatter for k in marks])
+        known = np.flatnonzero(np.isfinite(scatter))
         if len(known):
             after = np.searchsorted(known, np.arange(len(marks)))
             sides = (np.maximum(after - 1, 0), np.minimum(after, len(known) - 1))
-            beside = np.maximum(*(past[known[side]] for side in sides))
-            past = np.where(np.isfinite(past), past, beside)
-        past = np.nan_to_num(past)
+            beside = np.maximum(*(scatter[known[side]] for side in sides))
+            scatter = np.where(np.isfinite(scatter), scatter, beside)
+        scatter = np.nan_to_num(scatter)
         return {
-            k: replace(self.anchors[k], past=float(own)) for k, own in zip(marks, past, strict=True)
+            k: replace(self.anchors[k], scatter=float(own))
+            for k, own in zip(marks, scatter, strict=True)
         }
 
     def keep(self, target: Target, answer: Found | Lost) -> None:
@@ -132,8 +133,9 @@ class _Search:
         self.origin = {j: at for j, at in self.origin.items() if at != k}
         Q, load = answer.amplitude, self.base.load
         self.found[k] = answer
+        past = float(np.nan_to_num(answer.past))
         self.anchors[k] = anchor_at(
-            self.surface, target.frequency, load, Q, answer.change, answer.doubt
+            self.surface, target.frequency, load, Q, answer.change, answer.doubt, past
         )
 
 
@@ -224,7 +226,9 @@ def _least_known(search: _Search, guess: Contours, wanted: float) -> list[Target
     ]
     marks, doubtful = search.marks, now.error > wanted
     doubtful[marks] = False
-    blurred = {k for k, one in search.doubted().items() if one.doubt + one.past + ACCURACY > wanted}
+    blurred = {
+        k for k, one in search.doubted().items() if one.doubt + one.scatter + ACCURACY > wanted
+    }
     weighed, widest = [], max(GAP * len(doubtful), 1)
     for left, right in pairwise(marks):
         unknown = int(doubtful[left + 1 : right].sum())
@@ -332,6 +336,13 @@ def _said(assembly: Assembly, search: _Search, stop: threading.Event) -> tuple[s
             reason += f": {what_it_is(assembly.prepared, frequency, answer.steady)}"
         said.append(f"{frequency:.6g} Hz: {reason}")
     return tuple(said)
+
+
+def other_pasts(response: Response, wanted: float) -> Array:
+    """Frequencies, Hz, that are sure, and where another past leads to an amplitude that differs by more."""
+    doubtful = unsure(response, wanted)
+    found = [one.frequency for one in response.anchors if one.past > wanted]
+    return np.setdiff1d(found, doubtful)
 
 
 def unsure(response: Response, wanted: float) -> Array:

@@ -17,7 +17,7 @@ from microslip.analyses.reduced.two_mode import two_mode_model
 from microslip.brief import Brief
 from microslip.describe.requests import ResponseAnalysis
 from microslip.errors import Caution, Failure, MicroslipError
-from microslip.pipeline.auto import Anchored, anchored_response, unsure
+from microslip.pipeline.auto import Anchored, anchored_response, other_pasts, unsure
 from microslip.pipeline.band import Axis, Curve, axis_of
 from microslip.pipeline.loads import (
     Load,
@@ -157,6 +157,17 @@ def _cautions(settings: ResponseAnalysis, case: Curve, auto: Anchored) -> list[C
             f"after {auto.spent} of processor time"
         )
         advice = "raise analysis.response.points, unless the motion there wanders by as much"
+        found.append(Caution("response", place, reason, advice))
+    elsewhere = other_pasts(curve, settings.error)
+    if len(elsewhere):
+        reason = (
+            f"after another past than the load raised from rest the amplitude differs by more than "
+            f"{settings.error:g} at {len(elsewhere)} frequencies, {elsewhere.min():.6g} to "
+            f"{elsewhere.max():.6g} Hz"
+        )
+        advice = (
+            "pairs that never slip keep what they were left with; [analysis.time] has other starts"
+        )
         found.append(Caution("response", place, reason, advice))
     return found
 

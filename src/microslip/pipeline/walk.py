@@ -3,8 +3,10 @@
 Pairs that stick all the time keep the tractions that the past has left them, and a steady state depends on
 them. A state that starts from its neighbour inherits that neighbour's, and with it whatever the motion at a
 resonance has locked in, along the whole branch. So each begins at rest: at prestress, with the velocity
-of the motion that is expected, as the points of the time domain do. It is then sought once more
-from rest, under the whole load at once; by how much the two differ is how far the answer depends on the past.
+of the motion that is expected, and once more with the load raised from rest, the past that is meant where
+none is given (`raised_state`). Where the two differ that of the raised load is the answer, and it is raised
+over another number of cycles as well: by how much those two differ is how well the answer is known. By how
+much it differs from the other past is another question, whose answer is kept beside it.
 
 Where the start from rest ends in a smaller motion than is expected the search goes on from the states
 beside, one or both: that follows the branch of a fold. Where rest with the velocity of what is found there
@@ -35,7 +37,7 @@ from microslip.analyses.time.scheme import (
     time_scheme,
 )
 from microslip.analyses.time.starts import Start, end_of
-from microslip.analyses.time.steady import SteadyState, steady_state
+from microslip.analyses.time.steady import SteadyState, raised_state, steady_state
 from microslip.errors import JointOpensError, MicroslipError
 from microslip.numerics.execute import each, threads
 from microslip.numerics.fourier import harmonic
@@ -80,8 +82,12 @@ OTHER = 0.1
 """Motions whose sizes differ by more, in logarithm, are not the same one with another past."""
 
 VARIED = 1.05 * np.exp(0.05j)
-"""Where rest under the whole load ends in another motion, the other past starts with so many times the
+"""Where the load raised from rest ends in another motion, the other past starts with so many times the
 velocity."""
+
+RAISED, RAISED_AGAIN, SAME = 10, 16, 5e-4
+"""Cycles over which the load is raised, and over which it is raised once more where that ends in an amplitude
+that differs by more."""
 
 TELLS = 3e-4
 """Change over a cycle below which a motion from another past tells of it, though it may not have settled."""
@@ -135,8 +141,8 @@ class Found:
         A larger motion was sought first, and is not steady.
     opens : bool
         At some instant of that no pair touches.
-    past : float
-        Relative difference to the amplitude after another past; nan where none ended in this motion.
+    scatter, past : float
+        See `microslip.analyses.reduced.anchors.Anchor`; nan where they are not known.
     """
 
     amplitude: complex
@@ -146,6 +152,7 @@ class Found:
     cycles: int
     fell: bool = False
     opens: bool = False
+    scatter: float = float("nan")
     past: float = float("nan")
 
 
@@ -198,14 +205,25 @@ def seek(joint: PreparedJoint, target: Target) -> Found | Lost:
                 break
     if found is None:
         return search.lost()
-    past = search.another_past(found) if found.doubt <= AGAIN else float("nan")
     fell = search.larger > np.exp(OTHER) * abs(found.amplitude)
-    return replace(found, cycles=search.spent, fell=fell, opens=search.opened, past=past)
+    if found.doubt <= AGAIN:
+        found = search.meant(found)
+    return replace(found, cycles=search.spent, fell=fell, opens=search.opened)
 
 
 def _apart(one: Found, other: Found) -> float:
     """By how much one is larger, in logarithm."""
     return float(np.log(abs(one.amplitude) / abs(other.amplitude)))
+
+
+def _ratio(other: SteadyState | Found, found: SteadyState | Found) -> float:
+    """Size over that of a motion that was found."""
+    return abs(other.amplitude) / abs(found.amplitude)
+
+
+def _tells(other: SteadyState, found: Found) -> bool:
+    """Whether a motion is that found but for its past, and settled far enough to tell of it."""
+    return other.change <= TELLS and abs(np.log(max(_ratio(other, found), 1e-300))) <= OTHER
 
 
 class _Seeking:
@@ -247,20 +265,49 @@ class _Seeking:
         )
         return None
 
-    def another_past(self, found: Found) -> float:
-        """Relative difference of the amplitude to that after another past, see `Found`."""
-        varied = VARIED * found.amplitude
-        # where the motion settles slowly, rest under the whole load would take longer still
-        for guess in (0.0, varied) if self.spent <= ANOTHER else (varied,):
-            try:
-                other = _searched(self.scheme, self.target, None, TOLERANCE, ANOTHER, guess)
-            except MicroslipError:
-                continue
-            self.spent += other.cycles
-            ratio = abs(other.amplitude) / abs(found.amplitude)
-            if other.change <= TELLS and abs(np.log(max(ratio, 1e-300))) <= OTHER:
-                return float(abs(ratio - 1))
-        return float("nan")
+    def meant(self, found: Found) -> Found:
+        """The motion after the load was raised from rest, where that differs from this by its past alone.
+
+        That is the one that is meant by convention; raised over another number of cycles it tells how well it
+        is known. Where raising the load leads to another branch, another velocity has to tell.
+        """
+        raised = self.raised(found, RAISED)
+        if raised is None:
+            return replace(found, scatter=self.varied(found))
+        past = abs(_ratio(raised, found) - 1)
+        if past <= SAME:
+            return replace(found, past=past, scatter=past)
+        again = self.raised(found, RAISED_AGAIN)
+        # what cannot be told of another ramp is told by the other past
+        scatter = past if again is None else abs(_ratio(again, raised) - 1)
+        try:
+            answer = _weighed(self.scheme, self.target, raised)
+        except MicroslipError:
+            return replace(found, past=past, scatter=past)
+        self.spent += answer.cycles
+        return replace(answer, past=past, scatter=scatter)
+
+    def raised(self, found: Found, cycles: int) -> SteadyState | None:
+        """The motion after the load was raised over so many cycles; None where that is another."""
+        target = self.target
+        try:
+            start = raised_state(self.scheme, target.frequency, target.load, cycles)
+            self.spent += cycles
+            other = _searched(self.scheme, target, start, TOLERANCE, ANOTHER)
+        except MicroslipError:
+            return None
+        self.spent += other.cycles
+        return other if _tells(other, found) else None
+
+    def varied(self, found: Found) -> float:
+        """Relative difference to the amplitude after another velocity; nan where that is another motion."""
+        guess = VARIED * found.amplitude
+        try:
+            other = _searched(self.scheme, self.target, None, TOLERANCE, ANOTHER, guess)
+        except MicroslipError:
+            return float("nan")
+        self.spent += other.cycles
+        return abs(_ratio(other, found) - 1) if _tells(other, found) else float("nan")
 
     def lost(self) -> Lost:
         """What is said where nothing is steady."""
@@ -297,7 +344,7 @@ def mixed(mixture: Sequence[tuple[Start, float]]) -> Start:
 def _searched(
     scheme: TimeScheme,
     target: Target,
-    start: Start | None,
+    start: Start | State | None,
     tolerance: float,
     cycles: int,
     guess: complex = 0.0,

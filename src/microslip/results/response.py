@@ -156,7 +156,13 @@ def _anchors(run: Run) -> xr.Dataset:
                 dims,
                 [one.past for _, one in found],
                 "1",
-                "relative difference of amplitudes after different pasts",
+                "relative difference to the amplitude after another past than the load raised",
+            ),
+            "scatter": variable(
+                dims,
+                [one.scatter for _, one in found],
+                "1",
+                "relative difference of amplitudes after the load was raised in different ways",
             ),
         },
         {

@@ -14,9 +14,10 @@ How right is measured by leaving anchors out: the correction of each is predicte
 the ends of a branch by a straight line. That spans twice the distance; those close by on the other side are
 left out as well. The most that it misses at the two
 anchors around bounds the error in between, in the shape ``4 t (1 - t)``; to it comes the median of what is
-missed anywhere on the branch, as resonances of upper modes may lie between two anchors that agree. Tractions
+missed at the nearest of them, as resonances of upper modes may lie between two anchors that agree. Tractions
 that are locked in make steady states scatter: they depend on what was before. So an anchor is not known
-better than that median nor, where its neighbours are close, than they miss it.
+better than it differs from that of another past, nor than most of those about it do from theirs. What the
+others miss says nothing of the anchor itself: amplitudes may rise in steps, each of which is what it is.
 
 An error ``dk`` of kappa moves the size by ``Re(omega_sl² dk/Z)`` over the slope ``d log M/d log a`` of the
 surface, and the rest of it the phase; near a fold the slope vanishes and the bound says so.
@@ -31,6 +32,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from scipy.interpolate import PchipInterpolator
 
 from microslip.analyses.reduced.surface import LoadSurface, contours, stiffness
@@ -49,8 +51,15 @@ apart that neither tells of the other."""
 AROUND = 4
 """Anchors to either side that the monotone cubics are laid through: more change nothing in between."""
 
-CLOSE = 3
-"""What the others miss of an anchor whose neighbours are so many frequencies away, or fewer, is scatter."""
+PARTS = ("doubt", "scatter")
+"""What bounds the error of an anchor itself."""
+
+NEAREST = 9
+"""Anchors nearest to one, itself among them, that tell what is usual about it."""
+
+WIDER = 2.0
+"""Times what one in nine scatters by more than: where pasts scatter as a normal distribution does, a third
+differs from the first by more at one in forty."""
 
 HALF = 0.5
 """Others that are nearer to the end of a stretch, over its length, say nothing of it."""
@@ -76,7 +85,10 @@ class Anchor:
     doubt : float
         Relative error of the amplitude that is left: of transients not yet gone, of a motion that wanders.
     past : float
-        Relative difference of amplitudes after different pasts.
+        Relative difference to the amplitude after another past than the load raised from rest; zero where
+        none ended in this motion.
+    scatter : float
+        Relative difference of amplitudes after the load was raised in different ways.
     """
 
     frequency: float
@@ -85,6 +97,7 @@ class Anchor:
     change: float
     doubt: float = 0.0
     past: float = 0.0
+    scatter: float = 0.0
 
 
 @dataclass(frozen=True, repr=False)
@@ -110,6 +123,7 @@ def anchor_at(
     Q: complex,
     change: float = 0.0,
     doubt: float = 0.0,
+    past: float = 0.0,
 ) -> Anchor:
     """What a steady state says of the model.
 
@@ -121,7 +135,7 @@ def anchor_at(
         Hz, and amplitude of the driven port.
     Q : complex
         First harmonic of the sliding coordinate, phase against the load's sine.
-    change, doubt : float
+    change, doubt, past : float
         Kept.
 
     Raises
@@ -136,7 +150,7 @@ def anchor_at(
         raise MicroslipError(f"the steady state at {frequency:.6g} Hz does not move")
     true = (model.force[0] + D * model.offset[0]) * load / A
     table = stiffness(model, surface.curve, surface.preload, np.array(abs(A)), np.array(omega))
-    return Anchor(frequency, Q, complex(true - table) / model.omega**2, change, doubt)
+    return Anchor(frequency, Q, complex(true - table) / model.omega**2, change, doubt, past)
 
 
 def branches(anchors: Mapping[int, Anchor], lost: Iterable[int]) -> Iterator[Indices]:
@@ -268,15 +282,13 @@ def held(
         columns = np.arange(len(inside))
         amplitude[inside] = np.array([one.amplitude for one in found])[better, columns]
         left, right = _around(run, inside)
-        doubt = np.array([one.doubt for one in known])
-        doubt = np.maximum(doubt[left], doubt[right])
-        past = _most_around(np.array([one.past for one in known]), left, right)
-        # scatter of pasts is in what the others miss already
-        error[inside] = np.maximum(share[better, columns], past) + doubt + accuracy
-    for k, one in anchors.items():
-        amplitude[k] = one.amplitude
-        if not np.isfinite(error[k]):
-            error[k] = accuracy + one.doubt + one.past
+        doubt, scatter = (np.array([getattr(one, of) for one in known]) for of in PARTS)
+        most = _most_around(scatter, left, right)
+        # it is in what the others miss already
+        bound = np.maximum(share[better, columns], most)
+        error[inside] = bound + np.maximum(doubt[left], doubt[right]) + accuracy
+        amplitude[run] = [one.amplitude for one in known]
+        error[run] = np.maximum(scatter, _nearly_most(scatter)) + doubt + accuracy
     return Held(amplitude, np.where(np.isfinite(amplitude), error, np.inf))
 
 
@@ -355,16 +367,33 @@ def _bound(x: Array, y: Complex, z: Complex, at: Array, there: Complex) -> Array
     right = np.clip(np.searchsorted(x, at), 1, len(x) - 1)
     left = right - 1
     t = (at - x[left]) / (x[right] - x[left])
-    own = np.searchsorted(at, x)
-    close = np.diff(own) <= CLOSE
     with np.errstate(invalid="ignore"):  # nan where there is no answer
         begin, end = missed_across(x, y, missed)
         most = np.maximum(_grown(begin[left] / there), _grown(end[left] / there))
-        scatter = _grown(missed / there[own])[1:-1]
         between = np.where((t > 0) & (t < 1), most * 4 * t * (1 - t), 0.0)
-    between[own[1:-1]] = np.where(close[1:] & close[:-1], scatter, 0.0)
-    floor = np.median(np.abs((missed / z).real) * np.abs(z))
-    return np.asarray(between + floor / np.abs(there))
+    usual = _usual(np.abs((missed / z).real) * np.abs(z))
+    return np.asarray(between + np.interp(at, x, usual) / np.abs(there))
+
+
+def _usual(missed: Array) -> Array:
+    """Median of what is missed of every anchor and those nearest to it."""
+    return np.asarray(np.median(_nearest(missed), axis=-1))
+
+
+def _nearly_most(scatter: Array) -> Array:
+    """What one in `NEAREST` scatters by more than, about every anchor, `WIDER`; the largest of fewer.
+
+    A difference of two pasts is one draw, and may be small by chance.
+    """
+    near = np.sort(_nearest(scatter), axis=-1)
+    return np.asarray(WIDER * near[:, -1 - near.shape[1] // NEAREST])
+
+
+def _nearest(values: Array) -> Array:
+    """Values of every anchor and those nearest to it, a row each."""
+    count = min(NEAREST, len(values))
+    first = np.clip(np.arange(len(values)) - count // 2, 0, len(values) - count)
+    return np.asarray(sliding_window_view(values, count)[first])
 
 
 def _grown(step: Complex) -> Array:
