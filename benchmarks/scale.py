@@ -51,9 +51,15 @@ def timed(stages: dict[str, float], name: str, work: Callable) -> Callable:
         try:
             return work(*given, **named)
         finally:
-            stages[name] = stages.get(name, 0.0) + time.process_time() - start
+            _add(stages, name, time.process_time() - start)
 
     return run
+
+
+def _add(stages: dict[str, float], name: str, seconds: float) -> None:
+    """Add to a stage, and say so: a large case takes long."""
+    stages[name] = stages.get(name, 0.0) + seconds
+    print(f"{name}: {stages[name]:.3g} s, {_resident() / 1e9:.2f} GB", file=sys.stderr, flush=True)
 
 
 WATCHED = (
@@ -84,7 +90,7 @@ def measure(size: float, rest: float, steps: int, count: int) -> dict:
             setattr(where, name, timed(stages, stage, getattr(where, name)))
         began = time.process_time()
         assembly = preparing.assemble(joint)
-        stages["before analyses"] = time.process_time() - began
+        _add(stages, "before analyses", time.process_time() - began)
         found = {
             "size_mm": [size, rest],
             "dofs": assembly.structure.dofs,
@@ -107,12 +113,12 @@ def _analyses(assembly, stages: dict[str, float], steps: int, count: int) -> dic
     cycle = quasi_static_cycle(
         prepared, prepared.drive, 0.05 * assembly.opening_moment, steps=steps, max_cycles=2
     )
-    stages["a step"] = (time.process_time() - start) / (steps * cycle.cycles)
+    _add(stages, "a step", (time.process_time() - start) / (steps * cycle.cycles))
     mode = pick_mode(joint_modes(assembly.model, assembly.prestress, prepared.law), 1)
     start = time.process_time()
     sizes = geometric(*(share * amplitude_scale(prepared, mode) for share in (1e-3, 0.8)), count)
     _, missed = quasi_static_backbone(prepared, mode, sizes, control=CycleControl(steps, 20))
-    stages["backbone"] = time.process_time() - start
+    _add(stages, "backbone", time.process_time() - start)
     slipping = float(np.median((cycle.status == SLIP).sum(axis=1)))
     return {"slipping": slipping, "missed": len(missed)}
 

@@ -1,4 +1,4 @@
-"""The beam with three bolts: backbones by three routes, harmonic balance over time (docs/space-examples.md).
+"""The beam with three bolts: backbones by three routes, harmonic balance in time (docs/half-lap-numbers.md).
 
 python docs/evidence/three_bolts.py [MESH] [--amplitudes 1e-4 1e-3 3e-3 6e-3] [--harmonics 5]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import pytest
 from conftest import ROOT
@@ -10,9 +11,12 @@ from conftest import ROOT
 from microslip.describe.beam import first_frequency
 from microslip.describe.excitation import Sine
 from microslip.describe.reading import load_joint
+from microslip.errors import InputError
 from microslip.model.lap import structure_of
+from microslip.pipeline import cost as costing
 from microslip.pipeline.cost import (
     base_seconds,
+    check_size,
     cycle_seconds,
     degrees_of_freedom,
     harmonic_seconds,
@@ -122,6 +126,21 @@ def test_meshes_in_space_cost_what_their_factors_cost():
     joint = load_joint(EXAMPLES / "half_lap_beam.toml")
     assert is_spatial(joint)
     assert not is_spatial(load_joint(EXAMPLE))
-    for dofs, seconds, held in ((7_524, 2.4, 0.43e9), (41_934, 25.0, 1.23e9)):
+    measured = ((7_524, 2.4, 0.43e9), (41_934, 25.0, 1.23e9), (122_826, 150.0, 4.46e9))
+    for dofs, seconds, held in measured:
         assert base_seconds(joint, dofs) - base_seconds(joint, 0) == pytest.approx(seconds, rel=0.5)
         assert memory(joint, dofs) == pytest.approx(held, rel=0.5)
+
+
+def test_what_a_machine_cannot_hold_in_space_is_said_with_what_it_could(monkeypatch):
+    joint = load_joint(EXAMPLES / "half_lap_beam.toml")
+    monkeypatch.setattr(costing, "memory_of_machine", lambda: 16e9)
+    monkeypatch.setattr(costing, "contact_pairs", lambda joint: 30_000)
+    fits = r"needs about \d+ GB .* has 16 GB: (\d+) pairs would fit"
+    with pytest.raises(InputError, match=fits) as raised:
+        check_size(joint, 40_000)
+    most = int(re.search(fits, str(raised.value))[1])
+    monkeypatch.setattr(costing, "contact_pairs", lambda joint: most)
+    assert memory(joint, 40_000) == pytest.approx(16e9, rel=1e-3)
+    with pytest.raises(InputError, match="factors of 2000000 degrees of freedom alone take 52 GB"):
+        check_size(joint, 2_000_000)

@@ -16,8 +16,9 @@ import numpy as np
 from microslip.contact.compiled import jit
 from microslip.contact.linearised import answer
 from microslip.contact.pairs import SEPARATED, SLIP, STICK
-from microslip.contact.spatial_newton import SHORTEST, coupling, right_side, unknowns
+from microslip.contact.spatial_newton import SHORTEST
 from microslip.contact.spatial_problem import own_stiffness
+from microslip.contact.spatial_system import coupling, right_side, unknowns
 from microslip.contact.spatial_tableau import follow, pending
 from microslip.contact.tableau import exchange
 
@@ -64,12 +65,12 @@ def solve_states(problem, memory, status, w, weights, x, r):
     g = np.zeros(x.shape)
     if k > 0:
         F = F[:k]
-        A = np.empty((k, k))
+        At = np.empty((k, k))
         y = np.empty((x.shape[0], k))
-        coupling(problem, memory, status, F, A)
+        coupling(problem, memory, status, F, At)
         for a in range(x.shape[0]):
             right_side(problem, memory, status, x[a], F, y[a])
-        solved = np.ascontiguousarray(np.linalg.solve(A, np.ascontiguousarray(y.T)).T)
+        solved = np.ascontiguousarray(np.linalg.solve(At.T, np.ascontiguousarray(y.T)).T)
         rows = np.empty((k, x.shape[1]))
         for b in range(k):
             rows[b] = memory.transposed[F[b]]

@@ -16,7 +16,8 @@ Wohlmuth, SIAM J. Sci. Comput. 30 (2008) 572),
 with the direction ``d = y/|y|`` and the resistance to slip across it ``k = b rho_t / (|y| - b)``, which is
 friction over slip at a solution. Solved with the tableau (`spatial_tableau.py`), a sticking pair has
 no unknown, a slipping one two; the new state is read off the solution, until the natural map is
-exact to rounding. Then v is computed from W itself, and what is left is corrected.
+exact to rounding. Then v is computed from W itself, and what is left is corrected. Many unknowns are
+corrected by iterations in every step of Newton's (`spatial_krylov.py`), few are eliminated.
 """
 
 from __future__ import annotations
@@ -26,9 +27,11 @@ import numpy as np
 from microslip.contact.compiled import jit
 from microslip.contact.pairs import SEPARATED, SLIP, STICK
 from microslip.contact.problem import relative_displacement
+from microslip.contact.spatial_krylov import MANY, correct
 from microslip.contact.spatial_problem import certify, off_cone, own_stiffness
+from microslip.contact.spatial_system import obey, solve_directly, unknowns
 from microslip.contact.spatial_tableau import keep, make, pending
-from microslip.contact.tableau import LARGE, MADE, add_rows, exchange, solve_small
+from microslip.contact.tableau import MADE, add_rows, exchange
 
 ACCEPTED = 1e-10
 """Natural-map residual, computed from W, with which a solution is accepted."""
@@ -45,13 +48,16 @@ MOST = 40
 SHORTEST = 1e-13
 """Slip over the displacement that friction alone would make, below which it is none."""
 
+PATIENCE = 12
+"""Of them, those after which linear systems are eliminated, however many unknowns they have."""
+
 MAX_KEPT = 8
 """Pairs whose contact may differ from the tableau's before it follows an accepted solution."""
 
 
 @jit
-def _start(problem, memory, given, contact, c, g, x):
-    """Unknowns x and the others g from r, q and the v that belongs to them; c = x + D g."""
+def _start(problem, memory, given, contact, g, x):
+    """Unknowns x and the others g from r, q and the v that belongs to them."""
     R, stiffness, scale, mean = problem.R, problem.stiffness, problem.scale, problem.mean
     held, f_q, vt_old = memory.held, given.f_q, given.vt_old
     r, q, v = contact.r, contact.q, contact.v
@@ -68,8 +74,6 @@ def _start(problem, memory, given, contact, c, g, x):
             e -= R[j, a] * r[j]
         x[N + a] = q[a] * mean / scale[a]
         g[N + a] = scale[a] * e
-    c[:] = x
-    add_rows(memory.transposed, g, c)
 
 
 @jit
@@ -129,142 +133,6 @@ def read_states(problem, memory, vt_old, contact, stretch):
 
 
 @jit
-def unknowns(held, status, F):
-    """Components of g that are unknown, into F; returns how many."""
-    k = 0
-    for i in range(status.shape[0]):
-        n = 3 * i
-        if held[n] != (status[i] != SEPARATED):
-            F[k], F[k + 1], F[k + 2] = n, n + 1, n + 2
-            k += 3
-        elif held[n] and status[i] == SLIP:
-            F[k], F[k + 1] = n + 1, n + 2
-            k += 2
-    return k
-
-
-@jit
-def coupling(problem, memory, status, F, A):
-    """Matrix of the laws of the pairs with unknowns, ``A g_F = y``, with ``x_F = c_F - D_FF g_F``."""
-    mu, mean = problem.friction, problem.mean
-    Dt, held = memory.transposed, memory.held
-    direction, resistance = memory.direction, memory.resistance
-    k = F.shape[0]
-    for b in range(k):
-        row = Dt[F[b]]
-        for a in range(k):
-            A[a, b] = row[F[a]]
-    a = 0
-    while a < k:
-        i = F[a] // 3
-        if status[i] != SLIP:
-            a += 1
-            continue
-        d1, d2 = direction[i, 0], direction[i, 1]
-        k1 = mean * resistance[i]
-        if held[3 * i]:
-            # mu r_n d has r_n among the x: its row of D, minus mu d times
-            t = a
-            for b in range(k):
-                normal = Dt[F[b], 3 * i]
-                A[t, b] -= mu[i] * d1 * normal
-                A[t + 1, b] -= mu[i] * d2 * normal
-            A[t, t] += k1 * d2 * d2
-            A[t, t + 1] -= k1 * d1 * d2
-            A[t + 1, t] -= k1 * d1 * d2
-            A[t + 1, t + 1] += k1 * d1 * d1
-            a += 2
-            continue
-        # a free pair: g are its reactions, g_t - mu d g_n = k (I - d d^T) x_t, over 1 + k
-        t = a + 1
-        inverse = 1.0 / (1.0 + k1)
-        k1 *= inverse
-        for b in range(k):
-            across = d1 * A[t + 1, b] - d2 * A[t, b]
-            A[t, b] = -k1 * d2 * across
-            A[t + 1, b] = k1 * d1 * across
-        A[t, t] += inverse
-        A[t + 1, t + 1] += inverse
-        A[t, a] -= inverse * mu[i] * d1
-        A[t + 1, a] -= inverse * mu[i] * d2
-        a += 3
-
-
-@jit
-def right_side(problem, memory, status, c, F, y):
-    """Right side of the equations of `coupling` for one c."""
-    mu, held, direction = problem.friction, memory.held, memory.direction
-    k = F.shape[0]
-    for a in range(k):
-        y[a] = c[F[a]]
-    a = 0
-    while a < k:
-        i = F[a] // 3
-        if status[i] != SLIP:
-            a += 1
-            continue
-        d1, d2 = direction[i, 0], direction[i, 1]
-        if held[3 * i]:
-            y[a] -= mu[i] * d1 * c[3 * i]
-            y[a + 1] -= mu[i] * d2 * c[3 * i]
-            a += 2
-            continue
-        k1 = problem.mean * memory.resistance[i]
-        across = k1 / (1.0 + k1) * (d1 * y[a + 2] - d2 * y[a + 1])
-        y[a + 1] = -d2 * across
-        y[a + 2] = d1 * across
-        a += 3
-
-
-@jit
-def _solve_states(problem, memory, status, c, F, x, g):
-    """Unknowns of given states into x and g. False where their system is singular."""
-    k = F.shape[0]
-    x[:] = c
-    g[:] = 0.0
-    if k == 0:
-        return True
-    A = np.empty((k, k))
-    y = np.empty((k, 1))
-    coupling(problem, memory, status, F, A)
-    right_side(problem, memory, status, c, F, y[:, 0])
-    if k < LARGE:
-        if not solve_small(A, y):
-            return False
-    else:
-        try:
-            y = np.linalg.solve(A, y)
-        except Exception:
-            return False
-    minus = np.zeros(g.shape[0])
-    for a in range(k):
-        g[F[a]] = y[a, 0]
-        minus[F[a]] = -y[a, 0]
-    add_rows(memory.transposed, minus, x)
-    _obey(problem, memory, status, F, x, g)
-    return True
-
-
-@jit
-def _obey(problem, memory, status, F, x, g):
-    """What the states say of a solution exactly, where long slips would leave rounding."""
-    mu, mean, held = problem.friction, problem.mean, memory.held
-    for a in range(F.shape[0]):
-        j = F[a]
-        i, part = j // 3, j % 3
-        if held[j] != (status[i] != SEPARATED) and (status[i] != SLIP or part == 0):
-            x[j] = 0.0
-        elif status[i] == SLIP and part > 0:
-            force, moved = (x, g) if held[j] else (g, x)
-            d1, d2 = memory.direction[i, 0], memory.direction[i, 1]
-            across = mean * memory.resistance[i] * (d1 * moved[3 * i + 2] - d2 * moved[3 * i + 1])
-            if part == 1:
-                force[j] = mu[i] * force[3 * i] * d1 - across * d2
-            else:
-                force[j] = mu[i] * force[3 * i] * d2 + across * d1
-
-
-@jit
 def newton(problem, memory, given, contact, limit, stretch, known):
     """Newton iterations on one problem, from the r, q and v in `contact`.
 
@@ -276,7 +144,7 @@ def newton(problem, memory, given, contact, limit, stretch, known):
     held, flags = memory.held, memory.flags
     status = contact.status
     size = R.shape[0] + R.shape[1]
-    c, g, x = np.empty(size), np.empty(size), np.empty(size)
+    c, g, x = np.zeros(size), np.empty(size), np.empty(size)
     J = np.empty(size, np.int64)
     solved_for = status.copy()
     if not (flags[MADE] or make(problem, memory, status)):
@@ -284,21 +152,27 @@ def newton(problem, memory, given, contact, limit, stretch, known):
     if not known:
         relative_displacement(contact.v, given.v_free, problem.W, R, contact.r, contact.q)
         read_states(problem, memory, vt_old, contact, stretch)
-    _start(problem, memory, given, contact, c, g, x)
+    _start(problem, memory, given, contact, g, x)
     best = np.inf
     last = np.inf
     fresh = False
+    summed = False
+    eliminate = False
     for iteration in range(1, limit + 1):
-        for i in range(status.shape[0]):
-            if (
-                status[i] == SLIP
-                and memory.direction[i, 0] == 0.0
-                and memory.direction[i, 1] == 0.0
-            ):
-                status[i] = STICK
+        _stick_without_direction(memory, status)
         k = unknowns(held, status, J)
-        if not _solve_states(problem, memory, status, c, J[:k], x, g):
-            return iteration, np.inf
+        eliminate = eliminate or iteration > PATIENCE
+        corrected = False
+        if k >= MANY and not eliminate:
+            corrected = correct(problem, memory, status, J[:k], x, g)
+            eliminate = not corrected
+        if not corrected:
+            if not summed:
+                c[:] = x
+                add_rows(memory.transposed, g, c)
+                summed = True
+            if not solve_directly(problem, memory, status, c, J[:k], x, g):
+                return iteration, np.inf
         _scatter(problem, held, vt_old, x, g, contact)
         solved_for[:] = status
         residual = read_states(problem, memory, vt_old, contact, stretch)
@@ -306,10 +180,17 @@ def newton(problem, memory, given, contact, limit, stretch, known):
             return iteration, np.inf
         stalled = residual <= NEARLY and residual > 0.3 * last
         last = residual
-        if residual > PROVISIONAL and not stalled:
-            continue
+        if residual > PROVISIONAL:
+            if not stalled:
+                continue
+            if corrected:
+                eliminate = True
+                continue
         # the states that were solved for, not those on the edge of them
         status[:] = solved_for
+        if corrected:
+            obey(problem, memory, status, J[:k], x, g)
+            _scatter(problem, held, vt_old, x, g, contact)
         residual = certify(problem, given, contact)
         if residual <= PROVISIONAL or (residual <= ACCEPTED and residual > 0.3 * best):
             k = pending(held, status, J)
@@ -322,5 +203,15 @@ def newton(problem, memory, given, contact, limit, stretch, known):
                 return iteration, np.inf
             fresh = True
         best = min(best, residual)
-        _start(problem, memory, given, contact, c, g, x)
+        _start(problem, memory, given, contact, g, x)
+        summed = False
+        eliminate = True
     return limit, np.inf
+
+
+@jit
+def _stick_without_direction(memory, status):
+    """A pair that is said to slip, nobody knows where to, sticks until its motion is known."""
+    for i in range(status.shape[0]):
+        if status[i] == SLIP and memory.direction[i, 0] == 0.0 and memory.direction[i, 1] == 0.0:
+            status[i] = STICK

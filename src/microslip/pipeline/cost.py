@@ -33,12 +33,18 @@ TIME_CYCLES = 31
 """Cycles of plain marching that raising the load, the search with its deviations and the stability of what it
 finds are worth: median of eleven points of four joints, 22 to 61."""
 
-SPATIAL_BASE, SPATIAL_GROWTH = 8.5e-6, 1.4
+SPATIAL_BASE, SPATIAL_GROWTH = 3.2e-6, 1.5
 """Seconds to reduce a mesh in space, and the power of its degrees of freedom that they go with: factors of
-bodies (`benchmarks/scale.py`, 7,500 to 42,000 degrees of freedom)."""
+bodies (`benchmarks/scale.py`, 7,500 to 123,000 degrees of freedom)."""
 
-SPATIAL_BYTES = 2.1e4
+BASE_BYTES = 2.5e8
+"""Of memory whatever the joint."""
+
+SPATIAL_BYTES = 2.6e4
 """Of memory per degree of freedom of a mesh in space, for its factors."""
+
+SPATIAL_PAIR_BYTES = 10 * 8 * 3**2
+"""Of memory per squared pair in space: ten dense matrices of its components."""
 
 
 @singledispatch
@@ -133,8 +139,8 @@ def memory(joint: Joint, dofs: int) -> float:
     """
     pairs = contact_pairs(joint)
     if is_spatial(joint):
-        return 2.5e8 + SPATIAL_BYTES * dofs + 10 * 8 * (3 * pairs) ** 2
-    return 2.5e8 + 5 * 16 * dofs * pairs
+        return BASE_BYTES + SPATIAL_BYTES * dofs + SPATIAL_PAIR_BYTES * pairs**2
+    return BASE_BYTES + 5 * 16 * dofs * pairs
 
 
 def memory_of_machine() -> float:
@@ -163,8 +169,25 @@ def check_size(joint: Joint, dofs: int) -> None:
         raise InputError(
             f"{joint.pairs_key} = {contact_pairs(joint)}: needs about {needed / 1e9:.0f} GB of memory and "
             f"{total_seconds(joint, dofs) / 3600:.0f} h, and this machine has {there / 1e9:.0f} GB: "
-            "take fewer contact pairs; 201 resolve most joints"
+            f"{_smaller(joint, dofs, there)}"
         )
+
+
+def _smaller(joint: Joint, dofs: int, there: float) -> str:
+    """What would fit into so much memory."""
+    if not is_spatial(joint):
+        return "take fewer contact pairs; 201 resolve most joints"
+    left = there - BASE_BYTES - SPATIAL_BYTES * dofs
+    if left < 0.25 * there:
+        return (
+            f"the factors of {dofs} degrees of freedom alone take {SPATIAL_BYTES * dofs / 1e9:.0f} GB; mesh "
+            "the bodies coarser away from their interfaces, or have another program condense them and give "
+            "its matrices"
+        )
+    return (
+        f"{math.sqrt(left / SPATIAL_PAIR_BYTES):.0f} pairs would fit; mesh the interfaces coarser, or tie "
+        "what of them cannot slip"
+    )
 
 
 def total_seconds(joint: Joint, dofs: int) -> float:
