@@ -21,7 +21,7 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks" / "population"))
 from lap_joints import joints
 
 from microslip.analyses.reduced.refined import HIGHEST, load_offset
-from microslip.analyses.reduced.surface import contours, largest, load_surface, stiffness
+from microslip.analyses.reduced.surface import contours, load_surface, stiffness
 from microslip.analyses.reduced.two_mode import two_mode_model
 from microslip.analyses.statics.held import hold_mode
 from microslip.analyses.statics.prescribed import cycle_at, prescribed_cycle
@@ -42,7 +42,7 @@ def off_at(done: Run, detuning: float) -> tuple[float, list[float]]:
     model = two_mode_model(joint, "refined", refined.offset)
     f = np.linspace(curve.frequency[0], curve.frequency[-1], 2001)
     surface = load_surface(model, refined.table, f, curve.load)
-    guess = largest(contours(surface, curve.load))
+    guess = contours(surface, curve.load)
     k = int(np.argmin(np.abs(guess.detuning - detuning)))
     frequency, M = float(f[guess.point[k]]), curve.load
     scheme = time_scheme(joint, 1 / (frequency * TIME_STEPS), frequency=frequency)
@@ -96,12 +96,16 @@ def main() -> int:
             continue
         described = tomllib.loads(text) | {"analysis": {"response": {"count": 201}}}
         done = run(parse_joint(described))
+        seen = set()
         for detuning in DETUNINGS:
             try:
                 frequency, found = off_at(done, detuning)
             except ContactError as error:
                 print(f"| {asked.seed}/{number:03d}, detuning {detuning:g} | {error} | | | |")
                 continue
+            if frequency in seen:
+                continue
+            seen.add(frequency)
             shares = " | ".join(f"{100 * one:.1f} %" for one in found)
             print(f"| {asked.seed}/{number:03d}, {frequency:.1f} | {shares} |", flush=True)
     return 0

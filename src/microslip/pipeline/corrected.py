@@ -34,7 +34,7 @@ from microslip.analyses.time.readings import opening_of
 from microslip.analyses.time.scheme import contact_memory, march, time_scheme
 from microslip.analyses.time.steady import steady_state
 from microslip.describe.requests import ResponseAnalysis
-from microslip.errors import MicroslipError
+from microslip.errors import JointOpensError, MicroslipError
 from microslip.numerics.execute import each, threads
 from microslip.numerics.fourier import harmonic
 from microslip.pipeline.band import Curve
@@ -85,6 +85,7 @@ class _Table:
     load: float
     anchors: dict[int, Anchor] = field(default_factory=dict)
     lost: dict[int, float] = field(default_factory=dict)
+    opens: bool = False
 
     @property
     def marks(self) -> list[int]:
@@ -109,6 +110,24 @@ class _Table:
         return Held(across.amplitude, np.maximum(across.error, beside))
 
 
+class Corrected(NamedTuple):
+    """A response corrected at steady states.
+
+    Attributes
+    ----------
+    response : Response
+        With the bound of its error, ``error_indicator``, and the steady states, ``anchors``.
+    unsteady : (k,) array
+        Frequencies at which the motion was not steady, Hz.
+    opens : bool
+        Whether at some of these no pair touched at some instant.
+    """
+
+    response: Response
+    unsteady: Array
+    opens: bool
+
+
 def corrected_response(
     assembly: Assembly,
     settings: ResponseAnalysis,
@@ -116,7 +135,7 @@ def corrected_response(
     base: Response,
     stop: threading.Event,
     advance: Callable[[int], None],
-) -> tuple[Response, Array]:
+) -> Corrected:
     """A response of the refined model corrected at steady states.
 
     Parameters
@@ -132,13 +151,6 @@ def corrected_response(
         Set on Ctrl-C; what is known then is returned.
     advance : callable
         Told how many have been sought.
-
-    Returns
-    -------
-    response : Response
-        With the bound of its error, ``error_indicator``, and the steady states, ``anchors``.
-    lost : (k,) array
-        Frequencies at which the motion was not steady, Hz.
     """
     assert case.table is not None
     surface = load_surface(case.model, case.table, base.frequency, base.load)
@@ -153,7 +165,7 @@ def corrected_response(
             picks = _least_known(table, settings.error)[: max(left, 0)]
     except KeyboardInterrupt:
         stop.set()
-    return _response(table, base), base.frequency[sorted(table.lost)]
+    return Corrected(_response(table, base), base.frequency[sorted(table.lost)], table.opens)
 
 
 def _learn(joint: PreparedJoint, table: _Table, picks: list[int], guess: Contours) -> None:
@@ -164,23 +176,26 @@ def _learn(joint: PreparedJoint, table: _Table, picks: list[int], guess: Contour
     def work(task: tuple[float, complex]) -> _Motion:
         try:
             return _motion(joint, table.load, *task)
-        except MicroslipError:
-            return _Motion(0j, np.inf, np.inf)
+        except MicroslipError as error:
+            return _Motion(0j, np.inf, np.inf, isinstance(error, JointOpensError))
 
     for k, found in zip(picks, each(work, tasks, threads()), strict=True):
+        table.opens = table.opens or found.opens
         if found.doubt > DOUBTFUL:
             table.lost[k] = found.doubt
             continue
         f = float(table.surface.frequency[k])
-        table.anchors[k] = anchor_at(table.surface, f, table.load, *found)
+        table.anchors[k] = anchor_at(table.surface, f, table.load, *found[:3])
 
 
 class _Motion(NamedTuple):
-    """First harmonic of a motion, its change over the last cycle, and the relative error that is left."""
+    """First harmonic of a motion, its change over the last cycle, the relative error that is left, and
+    whether at some instant no pair touches."""
 
     amplitude: complex
     change: float
     doubt: float
+    opens: bool = False
 
 
 def _motion(joint: PreparedJoint, load: float, frequency: float, guess: complex) -> _Motion:
@@ -189,9 +204,8 @@ def _motion(joint: PreparedJoint, load: float, frequency: float, guess: complex)
     found = steady_state(
         scheme, frequency, load, guess=guess, tolerance=TOLERANCE, max_cycles=CYCLES
     )
-    opens = opening_of(found.cycle, joint.model.position)
-    if opens:
-        raise MicroslipError(opens)
+    if opening_of(found.cycle, joint.model.position):
+        return _Motion(0j, np.inf, np.inf, True)
     slowest = float(np.abs(found.multipliers).max(initial=0.0))
     left = found.change * float(np.clip(1 / max(1 - slowest, 1e-9), LASTS, LONGEST))
     if left <= SURE:

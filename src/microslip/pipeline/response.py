@@ -90,7 +90,7 @@ def run_responses(
                 base = case.respond(axis.frequency)
                 rest, opens = share, True
                 if settings.method == "corrected" and _corrigible(case):
-                    curve, unsteady = corrected_response(
+                    curve, unsteady, opens = corrected_response(
                         assembly, settings, case, base, stop, progress.advance
                     )
                     rest = max(share - len(curve.anchors) - len(unsteady), 0)
