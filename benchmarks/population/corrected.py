@@ -1,6 +1,6 @@
 """Method "corrected" on random lap joints, against time integration that knows nothing of it.
 
-python benchmarks/population/corrected.py [--seeds 67 68] [--count 20] [--pairs 41]
+python benchmarks/population/corrected.py [--seeds 69 70] [--count 20] [--pairs 41]
     [--out FILE] [--page FILE]
 
 As `auto.py`: the response of every joint under its own load, then steady states at its peak, at the
@@ -42,7 +42,7 @@ def text_of(rows: dict[str, dict]) -> str:
 def main() -> int:
     """Compute what is missing and print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seeds", type=int, nargs="+", default=[67, 68])
+    parser.add_argument("--seeds", type=int, nargs="+", default=[69, 70])
     parser.add_argument("--count", type=int, default=20)
     parser.add_argument("--pairs", type=int, default=41)
     parser.add_argument("--out", type=Path, default=Path("population-corrected.jsonl"))

@@ -159,14 +159,14 @@ class ResponseAnalysis(Section):
     """How many frequencies, evenly spaced; more where a curve is steep, if from or to is left out.
     How well the peak is resolved."""
     method: ResponseMethod = "reduced"
-    """"reduced": reduced models alone. "corrected": the refined model corrected at some two dozen steady
-    states of time integration, with a bound of its error at every frequency: seconds. "auto": corrected
+    """"reduced": reduced models alone. "corrected": the refined model corrected at forty steady states of
+    time integration at most, with a bound of its error at every frequency: seconds. "auto": corrected
     wherever it is not sure of itself, and what the past decides measured. Where the answer must be right: up
     to minutes."""
     error: Number = Field(default=0.01, ge=5e-3, lt=1)
     """Of methods "corrected" and "auto": the relative error of the amplitude to get below. More steady
     states."""
-    corrections: Count = Field(default=24, ge=7, le=1000)
+    corrections: Count = Field(default=40, ge=7, le=1000)
     """Of method "corrected": steady states at most, per load. A tenth of a second each where the motion
     settles."""
     points: Count = Field(default=200, ge=8, le=10_000)

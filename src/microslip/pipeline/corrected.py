@@ -73,6 +73,9 @@ AT_A_TIME = 4
 GAP = 1 / 8
 """Share of the frequencies without a steady state among them that is filled, whatever the bound says."""
 
+UNSEEN, RESONANT = 0.25, 4.0
+"""What frequencies count for that are filled so, and those beside more than half of the largest amplitude."""
+
 NO_DIGIT = 1.0
 """An answer that may be off by as much as this share of itself is none."""
 
@@ -251,13 +254,17 @@ def _begin(k: int, now: Held | None, guess: Contours) -> complex:
 
 def _least_known(table: _Table, wanted: float) -> list[int]:
     """Middles of the stretches with the most frequencies whose bound is too wide, the worst first."""
-    doubtful = ~(table.response().error <= wanted)
+    now = table.response()
+    doubtful = ~(now.error <= wanted)
     doubtful[table.marks] = False
+    size = np.nan_to_num(np.abs(now.amplitude))
+    resonant = size >= 0.5 * size.max()
     widest, weighed = max(GAP * len(doubtful), 1), []
     for left, right in pairwise(table.marks):
         unknown = int(doubtful[left + 1 : right].sum())
         if right - left > 1 and (unknown or right - left > widest):
-            weighed.append((max(unknown, 0.25 * (right - left)), (left + right) // 2))
+            weight = RESONANT if resonant[[left, right]].any() else 1.0
+            weighed.append((weight * max(unknown, UNSEEN * (right - left)), (left + right) // 2))
     return [k for _, k in sorted(weighed, reverse=True)][:AT_A_TIME]
 
 
