@@ -209,7 +209,9 @@ def _motion(joint: PreparedJoint, load: float, frequency: float, guess: complex)
     )
     if opening_of(found.cycle, joint.model.position):
         return _Motion(0j, np.inf, np.inf, True)
-    slowest = float(np.abs(found.multipliers).max(initial=0.0))
+    # where it has not settled, the search need not have met what is slow
+    least = 0.0 if found.converged else SLOWEST
+    slowest = float(np.abs(found.multipliers).max(initial=least))
     left = found.change * float(np.clip(1 / max(1 - slowest, 1e-9), LASTS, LONGEST))
     if left <= SURE:
         return _Motion(found.amplitude, found.change, left)
