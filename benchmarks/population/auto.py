@@ -258,9 +258,9 @@ def page(rows: dict[str, dict]) -> str:
     return PAGE.format(pairs=" and ".join(map(str, pairs))) + "\n".join(lines) + "\n"
 
 
-def row_of(text: str, load: float, rng: np.random.Generator) -> dict:
+def row_of(text: str, load: float, rng: np.random.Generator, method: str = "auto") -> dict:
     """What one joint says under a share of its own load, or why it says nothing."""
-    described = tomllib.loads(text) | {"analysis": {"response": {"method": "auto"}}}
+    described = tomllib.loads(text) | {"analysis": {"response": {"method": method}}}
     key = "moment_over_clamp_force_length"
     described["load"][key] = [load * value for value in described["load"][key]]
     began, worked = time.perf_counter(), time.process_time()

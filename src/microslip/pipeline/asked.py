@@ -47,6 +47,9 @@ def response_request(joint: Joint) -> Iterator[Line]:
     if asked.method == "auto":
         most = f"at most {asked.points} steady states in time per load, {CYCLES_EACH} cycles each on average"
         yield "put right", f"{most}, to an error of {asked.error:g}"
+    if asked.method == "corrected":
+        most = f"at most {asked.corrections} steady states in time per load"
+        yield "corrected", f"{most}, to an error of {asked.error:g}"
 
 
 def backbone_request(joint: Joint) -> Iterator[Line]:

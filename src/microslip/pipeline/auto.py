@@ -21,7 +21,13 @@ import numpy as np
 
 from microslip.analyses.reduced.anchors import JUMP, Anchor, Held, anchor_at, held, step_of
 from microslip.analyses.reduced.response import Response
-from microslip.analyses.reduced.surface import Contours, LoadSurface, contours, load_surface
+from microslip.analyses.reduced.surface import (
+    Contours,
+    LoadSurface,
+    contours,
+    largest,
+    load_surface,
+)
 from microslip.analyses.reduced.sweep import CONVERGED, OUTSIDE
 from microslip.analyses.time.starts import Start
 from microslip.describe.requests import CYCLES_EACH, SECONDS_EACH, ResponseAnalysis
@@ -185,7 +191,7 @@ def anchored_response(
     assert case.table is not None
     surface = load_surface(case.model, case.table, base.frequency, base.load)
     search = _Search(surface, base, settings.points)
-    guess = _largest(contours(surface, base.load))
+    guess = largest(contours(surface, base.load))
     try:
         advance(_learn(assembly, search, _first(search, guess)))
         while not search.over:
@@ -293,13 +299,6 @@ def _target(
         known[0] if known else -1,
         expected=expected,
     )
-
-
-def _largest(answers: Contours) -> Contours:
-    """The largest at every frequency that has any, in the order of the frequencies."""
-    order = np.lexsort((answers.size, answers.point))
-    last = order[np.diff(answers.point[order], append=-1) != 0]
-    return replace(answers, **{name: getattr(answers, name)[last] for name in vars(answers)})
 
 
 def _response(search: _Search) -> Response:

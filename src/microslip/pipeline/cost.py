@@ -33,6 +33,9 @@ TIME_CYCLES = 31
 """Cycles of plain marching that raising the load, the search with its deviations and the stability of what it
 finds are worth: median of eleven points of four joints, 22 to 61."""
 
+SETTLING = 15
+"""Cycles of a steady state that settles, on average, and of what is looked at where one does not."""
+
 SPATIAL_BASE, SPATIAL_GROWTH = 3.2e-6, 1.5
 """Seconds to reduce a mesh in space, and the power of its degrees of freedom that they go with: factors of
 bodies (`benchmarks/scale.py`, 7,500 to 123,000 degrees of freedom)."""
@@ -213,14 +216,14 @@ def cycle_seconds(joint: Joint) -> float:
 
 
 def response_seconds(joint: Joint) -> float:
-    """Responses of the reduced models, per frequency; all the cycles that method "auto" may take."""
+    """Responses of the reduced models, per frequency; all the cycles that may be taken to put them right."""
     asked = joint.analysis.response
     if asked is None or joint.load is None:
         return 0.0
     loads = len(joint.load.values)
-    states = loads * asked.points if asked.method == "auto" and not joint.frictionless else 0
-    cycles = _cycle(joint, states * 150 * CYCLES_EACH)
-    return 5e-5 * loads * len(joint.variants) * asked.count + cycles
+    each = {"auto": asked.points * CYCLES_EACH, "corrected": asked.corrections * SETTLING}
+    cycles = 0 if joint.frictionless else loads * each.get(asked.method, 0)
+    return 5e-5 * loads * len(joint.variants) * asked.count + _cycle(joint, cycles * 150)
 
 
 def refined_seconds(joint: Joint) -> float:

@@ -124,7 +124,8 @@ def with_outputs(assembly: Assembly, models: Mapping[str, Model], response: Resp
         Of one of them, or of the refined one put right; one without a table is that of the joint
         without friction.
     """
-    model, table = models["refined" if response.variant == "auto" else response.variant]
+    put_right = response.variant in ("corrected", "auto")
+    model, table = models["refined" if put_right else response.variant]
     motion = response_motion(response, model, table if response.drive else None, assembly.prepared)
     omega = 2 * np.pi * response.frequency
     return replace(response, outputs=harmonics_by_name(assembly, motion, omega))

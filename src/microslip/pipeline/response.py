@@ -19,6 +19,7 @@ from microslip.describe.requests import ResponseAnalysis
 from microslip.errors import Caution, Failure, MicroslipError
 from microslip.pipeline.auto import Anchored, anchored_response, other_pasts, unsure
 from microslip.pipeline.band import Axis, Curve, axis_of
+from microslip.pipeline.corrected import corrected_response
 from microslip.pipeline.loads import (
     Load,
     frictionless_response,
@@ -81,13 +82,20 @@ def run_responses(
             found = replace(found, loads=loads, axis=axis, frictionless=linear)
             settings = assembly.joint.analysis.response
             assert settings is not None
-            auto = [settings.method == "auto" and _corrigible(case) for case in cases]
-            steps = [settings.points if chosen else 1 for chosen in auto]
+            states = {"auto": settings.points, "corrected": settings.corrections}
+            most = states.get(settings.method, 1)
+            steps = [most if _corrigible(case) else 1 for case in cases]
             progress.start("forced response", sum(steps))
-            for case, chosen, share in zip(cases, auto, steps, strict=True):
+            for case, share in zip(cases, steps, strict=True):
                 base = case.respond(axis.frequency)
                 rest, opens = share, True
-                if chosen:
+                if settings.method == "corrected" and _corrigible(case):
+                    curve, unsteady, opens = corrected_response(
+                        assembly, settings, case, base, stop, progress.advance
+                    )
+                    rest = max(share - len(curve.anchors) - len(unsteady), 0)
+                    cautions += _unknown(settings, case, curve, unsteady)
+                elif settings.method == "auto" and _corrigible(case):
                     found_by, rest = _put_right(
                         assembly, settings, case, base, stop, share, progress
                     )
@@ -170,6 +178,26 @@ def _cautions(settings: ResponseAnalysis, case: Curve, auto: Anchored) -> list[C
         )
         found.append(Caution("response", place, reason, advice))
     return found
+
+
+def _unknown(
+    settings: ResponseAnalysis, case: Curve, curve: Response, unsteady: Array
+) -> list[Caution]:
+    """Where the bound of a corrected response is above what is asked for."""
+    doubtful = unsure(curve, settings.error)
+    if not len(doubtful):
+        return []
+    reason = (
+        f"the error is not below {settings.error:g} at {len(doubtful)} of {len(curve.frequency)} "
+        f"frequencies, {doubtful.min():.6g} to {doubtful.max():.6g} Hz, after "
+        f"{len(curve.anchors) + len(unsteady)} steady states"
+    )
+    if len(unsteady):
+        reason += (
+            f"; the motion is not steady at {len(unsteady)} of these, first {unsteady[0]:.6g} Hz"
+        )
+    advice = 'raise analysis.response.corrections, or take method = "auto" there'
+    return [Caution("response", f"corrected, {case.load}", reason, advice)]
 
 
 def models_of(assembly: Assembly, done: Mapping[str, Outcome[Any]]) -> dict[str, Model]:

@@ -46,7 +46,7 @@ def requests_of(assembly: Assembly, curves: Sequence[Response]) -> list[Request]
     """What to find: every frequency under every load, from the best model that there is."""
     settings = assembly.joint.analysis.time
     assert settings is not None
-    by_load = {r.load: r for r in curves if r.variant in ("refined", "auto")}
+    by_load = {r.load: r for r in curves if r.variant in ("refined", "corrected", "auto")}
     by_load = by_load or {r.load: r for r in curves if r.variant == "consistent"}
     by_load = by_load or {r.load: r for r in curves}
     requests = []

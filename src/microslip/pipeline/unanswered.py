@@ -47,9 +47,10 @@ def _unanswered(response: Response) -> tuple[str, str]:
     if not (response.flag == OUTSIDE).any():
         reason = f"{points} did not converge, {span}"
         return reason, "raise analysis.response.max_iterations"
-    if response.variant == "auto":
+    if response.variant in ("corrected", "auto"):
+        more = {"corrected": "corrections", "auto": "points"}[response.variant]
         reason = f"{points} have no answer, {span}: no steady state is known there"
-        return reason, "raise analysis.response.points, or lower the load"
+        return reason, f"raise analysis.response.{more}, or lower the load"
     reason = f"{points} have no answer in the table, {span}"
     if response.variant == "refined":
         return reason, "lower the load, or see why the table's cycles above were not solved"

@@ -132,8 +132,9 @@ def response_datasets(run: Run) -> dict[str, xr.Dataset]:
 
 
 def _anchors(run: Run) -> xr.Dataset:
-    """Steady states that the responses by method "auto" pass through, load after load."""
+    """Steady states that the responses by methods "corrected" and "auto" pass through, load after load."""
     found = [(r.load, one) for r in run.responses for one in r.anchors]
+    past = [one.past if r.variant == "auto" else np.nan for r in run.responses for one in r.anchors]
     dims, Q = ("anchor",), np.array([one.amplitude for _, one in found])
     missed = np.array([one.correction for _, one in found])
     return xr.Dataset(
@@ -154,15 +155,15 @@ def _anchors(run: Run) -> xr.Dataset:
             ),
             "past_difference": variable(
                 dims,
-                [one.past for _, one in found],
+                past,
                 "1",
-                "relative difference to the amplitude after another past than the load raised",
+                "relative difference to the amplitude after another past, of method auto",
             ),
             "scatter": variable(
                 dims,
                 [one.scatter for _, one in found],
                 "1",
-                "relative difference of amplitudes after the load was raised in different ways",
+                "relative difference of amplitudes after the load was raised otherwise, of method auto",
             ),
         },
         {
@@ -209,7 +210,7 @@ def _dataset(run: Run) -> xr.Dataset:
             grid,
             stack(estimates),
             "1",
-            "relative error of the amplitude: estimate; of method auto a bound",
+            "relative error of the amplitude: estimate; of methods corrected and auto a bound",
         )
     if run.frictionless is not None:
         reference = run.frictionless

@@ -88,7 +88,8 @@ class Anchor:
         Relative difference to the amplitude after another past than the load raised from rest; zero where
         none ended in this motion.
     scatter : float
-        Relative difference of amplitudes after the load was raised in different ways.
+        Relative difference of amplitudes after the load was raised in different ways; nan where that is not
+        known, and what its neighbours miss of it stands for it.
     """
 
     frequency: float
@@ -283,12 +284,15 @@ def held(
         amplitude[inside] = np.array([one.amplitude for one in found])[better, columns]
         left, right = _around(run, inside)
         doubt, scatter = (np.array([getattr(one, of) for one in known]) for of in PARTS)
+        known_scatter, scatter = np.isfinite(scatter), np.nan_to_num(scatter)
         most = _most_around(scatter, left, right)
         # it is in what the others miss already
         bound = np.maximum(share[better, columns], most)
         error[inside] = bound + np.maximum(doubt[left], doubt[right]) + accuracy
         amplitude[run] = [one.amplitude for one in known]
-        error[run] = np.maximum(scatter, _nearly_most(scatter)) + doubt + accuracy
+        own = np.maximum(scatter, _nearly_most(scatter))
+        missed = np.where(np.isfinite(bound), bound, 0.0)[run - run[0]]
+        error[run] = np.where(known_scatter, own, missed) + doubt + accuracy
     return Held(amplitude, np.where(np.isfinite(amplitude), error, np.inf))
 
 

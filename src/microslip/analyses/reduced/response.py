@@ -37,8 +37,8 @@ class Response(Brief):
     Attributes
     ----------
     variant, drive : str
-        Of the reduced model and of its table (empty for the frictionless joint); ``"auto"`` where
-        steady states put the refined model right.
+        Of the reduced model and of its table (empty for the frictionless joint); ``"corrected"`` and
+        ``"auto"`` where steady states put the refined model right.
     rho : float
         As the input gave it; nan where it gave a moment.
     load : float
@@ -54,7 +54,8 @@ class Response(Brief):
     flag : (n,) int array
         0 converged, 1 not converged, 2 amplitude above the table.
     error_indicator : (n,) array, optional
-        Relative error of the amplitude: estimate of `trust.py`; of ``"auto"`` the bound of `anchors.py`.
+        Relative error of the amplitude: estimate of `trust.py`; the bound of `anchors.py` where steady states
+        put it right.
     outputs : mapping of str to (n,) complex array
         First harmonic of every output by name, change from prestress, phase against the load's sine;
         m, rad, m/s, ... (`microslip.describe.outputs`).
@@ -64,7 +65,7 @@ class Response(Brief):
         Where the answer is the smaller of those that a fold has, as the larger left the table: see
         `swept_down`.
     anchors : tuple of Anchor
-        Steady states that the answers pass through, by frequency; of ``"auto"``.
+        Steady states that the answers pass through, by frequency, where they put it right.
     """
 
     variant: str

@@ -175,6 +175,13 @@ def contours(surface: LoadSurface, load: float, shift: Complex | None = None) ->
     return Contours(point, size, Q, u, rise / step, z)
 
 
+def largest(answers: Contours) -> Contours:
+    """The largest answer at every frequency that has any, in the order of the frequencies."""
+    order = np.lexsort((answers.size, answers.point))
+    last = order[np.diff(answers.point[order], append=-1) != 0]
+    return replace(answers, **{name: getattr(answers, name)[last] for name in vars(answers)})
+
+
 def stiffness(
     model: TwoModeModel, curve: TableCurve, preload: float, amplitude: Array, omega: Array
 ) -> Complex:

@@ -50,6 +50,7 @@ TITLES = {
     "printed": "model as the paper prints it",
     "consistent": "consistent model",
     "refined": "refined model",
+    "corrected": "refined model, corrected by time integration",
     "auto": "refined model, put right by time integration",
 }
 
@@ -119,7 +120,7 @@ def draw_response(ax: Axes, run: Run, variant: str) -> None:
 
 
 def _draw_bound(ax: Axes, response: Response, size: Array, color: str) -> None:
-    """Of method "auto": the steady states that the curve passes through, and its stated error."""
+    """Where steady states put it right: those that the curve passes through, and its stated error."""
     if not response.anchors:
         return
     error = response.error_indicator

@@ -1,0 +1,289 @@
+"""The refined model corrected by a few steady states: right on strongly coupled joints, in seconds.
+
+What the refined table misses, ``correction = kappa - kappa_table(|A|, omega)``, is a smooth function along
+a response (`analyses.reduced.anchors`). Here it is tabulated: steady states of the full joint by time
+integration at the resonance, about half power, farther out and at the ends of the band, then in the middle
+of those stretches of the response that the others predict worst, as many as the file allows and no more. Each
+begins at rest with the velocity of the motion that the corrected model has there, and is sought once. What
+its past may do to it is not measured, as method ``"auto"`` does: only what of that scatters from one steady
+state to the next is in the bound.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from microslip.analyses.prepared.joint import PreparedJoint
+from microslip.analyses.reduced.anchors import Anchor, Held, anchor_at, held
+from microslip.analyses.reduced.response import Response
+from microslip.analyses.reduced.surface import (
+    Contours,
+    LoadSurface,
+    contours,
+    largest,
+    load_surface,
+)
+from microslip.analyses.reduced.sweep import CONVERGED, OUTSIDE
+from microslip.analyses.time.readings import opening_of
+from microslip.analyses.time.scheme import contact_memory, march, time_scheme
+from microslip.analyses.time.steady import steady_state
+from microslip.describe.requests import ResponseAnalysis
+from microslip.errors import JointOpensError, MicroslipError
+from microslip.numerics.execute import each, threads
+from microslip.numerics.fourier import harmonic
+from microslip.pipeline.band import Curve
+from microslip.pipeline.prepare import Assembly
+from microslip.typing import Array
+
+FIRST = (-0.9, 0.9, -1.8, 1.8, -2.9, 2.9, -4.0, 4.0, -5.1, 5.1)
+"""Detunings of the first steady states after resonance and ends, as far as the band goes: half power, and
+outward so that the distance from the resonance grows by no more than three from one to the next."""
+
+STEPS, CYCLES, TOLERANCE = 150, 30, 1e-5
+"""Time steps per cycle, cycles at most, and change over a cycle at which a state is steady."""
+
+WATCHED = 12
+"""Cycles over which a motion that still changes is looked at."""
+
+ACCURACY = 1e-3
+"""Relative error of an amplitude with so many steps, at worst."""
+
+LASTS, LONGEST = 10.0, 1000.0
+"""Cycles that transients are taken to last at least and at most; in between the search's estimate of the
+slowest multiplier tells."""
+
+SLOWEST = 0.99
+"""Multiplier of the slowest transient, at most, that a drift is taken to go on with."""
+
+SURE = 2e-3
+"""Doubt of an amplitude below which a motion is not looked at any longer."""
+
+DOUBTFUL = 0.05
+"""Doubt of an amplitude beyond which a motion is no steady state."""
+
+AT_A_TIME = 4
+"""Steady states sought at a time."""
+
+GAP = 1 / 8
+"""Share of the frequencies without a steady state among them that is filled, whatever the bound says."""
+
+UNSEEN, RESONANT = 0.25, 4.0
+"""What frequencies count for that are filled so, and those beside more than half of the largest amplitude."""
+
+NO_DIGIT = 1.0
+"""An answer that may be off by as much as this share of itself is none."""
+
+
+@dataclass
+class _Table:
+    """Corrections known so far, by index of the frequency."""
+
+    surface: LoadSurface
+    load: float
+    anchors: dict[int, Anchor] = field(default_factory=dict)
+    lost: dict[int, float] = field(default_factory=dict)
+    opens: bool = False
+
+    @property
+    def marks(self) -> list[int]:
+        """Frequencies that were sought, by index."""
+        return sorted({*self.anchors, *self.lost})
+
+    def response(self) -> Held:
+        """The corrected response so far.
+
+        Beside a motion that is not steady the correction is that between its neighbours, and the bound no
+        less than what its amplitude was seen to vary by.
+        """
+        across = held(self.surface, self.load, self.anchors, (), ACCURACY)
+        if not self.lost:
+            return across
+        marks = np.array(self.marks)
+        wanders = np.array([self.lost.get(int(k), 0.0) for k in marks])
+        every = np.arange(len(across.error))
+        right = np.clip(np.searchsorted(marks, every), 0, len(marks) - 1)
+        left = np.where(marks[right] == every, right, np.maximum(right - 1, 0))
+        beside = np.maximum(wanders[left], wanders[right])
+        return Held(across.amplitude, np.maximum(across.error, beside))
+
+
+class Corrected(NamedTuple):
+    """A response corrected at steady states.
+
+    Attributes
+    ----------
+    response : Response
+        With the bound of its error, ``error_indicator``, and the steady states, ``anchors``.
+    unsteady : (k,) array
+        Frequencies at which the motion was not steady, Hz.
+    opens : bool
+        Whether at some of these no pair touched at some instant.
+    """
+
+    response: Response
+    unsteady: Array
+    opens: bool
+
+
+def corrected_response(
+    assembly: Assembly,
+    settings: ResponseAnalysis,
+    case: Curve,
+    base: Response,
+    stop: threading.Event,
+    advance: Callable[[int], None],
+) -> Corrected:
+    """A response of the refined model corrected at steady states.
+
+    Parameters
+    ----------
+    assembly : Assembly
+    settings : ResponseAnalysis
+        How many, and the error that is asked for.
+    case : Curve
+        The refined model under a load.
+    base : Response
+        What it says, at the frequencies wanted.
+    stop : Event
+        Set on Ctrl-C; what is known then is returned.
+    advance : callable
+        Told how many have been sought.
+    """
+    assert case.table is not None
+    surface = load_surface(case.model, case.table, base.frequency, base.load)
+    table = _Table(surface, base.load)
+    guess = largest(contours(surface, base.load))
+    picks = _first(guess, len(base.frequency))[: settings.corrections]
+    try:
+        while picks:
+            _learn(assembly.prepared, table, picks, guess)
+            advance(len(picks))
+            left = settings.corrections - len(table.marks)
+            picks = _least_known(table, settings.error)[: max(left, 0)]
+    except KeyboardInterrupt:
+        stop.set()
+    return Corrected(_response(table, base), base.frequency[sorted(table.lost)], table.opens)
+
+
+def _learn(joint: PreparedJoint, table: _Table, picks: list[int], guess: Contours) -> None:
+    """Seek steady states at frequencies, by index, and keep what they say of the model."""
+    now = table.response() if table.anchors else None
+    tasks = [(float(table.surface.frequency[k]), _begin(k, now, guess)) for k in picks]
+
+    def work(task: tuple[float, complex]) -> _Motion:
+        try:
+            return _motion(joint, table.load, *task)
+        except MicroslipError as error:
+            return _Motion(0j, np.inf, np.inf, isinstance(error, JointOpensError))
+
+    for k, found in zip(picks, each(work, tasks, threads()), strict=True):
+        table.opens = table.opens or found.opens
+        if found.doubt > DOUBTFUL:
+            table.lost[k] = found.doubt
+            continue
+        f = float(table.surface.frequency[k])
+        anchor = anchor_at(table.surface, f, table.load, *found[:3])
+        table.anchors[k] = replace(anchor, scatter=np.nan)
+
+
+class _Motion(NamedTuple):
+    """First harmonic of a motion, its change over the last cycle, the relative error that is left, and
+    whether at some instant no pair touches."""
+
+    amplitude: complex
+    change: float
+    doubt: float
+    opens: bool = False
+
+
+def _motion(joint: PreparedJoint, load: float, frequency: float, guess: complex) -> _Motion:
+    """The motion from rest with the velocity of a guess; where it still changes, its mean over cycles."""
+    scheme = time_scheme(joint, 1 / (frequency * STEPS), frequency=frequency)
+    found = steady_state(
+        scheme, frequency, load, guess=guess, tolerance=TOLERANCE, max_cycles=CYCLES
+    )
+    if opening_of(found.cycle, joint.model.position):
+        return _Motion(0j, np.inf, np.inf, True)
+    # where it has not settled, the search need not have met what is slow
+    least = 0.0 if found.converged else SLOWEST
+    slowest = float(np.abs(found.multipliers).max(initial=least))
+    left = found.change * float(np.clip(1 / max(1 - slowest, 1e-9), LASTS, LONGEST))
+    if left <= SURE:
+        return _Motion(found.amplitude, found.change, left)
+    theta = found.phase + 2 * np.pi * np.arange(STEPS + 1) / STEPS
+    port, state, memory = (
+        joint.model.port(joint.coordinate),
+        found.cycle.state,
+        contact_memory(scheme),
+    )
+    Q: list[complex] = []
+    for _ in range(WATCHED):
+        cycle = march(scheme, state, load * np.sin(theta), memory=memory)
+        Q.append(complex(harmonic(cycle.output[:, port], theta)))
+        state = cycle.state
+    size, mean = np.abs(Q), complex(np.mean(Q))
+    first, second = np.split(size, 2)
+    kept = min(slowest, SLOWEST) ** (WATCHED // 2)
+    to_come = abs(second.mean() - first.mean()) * kept / (1 - kept)
+    return _Motion(mean, found.change, float(np.ptp(size) + to_come) / max(abs(mean), 1e-300))
+
+
+def _first(guess: Contours, count: int) -> list[int]:
+    """Where the refined model has its resonance, the ends of the band and the first detunings."""
+    chosen, u = [0, count - 1], guess.detuning
+    if len(u):
+        near = [int(np.argmin(np.abs(u - t))) for t in (0.0, *FIRST) if u.min() <= t <= u.max()]
+        chosen = (
+            [int(guess.point[j]) for j in near[:1]]
+            + chosen
+            + [int(guess.point[j]) for j in near[1:]]
+        )
+    return list(dict.fromkeys(chosen))
+
+
+def _begin(k: int, now: Held | None, guess: Contours) -> complex:
+    """Amplitude that a search begins with: of the corrected model where it has a digit, else of the table."""
+    if now is not None and np.isfinite(now.amplitude[k]) and now.error[k] < NO_DIGIT:
+        return complex(now.amplitude[k])
+    own = guess.amplitude[guess.point == k]
+    return complex(own[-1]) if len(own) else 0j
+
+
+def _least_known(table: _Table, wanted: float) -> list[int]:
+    """Middles of the stretches with the most frequencies whose bound is too wide, the worst first."""
+    now = table.response()
+    doubtful = ~(now.error <= wanted)
+    doubtful[table.marks] = False
+    size = np.nan_to_num(np.abs(now.amplitude))
+    resonant = size >= 0.5 * size.max()
+    widest, weighed = max(GAP * len(doubtful), 1), []
+    for left, right in pairwise(table.marks):
+        unknown = int(doubtful[left + 1 : right].sum())
+        if right - left > 1 and (unknown or right - left > widest):
+            weight = RESONANT if resonant[[left, right]].any() else 1.0
+            weighed.append((weight * max(unknown, UNSEEN * (right - left)), (left + right) // 2))
+    return [k for _, k in sorted(weighed, reverse=True)][:AT_A_TIME]
+
+
+def _response(table: _Table, base: Response) -> Response:
+    now: Held = table.response()
+    n = len(base.frequency)
+    known = np.asarray(now.error <= NO_DIGIT)
+    known[list(table.anchors)] = True
+    return replace(
+        base,
+        variant="corrected",
+        amplitude=np.where(known, now.amplitude, 0.0),
+        iterations=np.zeros(n, np.int64),
+        contraction=np.zeros(n),
+        flag=np.where(known, CONVERGED, OUTSIDE),
+        error_indicator=np.where(known, now.error, np.inf),
+        outgrown=None,
+        anchors=tuple(table.anchors[k] for k in sorted(table.anchors)),
+    )

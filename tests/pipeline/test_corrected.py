@@ -1,0 +1,128 @@
+"""Method "corrected" of the forced response: against time integration elsewhere, linear algebra, scaling."""
+
+import numpy as np
+import pytest
+
+import microslip
+from microslip.analyses.harmonic.operator import linear_operator
+from microslip.analyses.harmonic.problem import harmonic_problem
+from microslip.analyses.reduced.sweep import CONVERGED
+from microslip.analyses.time.scheme import time_scheme
+from microslip.analyses.time.steady import steady_state
+from microslip.errors import InputError
+from microslip.numerics.fourier import to_complex, to_real
+from microslip.pipeline import corrected as method
+from microslip.results.response import response_datasets
+
+FILE = {
+    "beams": {"length": "0.5 m", "thickness": "15 mm", "overlap_half_length": "60 mm"},
+    "material": {
+        "youngs_modulus": "70 GPa",
+        "poissons_ratio": 0.33,
+        "density": "2700 kg/m^3",
+    },
+    "contact": {"friction": 0.35, "pairs": 21},
+    "clamp": {"force": "4e5 N/m", "half_length": "40 mm"},
+    "support": {"horizontal_spring": "1e5 N/m/m"},
+    "damping": {"beta": "2e-6 s"},
+}
+
+
+def corrected(moment, force=4e5, **response):
+    file = {
+        **FILE,
+        "clamp": {"force": f"{force:g} N/m", "half_length": "40 mm"},
+        "load": {"moment": [f"{m:g} N*m/m" for m in np.atleast_1d(moment)]},
+    }
+    analysis = {"response": {"method": "corrected", "count": 61, **response}}
+    analysis["reduced"] = {"amplitudes": 16, "steps": 100}
+    return microslip.run(microslip.parse_joint({**file, "analysis": analysis}))
+
+
+@pytest.fixture(scope="module")
+def done():
+    return corrected(30.0, corrections=12)
+
+
+def test_a_curve_through_no_more_steady_states_than_asked_for(done):
+    (curve,) = done.responses
+    assert curve.variant == "corrected"
+    assert 7 <= len(curve.anchors) <= 12
+    assert (curve.flag == CONVERGED).mean() > 0.95
+    near = [int(np.argmin(np.abs(curve.frequency - one.frequency))) for one in curve.anchors]
+    found = np.abs([one.amplitude for one in curve.anchors])
+    np.testing.assert_allclose(np.abs(curve.amplitude[near]), found, rtol=1e-9)
+
+
+def test_the_stated_error_holds_against_time_integration(done):
+    """At frequencies that were not sought, with other steps, from rest under the whole load."""
+    (curve,) = done.responses
+    known = np.array([one.frequency for one in curve.anchors])
+    free = np.flatnonzero(np.abs(curve.frequency[:, None] - known).min(axis=1) > 1e-9)
+    held = []
+    for k in free[np.linspace(0, len(free) - 1, 8).astype(int)]:
+        f = float(curve.frequency[k])
+        scheme = time_scheme(done.prepared, 1 / (240 * f), frequency=f)
+        truth = steady_state(scheme, f, curve.load)
+        error = abs(abs(curve.amplitude[k]) / abs(truth.amplitude) - 1)
+        held.append(error <= curve.error_indicator[k])
+    assert np.mean(held) >= 7 / 8
+
+
+def test_under_a_small_load_it_is_the_stuck_joint():
+    """Linear algebra with the pairs that touch held together."""
+    done = corrected(1e-4, corrections=14)
+    (curve,) = done.responses
+    joint, rows = done.prepared, done.prestress.bonded(2)
+    problem = harmonic_problem(joint, harmonics=1, half_turn=False)
+    for k in range(0, len(curve.frequency), 20):
+        operator = linear_operator(problem, 2 * np.pi * curve.frequency[k])
+        free = to_complex(operator.per_load() * curve.load)[1]
+        r = np.zeros((2, len(free)), complex)
+        r[1, rows] = np.linalg.solve(operator.dense(1)[np.ix_(rows, rows)], free[rows])
+        q = problem.split(problem.rest())[1]
+        Q = operator.outputs(to_real(r), q, curve.load)[1, joint.model.port(joint.coordinate)]
+        assert abs(curve.amplitude[k]) == pytest.approx(abs(Q), rel=method.ACCURACY)
+
+
+def test_amplitudes_scale_with_clamp_force_and_load_together(done):
+    (curve,), (other,) = done.responses, corrected(90.0, force=1.2e6, corrections=12).responses
+    at = np.linspace(0, len(curve.frequency) - 1, 40).astype(int)
+    size = np.interp(curve.frequency[at], other.frequency, np.abs(other.amplitude))
+    told = curve.error_indicator[at] + np.interp(
+        curve.frequency[at], other.frequency, other.error_indicator
+    )
+    assert (np.abs(size / np.abs(3 * curve.amplitude[at]) - 1) <= told).mean() > 0.95
+
+
+def test_beside_a_motion_that_is_not_steady_the_bound_says_so(done, monkeypatch):
+    (curve,) = done.responses
+    middle, true = curve.peak_frequency, method._motion
+
+    def wandering(joint, load, frequency, guess):
+        found = true(joint, load, frequency, guess)
+        return found._replace(doubt=0.2) if abs(frequency - middle) < 0.02 else found
+
+    monkeypatch.setattr(method, "_motion", wandering)
+    again = corrected(30.0, corrections=12)
+    (other,) = again.responses
+    beside = np.abs(other.frequency - middle) < 0.02
+    assert beside.any()
+    assert (other.error_indicator[beside] >= 0.2).all()
+    assert any("not steady" in one.reason for one in again.cautions)
+
+
+def test_results_carry_the_steady_states_and_no_past(done):
+    anchors = response_datasets(done)["anchors"]
+    assert anchors.sizes["anchor"] == len(done.responses[0].anchors)
+    assert np.isnan(anchors["past_difference"]).all()
+
+
+def test_it_needs_the_refined_model():
+    with pytest.raises(InputError, match=r"analysis\.response\.method.*add it to variants"):
+        corrected(90.0, variants=["consistent"])
+
+
+def test_fewer_than_the_first_is_said():
+    with pytest.raises(InputError, match=r"analysis\.response\.corrections"):
+        corrected(90.0, corrections=3)
