@@ -15,7 +15,6 @@ computed again: stop it at any time, and go on with the same command.
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 import time
 import tomllib
@@ -23,6 +22,7 @@ from pathlib import Path
 
 import numpy as np
 from lap_joints import joints
+from resumed import keep_row, kept_rows
 
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.reduced.response import Response
@@ -285,9 +285,7 @@ def main() -> int:
     parser.add_argument("--out", type=Path, default=Path("population-auto.jsonl"))
     parser.add_argument("--page", type=Path)
     asked = parser.parse_args()
-    rows = {}
-    if asked.out.is_file():
-        rows = {row["joint"]: row for row in map(json.loads, asked.out.read_text().splitlines())}
+    rows = {row["joint"]: row for row in kept_rows(asked.out)}
     for seed in asked.seeds:
         for number, text in enumerate(joints(seed, asked.count, asked.pairs)):
             for load in asked.loads:
@@ -296,8 +294,7 @@ def main() -> int:
                     continue
                 rng = np.random.default_rng(1000 * seed + number)
                 rows[name] = {"joint": name, "pairs": asked.pairs, **row_of(text, load, rng)}
-                with asked.out.open("a") as file:
-                    file.write(json.dumps(rows[name]) + "\n")
+                keep_row(asked.out, rows[name])
                 print(name, f"{rows[name]['wall']:.1f} s", flush=True)
     table = page(rows)
     print(table[table.index("| |") :])

@@ -12,13 +12,13 @@ again: stop it at any time, and go on with the same command.
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from pathlib import Path
 
 import numpy as np
 from auto import page, row_of
 from lap_joints import joints
+from resumed import keep_row, kept_rows
 
 HEAD = """# Method "corrected" on lap joints at random
 
@@ -48,9 +48,7 @@ def main() -> int:
     parser.add_argument("--out", type=Path, default=Path("population-corrected.jsonl"))
     parser.add_argument("--page", type=Path)
     asked = parser.parse_args()
-    rows = {}
-    if asked.out.is_file():
-        rows = {row["joint"]: row for row in map(json.loads, asked.out.read_text().splitlines())}
+    rows = {row["joint"]: row for row in kept_rows(asked.out)}
     for seed in asked.seeds:
         for number, text in enumerate(joints(seed, asked.count, asked.pairs)):
             name = f"{seed}/{number:03d}"
@@ -59,8 +57,7 @@ def main() -> int:
             rng = np.random.default_rng(1000 * seed + number)
             found = row_of(text, 1.0, rng, "corrected")
             rows[name] = {"joint": name, "pairs": asked.pairs, **found}
-            with asked.out.open("a") as file:
-                file.write(json.dumps(rows[name]) + "\n")
+            keep_row(asked.out, rows[name])
             print(name, f"{rows[name]['wall']:.1f} s", flush=True)
     text = text_of(rows)
     print(text[text.index("| |") :])

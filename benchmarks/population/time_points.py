@@ -13,7 +13,6 @@ a periodic motion is classified. Lines in FILE (JSON, one a point) are not compu
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 import time
 import tomllib
@@ -22,6 +21,7 @@ from pathlib import Path
 
 import numpy as np
 from lap_joints import joints
+from resumed import keep_row, kept_rows
 
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.time.classify import motion_of
@@ -118,36 +118,29 @@ def main() -> int:
     parser.add_argument("--pairs", type=int, default=101)
     parser.add_argument("--out", type=Path, default=Path("time-points.jsonl"))
     asked = parser.parse_args()
-    done = {}
-    if asked.out.is_file():
-        rows = [json.loads(line) for line in asked.out.read_text().splitlines()]
-        done = {(row["joint"], row["where"]): row for row in rows}
-    with asked.out.open("a") as file:
-        for seed in asked.seeds:
-            for number, text in enumerate(joints(seed, asked.count, asked.pairs)):
-                name = f"{seed}/{number:03d}"
-                if (name, "above") in done:
-                    continue
+    done = {(row["joint"], row["where"]): row for row in kept_rows(asked.out)}
+    for seed in asked.seeds:
+        for number, text in enumerate(joints(seed, asked.count, asked.pairs)):
+            name = f"{seed}/{number:03d}"
+            if (name, "above") in done:
+                continue
+            try:
+                a = assemble(parse_joint(tomllib.loads(text)))
+                load = a.joint.load.moment_over_clamp_force_length[0] * a.moment_unit
+                wanted = frequencies(a.prepared, load)
+            except MicroslipError as error:
+                wanted, said = [float("nan")] * 3, str(error)
+            for f, (_, where) in zip(wanted, FLANKS, strict=True):
+                row = {"joint": name, "where": where, "frequency": f}
                 try:
-                    a = assemble(parse_joint(tomllib.loads(text)))
-                    load = a.joint.load.moment_over_clamp_force_length[0] * a.moment_unit
-                    wanted = frequencies(a.prepared, load)
+                    if not np.isfinite(f):
+                        raise MicroslipError(said)
+                    row |= point(a.prepared, f, load)
                 except MicroslipError as error:
-                    wanted, said = [float("nan")] * 3, str(error)
-                for f, (_, where) in zip(wanted, FLANKS, strict=True):
-                    row = {"joint": name, "where": where, "frequency": f}
-                    try:
-                        if not np.isfinite(f):
-                            raise MicroslipError(said)
-                        row |= point(a.prepared, f, load)
-                    except MicroslipError as error:
-                        row |= {"kind": "failed", "said": str(error)}
-                    done[name, where] = row
-                    file.write(json.dumps(row) + "\n")
-                    file.flush()
-                    print(
-                        name, where, f"{f:.5g} Hz", row["said"][:150], row.get("cycles"), flush=True
-                    )
+                    row |= {"kind": "failed", "said": str(error)}
+                done[name, where] = row
+                keep_row(asked.out, row)
+                print(name, where, f"{f:.5g} Hz", row["said"][:150], row.get("cycles"), flush=True)
     report(list(done.values()))
     return 0
 

@@ -211,6 +211,19 @@ def test_a_staircase_is_known_at_its_steady_states(flawed):
     assert np.median(found.error[between]) > 5e-3
 
 
+def test_a_steady_state_of_unknown_scatter_is_doubted_by_what_others_miss_of_it(flawed):
+    """The same stairs, where nobody looked whether the amplitude hangs on the past."""
+    surface, exact = flawed
+    stairs = 1 + 0.02 * (np.arange(len(FREQUENCY)) % 5 < 2)
+    anchors = {}
+    for k in range(0, len(FREQUENCY), 2):
+        anchor = anchor_at(surface, FREQUENCY[k], LOAD, stairs[k] * exact[k])
+        anchors[k] = replace(anchor, scatter=np.nan)
+    error = held(surface, LOAD, anchors, accuracy=1e-3).error[list(anchors)]
+    assert np.isfinite(error).all()
+    assert np.median(error) > 5e-3
+
+
 def test_what_is_rough_far_away_does_not_widen_the_bound_here(flawed):
     """Ripples of the correction above 185 Hz: nothing is added below 172 Hz that was not before."""
     surface, _ = flawed

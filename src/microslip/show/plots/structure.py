@@ -123,14 +123,14 @@ def draw_given(
     flat = view.flat(geometry.points)
     handles = []
     held, inside = geometry.held, geometry.body >= 0
-    everywhere = held[inside].all(axis=0) & inside.any()
+    everywhere = np.logical_and(held[inside].all(axis=0), inside.any())
     if everywhere.any():
-        along = listed([name for name, still in zip("xyz", everywhere, strict=False) if still])  # type: ignore[arg-type]
+        along = listed([name for name, still in zip("xyz", everywhere, strict=False) if still])
         handles.append(_entry(f"all held along {along}", GREY, marker=r"$\ast$"))
     for some, label, marker, colour in (
         (held.all(axis=1), "held", "s", BLACK),
         (
-            (held & ~everywhere).any(axis=1) & ~held.all(axis=1),  # type: ignore[operator]
+            (held & ~everywhere).any(axis=1) & ~held.all(axis=1),
             "held in some directions",
             "D",
             GREY,

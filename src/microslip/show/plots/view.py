@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -322,14 +323,14 @@ def draw_triad(ax: Axes, geometry: Geometry, view: View) -> None:
     start = 0.4 * TRIAD - 1.6 * np.minimum(ways.min(axis=0), 0.0)
     for name, way in zip("xyz", ways, strict=False):
         arrow = {"arrowstyle": "-|>", "lw": 0.7, "mutation_scale": 6, "shrinkA": 0, "shrinkB": 0}
-        corner = {"xycoords": "axes points", "annotation_clip": False}
+        corner: dict[str, Any] = {"xycoords": "axes points", "annotation_clip": False}
         ax.annotate(
             "",
             tuple(start + way),
             tuple(start),
             textcoords="axes points",
             arrowprops={**arrow, "fc": "k"},
-            **corner,  # type: ignore[arg-type]
+            **corner,
         )
         at = start + way * (1 + 6.0 / max(float(np.linalg.norm(way)), 1.0))
-        ax.annotate(name, tuple(at), ha="center", va="center", fontsize=8, **corner)  # type: ignore[arg-type]
+        ax.annotate(name, tuple(at), ha="center", va="center", fontsize=8, **corner)
