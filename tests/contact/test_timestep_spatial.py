@@ -51,7 +51,7 @@ def step(constants, flexibilities, friction, force, motion, load):
     records.r[0], records.v[0], records.status[0] = motion.r, motion.v, motion.status
     memories = memory(m, 0), memory(m, 0)
     k = len(motion.eta)
-    none_moves = Tangents(*(np.zeros((0, size)) for size in (k, k, k, N, N, N)))
+    none_moves = Tangents(*(np.zeros((0, size)) for size in (k, k, k, N, N, N, N)))
     failed = step_through(problems, memories, constants, load, motion, records, none_moves)
     assert failed == -1
     assert records.residual.max() <= 1e-9
@@ -118,8 +118,7 @@ def test_energy_of_pairs_that_slip_both_ways_balances():
         mode_step=h,
         mode_damping=c,
         mode_gain=np.ones(modes),
-        tau=0.0,
-        dt=dt,
+        lags=np.zeros(3),
         drive_modes=drive,
         drive_v=nothing,
         constant_modes=psi @ pressed,
@@ -137,6 +136,7 @@ def test_energy_of_pairs_that_slip_both_ways_balances():
         rate=np.zeros(modes),
         acceleration=np.zeros(modes),
         residual_v=nothing.copy(),
+        residual_before=nothing.copy(),
         r=pressed.copy(),
         v=nothing.copy(),
         taken=np.zeros(1),

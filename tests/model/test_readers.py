@@ -214,7 +214,8 @@ def test_a_reader_that_is_not_installed(tmp_path, monkeypatch):
 @pytest.mark.skipif(importlib.util.find_spec("pyyeti") is None, reason="needs the extra nastran")
 @pytest.mark.parametrize("binary", [True, False])
 def test_nastran_op4_and_external_superelement(tmp_path, binary):
-    from pyyeti.nastran import op4
+    with np.printoptions():  # which pyyeti changes for all when it is imported
+        from pyyeti.nastran import op4
 
     path = tmp_path / "kaa.op4"
     op4.write(str(path), ["kaa", "maa"], [MATRIX, np.eye(3)], binary=binary)
@@ -263,8 +264,10 @@ def write_op2(path, matrices, integer):
 def test_nastran_op2(tmp_path, integer):
     path = tmp_path / "se.op2"
     write_op2(path, {"KAA": MATRIX, "MAA": np.eye(3)}, integer)
+    printed = np.get_printoptions()
     np.testing.assert_array_equal(read_matrix(f"{path}:KAA").matrix.toarray(), MATRIX)
     np.testing.assert_array_equal(read_matrix(f"{path}:MAA").matrix.toarray(), np.eye(3))
+    assert np.get_printoptions() == printed
     with pytest.raises(InputError, match="holds no 'baa'; there is kaa, maa"):
         read_matrix(f"{path}:BAA")
     write_op2(path, {}, integer)

@@ -46,7 +46,7 @@ def test_measured_errors_hold(small_reference):
 
 
 def test_own_error_of_time_integration(small_reference):
-    """The difference from half as many steps is above that from the limit."""
+    """What is made of the difference from half as many steps is above the difference from the limit."""
     joint, load = small_reference.joint, LOAD * small_reference.moment
     amplitudes = [settled(joint, 174.0, load, steps).amplitude for steps in (150, 300, 600, 2400)]
     limit = amplitudes[-1]

@@ -114,7 +114,7 @@ def test_steady_state_and_multipliers_are_those_of_the_planar_joint(small_refere
         acceleration=state.acceleration,
         taken=state.taken,
         status=np.where(state.status == BACKWARD, SLIP, state.status).astype(np.int8),
-        **{name: E @ getattr(state, name) for name in ("residual_v", "r", "v")},
+        **{name: E @ getattr(state, name) for name in ("residual_v", "residual_before", "r", "v")},
     )
     one = march(found[0][0], state, flat.cycle.load)
     two = march(scheme, lifted, flat.cycle.load)

@@ -38,6 +38,10 @@ STEPS, RAISED = 300, 10
 FEWEST, MOST_STEPS = 150, 1200
 """Steps per cycle beside a response, at first and at most."""
 
+SLOWEST = 0.5
+"""Power of the step that errors of an amplitude fall with at least. They fall with the first to second where
+they are large; where they are as small as what the pasts of two searches leave, next to not at all."""
+
 OWN = 3e-4
 """Relative error of time integration at which its steps are enough."""
 
@@ -59,7 +63,7 @@ class MotionBeside(Brief):
     ----------
     steady : SteadyState
     own : float
-        Relative error of its amplitude: the difference from half as many steps per cycle.
+        Relative error of its amplitude: `own_error` of the differences from half as many steps per cycle.
     """
 
     steady: SteadyState
@@ -147,12 +151,16 @@ class OverTime:
 def own_error(changes: Sequence[float]) -> float:
     """Relative error of the last of some amplitudes with doubled steps.
 
+    What is left after a change is ``change / (2^p - 1)`` where errors fall with the power p of the step;
+    that is taken as `SLOWEST`.
+
     Parameters
     ----------
     changes : sequence of float
         Infinity of the first, then the distance of each from the one before.
     """
-    return max(changes[-1], 0.5 * changes[-2]) if len(changes) > 2 else changes[-1]
+    last = max(changes[-1], 0.5 * changes[-2]) if len(changes) > 2 else changes[-1]
+    return last / (2**SLOWEST - 1)
 
 
 def state_from_point(scheme: TimeScheme, point: HarmonicPoint) -> State:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Mapping
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,15 @@ from microslip.model.readers.found import Found, Label, chosen, folded
 
 UNREADABLE = (OSError, ValueError, RuntimeError, KeyError, IndexError, TypeError, struct.error)
 """What the reader of a package raises where a file is another one."""
+
+
+def _nastran(path: str, module: str) -> Any:
+    """A module of `pyyeti.nastran`, without what it does to the way numpy prints on import."""
+    try:
+        with np.printoptions():
+            return import_module(f"pyyeti.nastran.{module}")
+    except ImportError:
+        raise _missing(path, "pyyeti", "nastran") from None
 
 
 def _missing(path: str, package: str, extra: str) -> InputError:
@@ -36,10 +46,7 @@ def read_op4(path: str, name: str) -> Found:
     InputError
         Where `pyyeti` is not installed, or there is no such matrix.
     """
-    try:
-        from pyyeti.nastran import op4
-    except ImportError:
-        raise _missing(path, "pyyeti", "nastran") from None
+    op4 = _nastran(path, "op4")
     try:
         found = op4.load(path, into="dct", justmatrix=True, sparse=None)
     except (OSError, ValueError, KeyError, IndexError) as error:
@@ -55,10 +62,7 @@ def read_op2(path: str, name: str) -> Found:
     InputError
         Where `pyyeti` is not installed, or there is no such matrix.
     """
-    try:
-        from pyyeti.nastran import bulk, op2
-    except ImportError:
-        raise _missing(path, "pyyeti", "nastran") from None
+    op2, bulk = _nastran(path, "op2"), _nastran(path, "bulk")
     try:
         matrices = op2.rdmats(path)
         entries = {} if matrices else bulk.rddmig(path, square=True)
@@ -79,10 +83,7 @@ def read_punch(path: str, name: str) -> Found:
     InputError
         Where `pyyeti` is not installed, or there is no such matrix.
     """
-    try:
-        from pyyeti.nastran import bulk
-    except ImportError:
-        raise _missing(path, "pyyeti", "nastran") from None
+    bulk = _nastran(path, "bulk")
     try:
         entries = bulk.rddmig(path, square=True)
     except UNREADABLE as error:
@@ -131,10 +132,7 @@ def read_external_labels(path: str) -> tuple[Label, ...]:
     InputError
         Where `pyyeti` is not installed, or there is no such entry.
     """
-    try:
-        from pyyeti.nastran import bulk
-    except ImportError:
-        raise _missing(path, "pyyeti", "nastran") from None
+    bulk = _nastran(path, "bulk")
     try:
         table = bulk.rdextrn(path)
     except (OSError, ValueError, TypeError, IndexError) as error:
