@@ -126,6 +126,7 @@ REFUSED = {
     "option": ("DOF,", "KEYOP,1,6,1\nDOF,", "key option 6 = 1 of element 185"),
     "anisotropic": ("/GO", "MPDATA,R5.0, 1,EY  , 1, 1, 1.0,", "EY is not understood: isotropic"),
     "hot": ("/GO", "MPDATA,R5.0, 2,EX  , 1, 1, 1.0, 2.0,", "values at several temperatures"),
+    "no number": ("/GO", "MP,EX,1,2.1E11,warm", "MP: 'WARM' is no number"),
     "shear": ("/GO", "MP,GXY,1,1.0", "GXY is not EX"),
     "moved": ("/GO", "D,3,UX,0.1", "displacements other than zero are loads"),
     "turned support": ("/GO", "D,3,ROTX,0.0", "ROTX of a solid is not understood"),
