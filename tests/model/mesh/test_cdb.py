@@ -130,6 +130,8 @@ REFUSED = {
     "shear": ("/GO", "MP,GXY,1,1.0", "GXY is not EX"),
     "moved": ("/GO", "D,3,UX,0.1", "displacements other than zero are loads"),
     "turned support": ("/GO", "D,3,ROTX,0.0", "ROTX of a solid is not understood"),
+    "nodes in a row": ("/GO", "D,3,UX,0.0,0.0,20,1", "D: '20': one node and one component"),
+    "components in a row": ("/GO", "D,3,UX,0.0,,,,UY,UZ", "D: 'UY': one node and one component"),
     "away": ("/GO", "D,1,UX,0.0", "line .*: D: node 1 is not there"),
     "format": ("(19i9)", "(19a9)", "the format .* is not understood"),
     "no format": ("(19i9)\n", "", "a format in brackets was expected on the next line"),

@@ -166,6 +166,11 @@ class Reading:
             raise command.refuse(
                 "displacements other than zero are loads: the joint file says them"
             )
+        further = next(filter(None, command.words[4:]), "")
+        if further:
+            raise command.refuse(
+                f"{further!r}: one node and one component are read of a line; CDWRITE writes a line for each"
+            )
         node = command.whole(0)
         if node in self.turned:
             raise command.refuse(
