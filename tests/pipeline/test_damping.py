@@ -13,6 +13,7 @@ from microslip.analyses.backbone.points import amplitude_scale
 from microslip.analyses.prepared.joint_modes import joint_modes
 from microslip.describe.reading import parse_joint
 from microslip.errors import InputError
+from microslip.model.damping import rayleigh_through
 from microslip.model.lap import structure_of
 from microslip.model.modes import linear_modes
 from microslip.pipeline.prepare import assemble
@@ -136,6 +137,18 @@ def test_the_motion_of_small_amplitude_decays_as_given(lap, tmp_path):
         backbone, failures = harmonic_backbone(joint, mode, [smallest], harmonics=1)
         assert not failures
         assert backbone.points[0].damping_ratio == pytest.approx(ratio, rel=1e-6)
+
+
+@pytest.mark.parametrize("omega", [[100.0, 400.0], [400.0, 100.0]])
+def test_two_ratios_that_are_too_far_apart_are_told_how_far_they_may_be(omega):
+    """By beta alone ratios are as the frequencies, by alpha alone as their inverse."""
+    omega = np.array(omega)
+    for ratio in (0.001 * omega / 100, 0.001 * 100 / omega):
+        assert rayleigh_through(omega, ratio).missed < 1e-12
+    with pytest.raises(InputError, match=r"second is 0\.25 to 4 times the first; give one,"):
+        rayleigh_through(omega, np.array([0.001, 0.008]))
+    with pytest.raises(InputError, match="give one or two"):
+        rayleigh_through(np.append(omega, 900.0), np.array([0.01, 0.001, 0.02]))
 
 
 def test_ratios_that_no_rayleigh_damping_has(lap, tmp_path):
