@@ -107,6 +107,11 @@ def test_other_files_are_refused_by_name(planar, tmp_path):
         changed(file, tmp_path / "late.npz", format_version=2).name: "is of format 2, written by",
         changed(file, tmp_path / "less.npz", residual=None).name: "residual is missing",
         changed(file, tmp_path / "cut.npz", area=np.ones(3)).name: r"area is \(3,\), and must be",
+        changed(file, tmp_path / "words.npz", format_version="two").name: "is of format two",
+        changed(file, tmp_path / "q.npz", prestress_q=np.ones(7)).name: r"prestress_q is \(7,\)",
+        changed(
+            file, tmp_path / "held.npz", preload=np.ones(9)
+        ).name: r"preload is \(9,\), and preload_p",
     }
     for name, said in cases.items():
         with pytest.raises(InputError, match=said) as error:

@@ -5,14 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import scipy.sparse as sp
+from conftest import ROOT
 from matrices_files import as_matrices, sparse_parts
 from same_joint import reference_document
 
 from microslip.analyses.backbone.extended_motion import harmonic_backbone
 from microslip.analyses.backbone.points import amplitude_scale
 from microslip.analyses.prepared.joint_modes import joint_modes
-from microslip.describe.reading import parse_joint
+from microslip.describe.named_joint import DampingOrRatio
+from microslip.describe.reading import load_joint, parse_joint
 from microslip.errors import InputError
+from microslip.model.damping import rayleigh_through
 from microslip.model.lap import structure_of
 from microslip.model.modes import linear_modes
 from microslip.pipeline.prepare import assemble
@@ -125,6 +128,20 @@ def test_modes_of_the_stuck_structure_decay_as_given(lap, tmp_path, given):
     assert not found.damping.cautions
 
 
+def test_one_stuck_mode_has_one_ratio():
+    """Two sliding modes of the example are nearest to the same stuck one."""
+    given = load_joint(ROOT / "examples" / "matrices_beam.toml")
+    found = assemble(given)
+    omega = [
+        mode.stuck_omega for mode in joint_modes(found.model, found.prestress, found.prepared.law)
+    ]
+    (one, *_) = [w for w in omega if omega.count(w) > 1]
+    numbers = [1 + k for k, w in enumerate(omega) if w == one][:2]
+    damping = DampingOrRatio(ratios=[0.001, 0.002], modes=numbers)
+    with pytest.raises(InputError, match=f"modes {numbers[0]}, {numbers[1]} slide"):
+        assemble(given.model_copy(update={"damping": damping}))
+
+
 def test_the_motion_of_small_amplitude_decays_as_given(lap, tmp_path):
     """The nonlinear mode by harmonic balance, where nothing slips yet."""
     found = by_ratios(lap, tmp_path, ratios=[0.004, 0.01])
@@ -136,6 +153,18 @@ def test_the_motion_of_small_amplitude_decays_as_given(lap, tmp_path):
         backbone, failures = harmonic_backbone(joint, mode, [smallest], harmonics=1)
         assert not failures
         assert backbone.points[0].damping_ratio == pytest.approx(ratio, rel=1e-6)
+
+
+@pytest.mark.parametrize("omega", [[100.0, 400.0], [400.0, 100.0]])
+def test_two_ratios_that_are_too_far_apart_are_told_how_far_they_may_be(omega):
+    """By beta alone ratios are as the frequencies, by alpha alone as their inverse."""
+    omega = np.array(omega)
+    for ratio in (0.001 * omega / 100, 0.001 * 100 / omega):
+        assert rayleigh_through(omega, ratio).missed < 1e-12
+    with pytest.raises(InputError, match=r"second is 0\.25 to 4 times the first; give one,"):
+        rayleigh_through(omega, np.array([0.001, 0.008]))
+    with pytest.raises(InputError, match="give one or two"):
+        rayleigh_through(np.append(omega, 900.0), np.array([0.01, 0.001, 0.02]))
 
 
 def test_ratios_that_no_rayleigh_damping_has(lap, tmp_path):

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import pyuff
 from conftest import ROOT, description
-from mesh_files import plates_document
+from mesh_files import plates_document, section_document
 
 from microslip.describe.reading import parse_joint
 from microslip.errors import InputError
@@ -245,6 +245,30 @@ def test_functions_say_what_they_are(lap, tmp_path):
     assert {each["rsp_node"] for each in functions} | {
         each["ref_node"] for each in functions
     } <= named
+
+
+def test_reactions_are_at_their_support_and_along_their_direction(tmp_path):
+    """Far below the resonance the support holds against the load, which is up, as reduced models have it."""
+    document = section_document(tmp_path) | {
+        "load": {"force": [20.0]},
+        "output": [
+            {"name": "hold", "quantity": "reaction", "on": "left", "direction": "y"},
+            {"name": "along", "quantity": "reaction", "on": "left", "direction": "x"},
+            {"name": "turn", "quantity": "reaction moment", "on": "left"},
+        ],
+        "analysis": {
+            "response": {"from": "5 Hz", "to": "8 Hz", "count": 3},
+            "reduced": {"amplitudes": 6, "steps": 60},
+        },
+    }
+    found = run_joint(parse_joint(document, "mesh", tmp_path))
+    _, _, *functions = sets_of(write_universal(found, tmp_path / UFF))
+    own = {each["rsp_ent_name"].strip(): each for each in functions}
+    left = found.geometry.labels[found.geometry.points[:, 0] < -0.08 + 1e-9]
+    for name, direction in (("hold", 2), ("along", 1), ("turn", 6)):
+        assert (own[name]["ordinate_spec_data_type"], own[name]["rsp_dir"]) == (9, direction)
+        assert own[name]["rsp_node"] in left
+    assert own["hold"]["data"].real == pytest.approx(-1.0, rel=0.05)
 
 
 def test_binary_datasets_say_how_long_they_are(lap, tmp_path):

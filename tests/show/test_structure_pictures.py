@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 from conftest import ROOT
+from mesh_files import section_document
 
 from microslip import load_joint
+from microslip.describe.reading import parse_joint
 from microslip.model.soundness import zero_modes
 from microslip.pipeline.geometry import geometry_of
 from microslip.pipeline.sources import source_of
@@ -18,7 +20,10 @@ from microslip.show.plots.style import house_style
 
 def described(name):
     """Geometry and structure of an example, what loads it, and its picture."""
-    joint = load_joint(ROOT / "examples" / f"{name}.toml")
+    return drawn_of(load_joint(ROOT / "examples" / f"{name}.toml"))
+
+
+def drawn_of(joint):
     source = source_of(joint)
     geometry = geometry_of(joint, source.structure, source.imported)
     marks = marks_of(joint, source.structure, source.preload, source.drive)
@@ -48,6 +53,17 @@ def test_bodies_that_move_have_their_names():
     shapes = zero_modes(source.structure.stiffness, source.structure.mass, None).shapes
     names = list(simple_motions(geometry, shapes))
     assert names == [f"UPPER {way} {axis}" for way in ("along", "about") for axis in "xyz"]
+
+
+def test_a_temperature_is_not_drawn_as_forces_on_every_node(tmp_path):
+    document = section_document(tmp_path)
+    document["material"]["thermal_expansion"] = 12e-6
+    document["preload"] = [document["preload"] | {"name": "bolt"}]
+    cold = drawn_of(parse_joint(document, "mesh", tmp_path))[2]
+    document["preload"].append({"name": "warm", "temperature": 20.0})
+    warm = drawn_of(parse_joint(document, "mesh", tmp_path))[2]
+    assert legend(warm) == legend(cold)
+    assert len(warm.axes[0].texts) == len(cold.axes[0].texts)
 
 
 def test_names_of_many_bolts_are_shortened():

@@ -56,8 +56,9 @@ class DampingOrRatio(Damping):
     frequencies: Frequencies | None = None
     """Two frequencies at which ratio holds, about those of interest. With ratio."""
     ratios: DampingRatios | None = None
-    """Damping ratios of modes of the joint while it sticks, as tests under small loads have them: one or two
-    are met, more as nearly as alpha and beta can. Instead of alpha and beta; the modes beside them follow."""
+    """Damping ratios of modes of the joint while it sticks, as tests under small loads have them: one is met,
+    two are unless they differ by more than the frequencies, more as nearly as alpha and beta can. Instead of
+    alpha and beta; the modes beside them follow."""
     modes: ModeNumbers | None = None
     """Numbers of the modes that ratios are of; left out, the first ones. 1 is the first that deforms the
     joint."""

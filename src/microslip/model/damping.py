@@ -108,9 +108,20 @@ def rayleigh_through(omega: Array, ratio: Array) -> FittedDamping:
         said = ", ".join(f"{found.ratio(w):.3g} at {w / (2 * np.pi):.4g} Hz" for w in omega)
         raise InputError(
             f"{RATIOS}: no alpha M + beta K has them: the nearest has {said}; damping ratios of the model "
-            "fall as 1/omega and rise as omega: give one or two, of the modes of interest"
+            f"fall as 1/omega and rise as omega: {_instead(omega)}"
         )
     return replace(found, missed=missed)
+
+
+def _instead(omega: Array) -> str:
+    """What to give in place of ratios that are not met; two are where neither alpha nor beta is negative."""
+    if len(omega) > 2:
+        return "give one or two, of the modes of interest"
+    apart = float(omega.max() / omega.min())
+    return (
+        f"two are met where the second is {1 / apart:.3g} to {apart:.3g} times the first; give one, of the "
+        "mode of interest"
+    )
 
 
 def _nearest(omega: Array, own: Array, weight: Array) -> tuple[float, float]:

@@ -239,6 +239,13 @@ def _through_ratios(joint: Joint, modes: tuple[JointMode, ...]) -> FittedDamping
         omega = [pick_mode(modes, number).stuck_omega for number, _ in joint.damping_of_modes]
     except ModelError as error:
         raise InputError(f"{RATIOS}: {error}") from None
+    if len(set(omega)) < len(omega):
+        twice = max(omega, key=omega.count)
+        same = [n for (n, _), w in zip(joint.damping_of_modes, omega, strict=True) if w == twice]
+        raise InputError(
+            f"{RATIOS}: the modes {', '.join(map(str, same))} slide in different shapes and stick in one, of "
+            f"{twice / (2 * np.pi):.4g} Hz: give its ratio once (damping.modes)"
+        )
     return rayleigh_through(np.array(omega), np.array([r for _, r in joint.damping_of_modes]))
 
 

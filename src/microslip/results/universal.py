@@ -135,10 +135,19 @@ def _ascending(frequency: Array) -> list[np.ndarray]:
 
 def place_of(geometry: Geometry | None, load: Array) -> Place:
     """Where a load vector acts, and which way."""
-    if geometry is None:
-        return Place(0, 0, 0)
+    return Place(0, 0, 0) if geometry is None else _acting(geometry, geometry.forces(load))
+
+
+def place_held(geometry: Geometry, motion: Array) -> Place:
+    """Where supports hold, and which way, of a unit motion of theirs (`MeshedStructure.held_motions`)."""
+    d = geometry.dimension
+    return _acting(geometry, motion[: geometry.points.size].reshape(-1, d))
+
+
+def _acting(geometry: Geometry, vectors: Array) -> Place:
+    """The place of vectors (n, d) at all points."""
     forces = np.zeros((len(geometry.points), 3))
-    forces[:, : geometry.dimension] = geometry.forces(load)
+    forces[:, : geometry.dimension] = vectors
     size = np.linalg.norm(forces, axis=1)
     acting = np.flatnonzero(size > BALANCED * size.max(initial=0.0))
     if not len(acting):
@@ -168,13 +177,21 @@ def functions_of(run: Run) -> list[dict[str, Any]]:
     """Every frequency response as pyuff takes it; those of less than two points are left out."""
     loads = run.structure.loads
     reference = place_of(run.geometry, loads[run.prepared.drive])
-    places = {o.name: place_of(run.geometry, loads[o.port]) for o in run.joint.outputs}
+    places = {o.name: _place_of_output(run, o) for o in run.joint.outputs}
     return [
         _function(run, curve, output, places[output.name], reference)
         for curve in curves_of(run)
         for output in run.joint.outputs
         if output.name in curve.outputs and len(curve.frequency) > 1 and curve.load > 0
     ]
+
+
+def _place_of_output(run: Run, output: NamedOutput) -> Place:
+    """Where an output is; the load vector of a reaction stands beside its support and against it."""
+    imported, geometry = run.assembly.imported, run.geometry
+    if not output.reacts or geometry is None or imported is None or imported.meshed is None:
+        return place_of(geometry, run.structure.loads[output.port])
+    return place_held(geometry, imported.meshed.held_motions[output.port])
 
 
 def _function(

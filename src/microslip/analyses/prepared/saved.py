@@ -177,8 +177,8 @@ class _Saved:
             raise InputError(
                 f"{path}: is no saved model, it holds {there}; microslip export writes one"
             )
-        version = int(self["format_version"])
-        if version != FORMAT_VERSION:
+        version = str(self["format_version"])
+        if version != str(FORMAT_VERSION):
             raise InputError(
                 f"{path}: is of format {version}, written by microslip {self['program_version']}; this is "
                 f"{__version__} and reads format {FORMAT_VERSION}: write it again from its joint file"
@@ -195,6 +195,10 @@ class _Saved:
     def named(self, ports: str, values: str) -> dict[str, float]:
         """Values by the names of ports."""
         names, given = self[ports], self[values]
+        if names.shape != given.shape:
+            raise InputError(
+                f"{self.path}: {values} is {given.shape}, and {ports} {names.shape}: write it again"
+            )
         return dict(zip(map(str, names), map(float, given), strict=True))
 
     def joint(self) -> PreparedJoint:
@@ -211,6 +215,7 @@ class _Saved:
             "port_modes": (k, p),
             "port_v": (n, p),
             "port_port": (p, p),
+            "prestress_q": (model.equilibrium_modes,),
         }
         for name, shape in shapes.items():
             if self[name].shape != shape:

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Mapping
-from importlib import import_module
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -22,13 +22,14 @@ UNREADABLE = (OSError, ValueError, RuntimeError, KeyError, IndexError, TypeError
 """What the reader of a package raises where a file is another one."""
 
 
-def _nastran(path: str, module: str) -> Any:
-    """A module of `pyyeti.nastran`, without what it does to the way numpy prints on import."""
+def _nastran(path: str) -> Any:
+    """Modules of `pyyeti.nastran`, without what they do to the way numpy prints on import."""
     try:
         with np.printoptions():
-            return import_module(f"pyyeti.nastran.{module}")
+            from pyyeti.nastran import bulk, op2, op4
     except ImportError:
         raise _missing(path, "pyyeti", "nastran") from None
+    return SimpleNamespace(bulk=bulk, op2=op2, op4=op4)
 
 
 def _missing(path: str, package: str, extra: str) -> InputError:
@@ -46,9 +47,9 @@ def read_op4(path: str, name: str) -> Found:
     InputError
         Where `pyyeti` is not installed, or there is no such matrix.
     """
-    op4 = _nastran(path, "op4")
+    nastran = _nastran(path)
     try:
-        found = op4.load(path, into="dct", justmatrix=True, sparse=None)
+        found = nastran.op4.load(path, into="dct", justmatrix=True, sparse=None)
     except (OSError, ValueError, KeyError, IndexError) as error:
         raise InputError(f"{path}: is no OP4 file that can be read: {error}") from None
     return _named(path, name, found)
@@ -62,10 +63,10 @@ def read_op2(path: str, name: str) -> Found:
     InputError
         Where `pyyeti` is not installed, or there is no such matrix.
     """
-    op2, bulk = _nastran(path, "op2"), _nastran(path, "bulk")
+    nastran = _nastran(path)
     try:
-        matrices = op2.rdmats(path)
-        entries = {} if matrices else bulk.rddmig(path, square=True)
+        matrices = nastran.op2.rdmats(path)
+        entries = {} if matrices else nastran.bulk.rddmig(path, square=True)
     except UNREADABLE as error:
         raise InputError(f"{path}: is no OP2 file that can be read: {error}") from None
     if not matrices and not entries:
@@ -83,9 +84,9 @@ def read_punch(path: str, name: str) -> Found:
     InputError
         Where `pyyeti` is not installed, or there is no such matrix.
     """
-    bulk = _nastran(path, "bulk")
+    nastran = _nastran(path)
     try:
-        entries = bulk.rddmig(path, square=True)
+        entries = nastran.bulk.rddmig(path, square=True)
     except UNREADABLE as error:
         raise InputError(f"{path}: has no DMIG entries that can be read: {error}") from None
     return _labelled(path, name, entries)
@@ -132,9 +133,9 @@ def read_external_labels(path: str) -> tuple[Label, ...]:
     InputError
         Where `pyyeti` is not installed, or there is no such entry.
     """
-    bulk = _nastran(path, "bulk")
+    nastran = _nastran(path)
     try:
-        table = bulk.rdextrn(path)
+        table = nastran.bulk.rdextrn(path)
     except (OSError, ValueError, TypeError, IndexError) as error:
         raise InputError(f"{path}: has no EXTRN entry that can be read: {error}") from None
     # scalar points, the modal coordinates, have the direction 0

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from microslip.describe.joint import Joint
+from microslip.describe.mesh import MeshJoint
 from microslip.model.geometry import ContactSurface, Geometry
 from microslip.model.structure import Structure
 from microslip.pipeline.run import Run
@@ -82,10 +83,13 @@ class Marks:
 
 
 def marks_of(joint: Joint, structure: Structure, held: Mapping[str, float], drive: str) -> Marks:
-    """Preload and ports of a described structure."""
+    """Preload and ports of a described structure; a temperature acts on no place, and is no mark."""
+    warmed = (
+        [p.name for p in joint.preload if p.temperature] if isinstance(joint, MeshJoint) else []
+    )
     ports = dict.fromkeys([drive, *(port.name for port in joint.ports)])
     return Marks(
-        {name: structure.loads[name] for name in held if name in structure.loads},
+        {n: structure.loads[n] for n in held if n in structure.loads and n not in warmed},
         {name: structure.loads[name] for name in ports if name in structure.loads},
     )
 

@@ -150,7 +150,8 @@ class Reading:
                 f"{label} is not understood: isotropic materials alone are, {', '.join(PLAIN_MATERIAL)}"
             )
         first = at + (3 if command.name == "MPDATA" else 2)
-        if any(word and float(word) for word in command.words[first + 1 :]):
+        others = range(first + 1, len(command.words))
+        if any(command.word(k) and command.number(k) for k in others):
             raise command.refuse("values at several temperatures: give those of one")
         self.materials.setdefault(command.whole(at + 1), {})[label] = command.number(first)
 
@@ -164,6 +165,11 @@ class Reading:
         if any(command.number(k) != 0 for k in (2, 3) if command.word(k)):
             raise command.refuse(
                 "displacements other than zero are loads: the joint file says them"
+            )
+        further = next(filter(None, command.words[4:]), "")
+        if further:
+            raise command.refuse(
+                f"{further!r}: one node and one component are read of a line; CDWRITE writes a line for each"
             )
         node = command.whole(0)
         if node in self.turned:
