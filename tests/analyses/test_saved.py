@@ -154,3 +154,34 @@ moment = "50 N*m/m"
     assert "exists already; --force replaces it" in refused.output
     assert run.invoke(app, [str(joint), "--force"]).exit_code == 0
     assert run.invoke(app, [str(joint), "--out", "model.mat"]).exit_code == 2
+
+
+def test_a_model_does_not_replace_what_its_joint_is_read_from(tmp_path):
+    (tmp_path / "joint.npz").write_bytes(b"the only copy")
+    joint = tmp_path / "joint.toml"
+    joint.write_text(
+        """kind = "matrices"
+[matrices]
+stiffness = "joint.npz:K"
+mass = "joint.npz:M"
+[interface]
+pairs = "joint.npz:pairs"
+relative = "joint.npz:B"
+[contact]
+friction = 0.3
+[preload]
+name = "clamp"
+vector = "joint.npz:clamp"
+force = 1e5
+[port]
+name = "tip"
+kind = "force"
+vector = "joint.npz:tip"
+[load]
+force = 10.0
+"""
+    )
+    done = CliRunner().invoke(app, [str(joint), "--force"])
+    assert done.exit_code == 2
+    assert "reads this file; give another with --out" in done.output
+    assert (tmp_path / "joint.npz").read_bytes() == b"the only copy"

@@ -36,6 +36,8 @@ def export(
         if target.exists() and not force:
             raise InputError(f"{target}: exists already; --force replaces it")
         joint = load_joint(file)
+        if target.resolve() in {Path(name).resolve() for name in joint.files}:
+            raise InputError(f"{target}: {file} reads this file; give another with --out")
         assembly = assemble_without_signals(joint)
         warn(assembly.doubts)
         save_model(assembly.prepared, target, per="whole" if joint.whole else "width")

@@ -184,7 +184,7 @@ def _learn(joint: PreparedJoint, table: _Table, picks: list[int], guess: Contour
 
     for k, found in zip(picks, each(work, tasks, threads()), strict=True):
         table.opens = table.opens or found.opens
-        if found.doubt > DOUBTFUL:
+        if not found.doubt <= DOUBTFUL:
             table.lost[k] = found.doubt
             continue
         f = float(table.surface.frequency[k])

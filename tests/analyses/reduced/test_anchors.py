@@ -222,6 +222,8 @@ def test_a_steady_state_of_unknown_scatter_is_doubted_by_what_others_miss_of_it(
     error = held(surface, LOAD, anchors, accuracy=1e-3).error[list(anchors)]
     assert np.isfinite(error).all()
     assert np.median(error) > 5e-3
+    few = {k: anchors[k] for k in list(anchors)[:3]}
+    assert np.isinf(held(surface, LOAD, few).error).all()
 
 
 def test_what_is_rough_far_away_does_not_widen_the_bound_here(flawed):

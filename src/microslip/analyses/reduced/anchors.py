@@ -291,8 +291,7 @@ def held(
         error[inside] = bound + np.maximum(doubt[left], doubt[right]) + accuracy
         amplitude[run] = [one.amplitude for one in known]
         own = np.maximum(scatter, _nearly_most(scatter))
-        missed = np.where(np.isfinite(bound), bound, 0.0)[run - run[0]]
-        error[run] = np.where(known_scatter, own, missed) + doubt + accuracy
+        error[run] = np.where(known_scatter, own, bound[run - run[0]]) + doubt + accuracy
     return Held(amplitude, np.where(np.isfinite(amplitude), error, np.inf))
 
 

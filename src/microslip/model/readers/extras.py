@@ -50,7 +50,7 @@ def read_op4(path: str, name: str) -> Found:
     nastran = _nastran(path)
     try:
         found = nastran.op4.load(path, into="dct", justmatrix=True, sparse=None)
-    except (OSError, ValueError, KeyError, IndexError) as error:
+    except UNREADABLE as error:
         raise InputError(f"{path}: is no OP4 file that can be read: {error}") from None
     return _named(path, name, found)
 
