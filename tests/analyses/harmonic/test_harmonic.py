@@ -11,6 +11,7 @@ import scipy.sparse.linalg as spla
 from conftest import FRICTION
 
 from microslip.analyses.harmonic.adaptive import Adaptive
+from microslip.analyses.harmonic.condensed import eliminate, static_share
 from microslip.analyses.harmonic.equations import (
     derivative_times,
     evaluate,
@@ -112,6 +113,24 @@ def test_derivatives_against_differences(small_reference, law, half_turn):
     assert solver.counts.krylov <= 24  # of random unknowns, which strain single precision
     back = derivative_times(operator, point.cycle, z)
     assert back == pytest.approx(right, abs=1e-7)
+
+
+def test_sets_larger_than_needed_are_as_good(problem, small_reference, mixed):
+    """What once changed and does not any more may stay coupled, and is let go where it is worth it."""
+    operator = linear_operator(problem, 2 * np.pi * 174.0)
+    wide = evaluate(operator, LOAD * small_reference.moment, mixed.w).cycle
+    narrow = evaluate(operator, 0.0, problem.rest()).cycle
+    sets = eliminate(problem, wide, static_share(problem))
+    assert sets.holds(wide)
+    assert not sets.spares(wide)
+    assert sets.holds(narrow)
+    assert sets.spares(narrow)
+    right = np.random.default_rng(5).standard_normal(len(mixed.w))
+    kept = HarmonicSolver()
+    kept.linear_solve(operator, wide, right, 1e-3)
+    z = kept.linear_solve(operator, narrow, right, 1e-11)
+    fresh = HarmonicSolver().linear_solve(operator, narrow, right, 1e-11)
+    assert z == pytest.approx(fresh, abs=1e-8 * np.abs(fresh).max())
 
 
 @pytest.mark.parametrize(("friction", "directions"), [(0.0, 1), (50.0, 2)])

@@ -25,6 +25,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg as sl
+from numpy.typing import NDArray
 
 from microslip.analyses.harmonic.operator import LinearOperator, by_parity
 from microslip.analyses.harmonic.problem import HarmonicProblem
@@ -45,6 +46,9 @@ SINGULAR = 1e-11
 
 NEIGHBOURS = 2
 """Pairs on either side of a changing one that are coupled with it when a set is made."""
+
+WORTH = 0.95
+"""A set is made anew, where a factorisation is, if it shrinks to less than this share."""
 
 Particular = tuple[Array, Array]
 """Coefficients of all components, open ones alone not zero, and of the linear ones."""
@@ -103,21 +107,41 @@ class Elimination(Brief):
         kind = cycle.kind.ravel()
         return bool((kind[self.linear] == LINEAR).all() and (kind[self.open] == OPEN).all())
 
+    def spares(self, cycle: ContactCycle) -> bool:
+        """Whether a set made anew for a cycle would be so much smaller that it is worth it."""
+        return int(coupled_components(cycle).sum()) < WORTH * len(self.coupled)
+
+
+def coupled_components(cycle: ContactCycle) -> NDArray[np.bool_]:
+    """Whether each component, (d p,), changes or stands beside one that does (`NEIGHBOURS`).
+
+    Examples
+    --------
+    One pair of nine changes, and two on either side of it are coupled with it:
+
+    >>> from microslip.contact.aft import contact_cycle
+    >>> from microslip.contact.samples import sample_table
+    >>> x = np.zeros((9, 2, 3)); x[:, 0, 0] = 1.0; x[4, 0, 1] = 2.0
+    >>> cycle = contact_cycle(sample_table(1, 16), x, np.zeros(9), np.zeros((9, 1)))
+    >>> np.flatnonzero(coupled_components(cycle)).tolist()
+    [4, 6, 8, 10, 12]
+    """
+    changing = cycle.kind == CHANGING
+    near = changing.copy()
+    for step in range(1, NEIGHBOURS + 1):
+        near[step:] |= changing[:-step]
+        near[:-step] |= changing[step:]
+    return near.ravel()
+
 
 def eliminate(problem: HarmonicProblem, cycle: ContactCycle, share: Array) -> Elimination:
     """Couple the components that change and their neighbours, eliminate the other linear ones.
 
     `share` is that of `static_share`.
     """
-    kind = cycle.kind
-    changing = kind == CHANGING
-    near = changing.copy()
-    for step in range(1, NEIGHBOURS + 1):
-        near[step:] |= changing[:-step]
-        near[:-step] |= changing[step:]
-    near = near.ravel()
-    linear = np.flatnonzero((kind.ravel() == LINEAR) & ~near)
-    idle = np.flatnonzero((kind.ravel() == OPEN) & ~near)
+    kind, near = cycle.kind.ravel(), coupled_components(cycle)
+    linear = np.flatnonzero((kind == LINEAR) & ~near)
+    idle = np.flatnonzero((kind == OPEN) & ~near)
     N, L = np.flatnonzero(near), linear
     place = np.full(len(near), -1)
     place[L] = np.arange(len(L))

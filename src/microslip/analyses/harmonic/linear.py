@@ -2,7 +2,8 @@
 
 Every component that is open, touches or sticks all cycle is eliminated exactly (`condensed.py`), and GMRES
 solves for the rest. Its preconditioner, a factorisation in single precision, is kept for later iterations,
-frequencies and loads, and renewed when GMRES needs many iterations or other components change state.
+frequencies and loads, and renewed when GMRES needs many iterations or other components change state. Where
+many iterations renew it, components that no longer change are eliminated as well.
 """
 
 from __future__ import annotations
@@ -183,11 +184,12 @@ class HarmonicSolver:
     def _condense(self, operator: LinearOperator, cycle: ContactCycle) -> CoupledEquations:
         """The condensed equations, with what is left of the last ones."""
         last = self._equations
-        if last is not None and last.operator is operator and last.cycle is cycle:
+        large = self._stale and self._sets is not None and self._sets.spares(cycle)
+        if last is not None and last.operator is operator and last.cycle is cycle and not large:
             return last
         if last is None or not self._fits(last.operator, operator):
             self._share, self._sets = static_share(operator.problem), None
-        if self._sets is None or not self._sets.holds(cycle):
+        if self._sets is None or large or not self._sets.holds(cycle):
             assert self._share is not None
             self._sets, self._resonator = eliminate(operator.problem, cycle, self._share), None
         if self._resonator is None or not self._resonator.fits(operator):
