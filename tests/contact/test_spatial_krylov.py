@@ -42,8 +42,9 @@ def test_iterations_end_where_elimination_does(seed):
     y, h = c.copy(), np.zeros_like(c)
     h[:] = rng.standard_normal(len(c))
     y -= h @ kept.transposed
+    room = np.empty((len(F), len(F)), np.float32)
     for _ in range(5):
-        assert correct(problem, kept, status, F, y, h)
+        assert correct(problem, kept, status, F, y, h, room)
     assert np.abs(h - g).max() <= 1e-9 * np.abs(g).max()
     assert np.abs(y - x).max() <= 1e-9 * np.abs(c).max()
     assert np.abs(y + h @ kept.transposed - c).max() <= 1e-12 * np.abs(kept.transposed).max() * 40
@@ -95,4 +96,5 @@ def test_what_is_not_a_number_is_not_corrected():
     rng, problem, kept, status, F = slipping_states(1, 12)
     x, g = rng.standard_normal((2, len(kept.held)))
     x[F[0]] = np.nan
-    assert not correct(problem, kept, status, F, x, g)
+    room = np.empty((len(F), len(F)), np.float32)
+    assert not correct(problem, kept, status, F, x, g, room)

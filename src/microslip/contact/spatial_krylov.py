@@ -30,8 +30,11 @@ LINEAR = 1e-4
 
 
 @jit
-def correct(problem, memory, status, F, x, g):
-    """Correct x and g towards given states, ``x + D g`` as it is. False where that does not converge."""
+def correct(problem, memory, status, F, x, g, At):
+    """Correct x and g towards given states, ``x + D g`` as it is. False where that does not converge.
+
+    `At` is a (k, k) float32 array to work in.
+    """
     _leave(memory, F, x, g)
     k = F.shape[0]
     e = np.empty(k)
@@ -41,16 +44,16 @@ def correct(problem, memory, status, F, x, g):
         return False
     if size == 0.0:
         return True
-    At = np.empty((k, k), np.float32)
     coupling(problem, memory, status, F, At)
+    first = _first_of_pairs(F)
     inverse = np.zeros((k, 3), np.float32)
-    if not _own_inverse(At, F, inverse):
+    if not _own_inverse(At, first, inverse):
         return False
     start = np.empty(k, np.float32)
     for a in range(k):
         start[a] = e[a] / size
     change = np.empty(k, np.float32)
-    if not _gmres(At, F, inverse, start, change):
+    if not _gmres(At, first, inverse, start, change):
         return False
     minus = np.zeros(g.shape[0])
     for a in range(k):
@@ -74,20 +77,27 @@ def _leave(memory, F, x, g):
 
 
 @jit
-def _size_of_block(F, a):
-    """Unknowns of the pair whose first unknown is at a."""
-    size = 1
-    while a + size < F.shape[0] and F[a + size] // 3 == F[a] // 3:
-        size += 1
-    return size
+def _first_of_pairs(F):
+    """Places of the first unknown of every pair, and one past the last."""
+    first = np.empty(F.shape[0] + 1, np.int64)
+    pairs = 0
+    last = -1
+    for a in range(F.shape[0]):
+        i = F[a] // 3
+        if i != last:
+            first[pairs] = a
+            pairs += 1
+            last = i
+    first[pairs] = F.shape[0]
+    return first[: pairs + 1]
 
 
 @jit
-def _own_inverse(At, F, inverse):
+def _own_inverse(At, first, inverse):
     """Inverse of the block of every pair, row by row. False where one is singular."""
-    a = 0
-    while a < F.shape[0]:
-        size = _size_of_block(F, a)
+    for p in range(first.shape[0] - 1):
+        a = first[p]
+        size = first[p + 1] - a
         block = np.empty((size, size))
         unit = np.eye(size)
         for i in range(size):
@@ -98,25 +108,22 @@ def _own_inverse(At, F, inverse):
         for i in range(size):
             for j in range(size):
                 inverse[a + i, j] = unit[i, j]
-        a += size
     return True
 
 
 @jit
-def _precondition(F, inverse, v, out):
-    a = 0
-    while a < F.shape[0]:
-        size = _size_of_block(F, a)
-        for i in range(size):
+def _precondition(first, inverse, v, out):
+    for p in range(first.shape[0] - 1):
+        a, end = first[p], first[p + 1]
+        for i in range(a, end):
             s = np.float32(0.0)
-            for j in range(size):
-                s += inverse[a + i, j] * v[a + j]
-            out[a + i] = s
-        a += size
+            for j in range(end - a):
+                s += inverse[i, j] * v[a + j]
+            out[i] = s
 
 
 @jit
-def _gmres(At, F, inverse, start, change):
+def _gmres(At, first, inverse, start, change):
     """``A change = start`` to `LINEAR`, for a start of size 1. False where it does not converge."""
     k = start.shape[0]
     most = min(MOST_PRODUCTS, k)
@@ -128,7 +135,7 @@ def _gmres(At, F, inverse, start, change):
     rest[0] = 1.0
     z = np.empty(k, np.float32)
     for n in range(most):
-        _precondition(F, inverse, basis[n], z)
+        _precondition(first, inverse, basis[n], z)
         w = np.dot(z, At)
         before = basis[: n + 1]
         # twice, as rounding takes the first one's orthogonality
@@ -152,7 +159,7 @@ def _gmres(At, F, inverse, start, change):
         rest[n] *= c
         if abs(rest[n + 1]) <= LINEAR:
             _combine(H, rest, basis, n + 1, z)
-            _precondition(F, inverse, z, change)
+            _precondition(first, inverse, z, change)
             return True
         scale = np.float32(1.0 / norm)
         for a in range(k):

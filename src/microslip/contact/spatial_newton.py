@@ -147,6 +147,8 @@ def newton(problem, memory, given, contact, limit, stretch, known):
     c, g, x = np.zeros(size), np.empty(size), np.empty(size)
     J = np.empty(size, np.int64)
     solved_for = status.copy()
+    # one for all iterations: to be given memory takes longer than to fill it
+    room = np.empty(0, np.float32)
     if not (flags[MADE] or make(problem, memory, status)):
         return 0, np.inf
     if not known:
@@ -164,7 +166,10 @@ def newton(problem, memory, given, contact, limit, stretch, known):
         eliminate = eliminate or iteration > PATIENCE
         corrected = False
         if k >= MANY and not eliminate:
-            corrected = correct(problem, memory, status, J[:k], x, g)
+            if room.shape[0] < k * k:
+                room = np.empty(k * k + k * k // 2, np.float32)
+            At = room[: k * k].reshape((k, k))
+            corrected = correct(problem, memory, status, J[:k], x, g, At)
             eliminate = not corrected
         if not corrected:
             if not summed:

@@ -34,24 +34,56 @@ def unknowns(held, status, F):
 
 
 @jit
-def coupling(problem, memory, status, F, At):
-    """Transposed matrix of the laws of the pairs with unknowns, ``A g_F = y``."""
-    mu, mean = problem.friction, problem.mean
-    Dt, held = memory.transposed, memory.held
-    direction, resistance = memory.direction, memory.resistance
+def _take(problem, memory, status, F, At):
+    """Rows of ``D_FF - mu d D_nF``, transposed: what many unknowns spend their time on.
+
+    mu r_n d of a held pair has r_n among the x: its row of D, times mu d, is taken off. Four rows of
+    the tableau are read at a time, by indices without a sign, which need not be tested for one.
+    """
+    mu, Dt, held = problem.friction, memory.transposed, memory.held
     k = F.shape[0]
-    # mu r_n d of a held pair has r_n among the x: its row of D, times mu d, is taken off
-    normal = F.copy()
-    share = np.zeros(k)
+    # of every pair its normal component, the place of its tangential unknowns and mu d
+    normal, place = np.empty(k, np.uint32), np.empty(k, np.uint32)
+    share = np.zeros((k, 2))
+    pairs = 0
     for a in range(k):
         i, part = F[a] // 3, F[a] % 3
-        if status[i] == SLIP and held[3 * i]:
-            normal[a] = 3 * i
-            share[a] = mu[i] * direction[i, part - 1]
-    for b in range(k):
+        if part == 0:
+            for b in range(k):
+                At[b, a] = Dt[F[b], F[a]]
+        elif part == 1:
+            normal[pairs], place[pairs] = 3 * i, a
+            if status[i] == SLIP and held[3 * i]:
+                share[pairs, 0] = mu[i] * memory.direction[i, 0]
+                share[pairs, 1] = mu[i] * memory.direction[i, 1]
+            pairs += 1
+    b = 0
+    while b + 4 <= k:
+        row0, row1, row2, row3 = Dt[F[b]], Dt[F[b + 1]], Dt[F[b + 2]], Dt[F[b + 3]]
+        out0, out1, out2, out3 = At[b], At[b + 1], At[b + 2], At[b + 3]
+        for p in range(pairs):
+            n, t, s1, s2 = normal[p], place[p], share[p, 0], share[p, 1]
+            out0[t], out0[t + 1] = row0[n + 1] - s1 * row0[n], row0[n + 2] - s2 * row0[n]
+            out1[t], out1[t + 1] = row1[n + 1] - s1 * row1[n], row1[n + 2] - s2 * row1[n]
+            out2[t], out2[t + 1] = row2[n + 1] - s1 * row2[n], row2[n + 2] - s2 * row2[n]
+            out3[t], out3[t + 1] = row3[n + 1] - s1 * row3[n], row3[n + 2] - s2 * row3[n]
+        b += 4
+    while b < k:
         row, out = Dt[F[b]], At[b]
-        for a in range(k):
-            out[a] = row[F[a]] - share[a] * row[normal[a]]
+        for p in range(pairs):
+            n, t = normal[p], place[p]
+            out[t] = row[n + 1] - share[p, 0] * row[n]
+            out[t + 1] = row[n + 2] - share[p, 1] * row[n]
+        b += 1
+
+
+@jit
+def coupling(problem, memory, status, F, At):
+    """Transposed matrix of the laws of the pairs with unknowns, ``A g_F = y``."""
+    friction, mean, held = problem.friction, problem.mean, memory.held
+    direction, resistance = memory.direction, memory.resistance
+    k = F.shape[0]
+    _take(problem, memory, status, F, At)
     a = 0
     while a < k:
         i = F[a] // 3
@@ -78,8 +110,8 @@ def coupling(problem, memory, status, F, At):
             At[b, t + 1] = k1 * d1 * across
         At[t, t] += inverse
         At[t + 1, t + 1] += inverse
-        At[a, t] -= inverse * mu[i] * d1
-        At[a, t + 1] -= inverse * mu[i] * d2
+        At[a, t] -= inverse * friction[i] * d1
+        At[a, t + 1] -= inverse * friction[i] * d2
         a += 3
 
 
