@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import microslip
+from microslip.analyses.reduced.anchors import Anchor
 from microslip.analyses.reduced.refined import load_offset, refined_table
 from microslip.analyses.reduced.response import forced_response
 from microslip.analyses.reduced.sweep import CONVERGED
@@ -165,6 +166,22 @@ def branch(name):
     k = np.arange(len(FOLD))
     size = {"larger": 1.0, "smaller": 0.2}[name] * 2e-3 * np.exp(-((k - 60) ** 2) / 4000)
     return size * np.exp(-0.02j * k)
+
+
+def test_what_has_not_settled_beside_a_jump_may_be_leaving():
+    """Up to the first that has settled, on the larger side alone, and nowhere else."""
+    sizes = [1.0, 1.01, 1.02, 1.03, 0.2, 0.19, 0.18]
+    changes = [1e-7, 1e-3, 1e-4, 1e-3, 1e-3, 1e-7, 1e-3]
+
+    def anchors(order):
+        return {
+            10 + k: Anchor(100.0 + k, complex(sizes[j]), 0j, changes[j])
+            for k, j in enumerate(order)
+        }
+
+    assert sorted(method.leaving(anchors(range(7)))) == [11, 12, 13]
+    assert sorted(method.leaving(anchors(range(6, -1, -1)))) == [13, 14, 15]
+    assert method.leaving({k: one for k, one in anchors(range(7)).items() if k != 14}) == []
 
 
 def joint_with_a_fold(asked):

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import NamedTuple
@@ -33,7 +33,7 @@ from microslip.analyses.time.starts import Start
 from microslip.describe.requests import CYCLES_EACH, SECONDS_EACH, ResponseAnalysis
 from microslip.pipeline.band import Curve
 from microslip.pipeline.prepare import Assembly
-from microslip.pipeline.walk import Found, Lost, Target, sought, what_it_is
+from microslip.pipeline.walk import TOLERANCE, Found, Lost, Target, sought, what_it_is
 from microslip.typing import Array
 
 FIRST = (0.0, -1.2, 1.2)
@@ -301,8 +301,27 @@ def _target(
     )
 
 
+def leaving(anchors: Mapping[int, Anchor]) -> list[int]:
+    """Steady states that may be on their way out, by index of the frequency.
+
+    Past the end of a branch a motion lingers near where its states were, and falls to another branch after
+    any number of cycles. So what has not settled is not known next to a jump, nor as far from it as all have not.
+    """
+    found = []
+    for k in sorted(anchors):
+        if k + 1 not in anchors or step_of(anchors[k], anchors[k + 1]) <= JUMP:
+            continue
+        larger = abs(anchors[k + 1].amplitude) > abs(anchors[k].amplitude)
+        j, step = (k + 1, 1) if larger else (k, -1)
+        while j in anchors and anchors[j].change > TOLERANCE:
+            found.append(j)
+            j += step
+    return found
+
+
 def _response(search: _Search) -> Response:
     base, now = search.base, search.held()
+    now.error[leaving(search.anchors)] = np.inf
     n = len(base.frequency)
     known = now.error <= NO_DIGIT
     known[list(search.anchors)] = True
