@@ -305,7 +305,8 @@ def leaving(anchors: Mapping[int, Anchor]) -> list[int]:
     """Steady states that may be on their way out, by index of the frequency.
 
     Past the end of a branch a motion lingers near where its states were, and falls to another branch after
-    any number of cycles. So what has not settled is not known next to a jump, nor as far from it as all have not.
+    any number of cycles. So what has not settled is not known next to a jump, nor beyond up to the first that
+    has.
     """
     found = []
     for k in sorted(anchors):
