@@ -40,7 +40,9 @@ def locked(cycle):
     return (cycle.kind[:, 1] == CHANGING) & (cycle.status == STICK).all(axis=1)
 
 
-@pytest.mark.parametrize("mean", [-4.0, 0.0, 1.0, 3.0, 20.0])
+@pytest.mark.parametrize(
+    "mean", [-4.0, 1.0, *(pytest.param(m, marks=pytest.mark.validate) for m in (0.0, 3.0, 20.0))]
+)
 def test_laws_written_out(mean):
     """Lift-off, mixed, always touching: marched for 200 cycles, which forget the start to rounding."""
     table, x, friction, held = random_cycle(1, mean=mean)

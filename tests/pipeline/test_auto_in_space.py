@@ -15,7 +15,9 @@ from microslip.pipeline.run import run
 CASES = {"plates": (plates_document, 3000.0), "aslant": (matching_document, 2000.0)}
 
 
-@pytest.fixture(scope="module", params=CASES)
+@pytest.fixture(
+    scope="module", params=[pytest.param("plates", marks=pytest.mark.validate), "aslant"]
+)
 def auto(request, tmp_path_factory):
     document, load = CASES[request.param]
     folder = tmp_path_factory.mktemp(request.param)

@@ -103,7 +103,12 @@ def test_without_friction_it_is_the_linear_joint(joint):
 
 @pytest.mark.parametrize(
     ("sections", "share"),
-    [({}, 0.02), ({}, 0.1), (OTHER, 0.02), (LONG, 0.05)],
+    [
+        ({}, 0.02),
+        pytest.param({}, 0.1, marks=pytest.mark.validate),
+        (OTHER, 0.02),
+        pytest.param(LONG, 0.05, marks=pytest.mark.validate),
+    ],
     ids=["reference", "reference further", "thin", "long"],
 )
 def test_outputs_are_as_good_as_the_amplitude(sections, share):
