@@ -121,6 +121,7 @@ def test_modes_of_the_stuck_structure_decay_as_given(lap, tmp_path, given):
     ratios = np.atleast_1d(given["ratios"])
     numbers = np.atleast_1d(given.get("modes", 1 + np.arange(len(ratios))))
     modes = joint_modes(found.model, start, found.prepared.law)
+    assert found.damping.at == pytest.approx([modes[n - 1].stuck_omega for n in numbers])
     for number, ratio in zip(numbers, ratios, strict=True):
         k = int(np.argmin(np.abs(stuck.omega - modes[number - 1].stuck_omega)))
         shape, omega = stuck.shapes[:, k], stuck.omega[k]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterator
+from math import pi
 from pathlib import Path
 from typing import Annotated
 
@@ -142,6 +143,11 @@ def _of_files(joint: Joint) -> Iterator[Row]:
             "damping matrix" if fit.of == "matrices.damping" else "damping ratios of modes",
             f"alpha = {fit.alpha:.4g} 1/s, beta = {fit.beta:.4g} s, up to {fit.missed:.1e} of it",
         )
+        for (number, _), omega in zip(joint.damping_of_modes, fit.at, strict=True):
+            yield (
+                f"damping ratio of mode {number}",
+                f"{fit.ratio(omega):.4g}, which sticks at {omega / (2 * pi):.5g} Hz",
+            )
     friction = assembly.prepared.law.friction
     yield "coefficient of friction", _span(friction.min(), friction.max())
     yield (

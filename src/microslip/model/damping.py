@@ -46,12 +46,15 @@ class FittedDamping:
         Part of the damping that it is not: of a matrix in the kept modes, else in the modes with a ratio.
     of : str
         Key of the file that says the damping.
+    at : tuple of float
+        Natural frequencies of the modes whose ratios were given, rad/s, in the order of the file.
     """
 
     alpha: float
     beta: float
     missed: float
     of: str = "matrices.damping"
+    at: tuple[float, ...] = ()
 
     def ratio(self, omega: float) -> float:
         """Damping ratio ``(alpha + beta omega²) / (2 omega)`` at a natural frequency, rad/s."""
@@ -99,9 +102,9 @@ def rayleigh_through(omega: Array, ratio: Array) -> FittedDamping:
     """
     own = 2 * ratio * omega
     if len(omega) == 1:
-        return FittedDamping(0.0, float(own[0] / omega[0] ** 2), 0.0, RATIOS)
+        return FittedDamping(0.0, float(own[0] / omega[0] ** 2), 0.0, RATIOS, (float(omega[0]),))
     alpha, beta = _nearest(omega, own, 1 / own)
-    found = FittedDamping(alpha, beta, 0.0, RATIOS)
+    found = FittedDamping(alpha, beta, 0.0, RATIOS, tuple(omega.tolist()))
     off = (alpha + beta * omega**2) / own - 1
     missed = float(np.linalg.norm(off) / np.sqrt(len(omega)))
     if missed > MOST:
