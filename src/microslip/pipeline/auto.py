@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from microslip.analyses.reduced.anchors import JUMP, Anchor, Held, anchor_at, held, step_of
-from microslip.analyses.reduced.response import Response
+from microslip.analyses.reduced.response import Response, held_to
 from microslip.analyses.reduced.surface import (
     Contours,
     LoadSurface,
@@ -28,7 +28,7 @@ from microslip.analyses.reduced.surface import (
     largest,
     load_surface,
 )
-from microslip.analyses.reduced.sweep import CONVERGED, OUTSIDE
+from microslip.analyses.reduced.sweep import CONVERGED
 from microslip.analyses.time.starts import Start
 from microslip.describe.requests import CYCLES_EACH, SECONDS_EACH, ResponseAnalysis
 from microslip.pipeline.band import Curve
@@ -47,9 +47,6 @@ AT_A_TIME = 4
 
 BESIDE_LOST, BETWEEN_LOST = 0.5, 0.1
 """What frequencies count for beside one whose motion is not steady enough, and between two such."""
-
-NO_DIGIT = 1.0
-"""An answer that may be off by as much as this share of itself is none."""
 
 ALIKE = 0.25
 """Between two states whose sizes differ by less, in logarithm, the search starts from a mixture."""
@@ -323,26 +320,15 @@ def leaving(anchors: Mapping[int, Anchor]) -> list[int]:
 def _response(search: _Search) -> Response:
     base, now = search.base, search.held()
     now.error[leaving(search.anchors)] = np.inf
-    n = len(base.frequency)
-    known = now.error <= NO_DIGIT
-    known[list(search.anchors)] = True
-    fell = np.zeros(n, dtype=bool)
+    response = held_to(base, "auto", now, search.doubted())
     marks = np.array(sorted(search.anchors), dtype=int)
-    if len(marks):
-        below = np.array([search.found[k].fell or k in search.fell for k in marks])
-        middle = 0.5 * (marks[1:] + marks[:-1])
-        fell = known & below[np.searchsorted(middle, np.arange(n))]
-    return replace(
-        base,
-        variant="auto",
-        amplitude=np.where(known, now.amplitude, 0.0),
-        iterations=np.zeros(n, np.int64),
-        contraction=np.zeros(n),
-        flag=np.where(known, CONVERGED, OUTSIDE),
-        error_indicator=np.where(known, now.error, np.inf),
-        outgrown=fell if fell.any() else None,
-        anchors=tuple(search.doubted().values()),
-    )
+    if not len(marks):
+        return response
+    below = np.array([search.found[k].fell or k in search.fell for k in marks])
+    middle = 0.5 * (marks[1:] + marks[:-1])
+    beside = below[np.searchsorted(middle, np.arange(len(base.frequency)))]
+    fell = (response.flag == CONVERGED) & beside
+    return replace(response, outgrown=fell if fell.any() else None)
 
 
 def _said(assembly: Assembly, search: _Search, stop: threading.Event) -> tuple[str, ...]:

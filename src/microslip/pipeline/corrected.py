@@ -21,7 +21,7 @@ import numpy as np
 
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.reduced.anchors import Anchor, Held, anchor_at, held
-from microslip.analyses.reduced.response import Response
+from microslip.analyses.reduced.response import NO_DIGIT, Response, held_to
 from microslip.analyses.reduced.surface import (
     Contours,
     LoadSurface,
@@ -29,34 +29,30 @@ from microslip.analyses.reduced.surface import (
     largest,
     load_surface,
 )
-from microslip.analyses.reduced.sweep import CONVERGED, OUTSIDE
 from microslip.analyses.time.readings import opening_of
-from microslip.analyses.time.scheme import contact_memory, march, time_scheme
+from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.steady import steady_state
 from microslip.describe.requests import ResponseAnalysis
 from microslip.errors import JointOpensError, MicroslipError
 from microslip.numerics.execute import each, threads
-from microslip.numerics.fourier import harmonic
+from microslip.pipeline.auto import ACCURACY, AT_A_TIME
 from microslip.pipeline.band import Curve
 from microslip.pipeline.prepare import Assembly
+from microslip.pipeline.walk import DOUBTFUL, STEPS, TOLERANCE, lasting, watched
 from microslip.typing import Array
 
 FIRST = (-0.9, 0.9, -1.8, 1.8, -2.9, 2.9, -4.0, 4.0, -5.1, 5.1)
 """Detunings of the first steady states after resonance and ends, as far as the band goes: half power, and
 outward so that the distance from the resonance grows by no more than three from one to the next."""
 
-STEPS, CYCLES, TOLERANCE = 150, 30, 1e-5
-"""Time steps per cycle, cycles at most, and change over a cycle at which a state is steady."""
+CYCLES = 30
+"""Cycles at most."""
 
 WATCHED = 12
 """Cycles over which a motion that still changes is looked at."""
 
-ACCURACY = 1e-3
-"""Relative error of an amplitude with so many steps, at worst."""
-
-LASTS, LONGEST = 10.0, 1000.0
-"""Cycles that transients are taken to last at least and at most; in between the search's estimate of the
-slowest multiplier tells."""
+LASTS = 10.0
+"""Cycles that transients are taken to last at least."""
 
 SLOWEST = 0.99
 """Multiplier of the slowest transient, at most, that a drift is taken to go on with."""
@@ -64,20 +60,11 @@ SLOWEST = 0.99
 SURE = 2e-3
 """Doubt of an amplitude below which a motion is not looked at any longer."""
 
-DOUBTFUL = 0.05
-"""Doubt of an amplitude beyond which a motion is no steady state."""
-
-AT_A_TIME = 4
-"""Steady states sought at a time."""
-
 GAP = 1 / 8
 """Share of the frequencies without a steady state among them that is filled, whatever the bound says."""
 
 UNSEEN, RESONANT = 0.25, 4.0
 """What frequencies count for that are filled so, and those beside more than half of the largest amplitude."""
-
-NO_DIGIT = 1.0
-"""An answer that may be off by as much as this share of itself is none."""
 
 
 @dataclass
@@ -213,20 +200,10 @@ def _motion(joint: PreparedJoint, load: float, frequency: float, guess: complex)
     # where it has not settled, the search need not have met what is slow
     least = 0.0 if found.converged else SLOWEST
     slowest = float(np.abs(found.multipliers).max(initial=least))
-    left = found.change * float(np.clip(1 / max(1 - slowest, 1e-9), LASTS, LONGEST))
+    left = found.change * lasting(slowest, LASTS)
     if left <= SURE:
         return _Motion(found.amplitude, found.change, left)
-    theta = found.phase + 2 * np.pi * np.arange(STEPS + 1) / STEPS
-    port, state, memory = (
-        joint.model.port(joint.coordinate),
-        found.cycle.state,
-        contact_memory(scheme),
-    )
-    Q: list[complex] = []
-    for _ in range(WATCHED):
-        cycle = march(scheme, state, load * np.sin(theta), memory=memory)
-        Q.append(complex(harmonic(cycle.output[:, port], theta)))
-        state = cycle.state
+    Q, _ = watched(scheme, load, found.cycle.state, WATCHED, found.phase)
     size, mean = np.abs(Q), complex(np.mean(Q))
     first, second = np.split(size, 2)
     kept = min(slowest, SLOWEST) ** (WATCHED // 2)
@@ -272,18 +249,4 @@ def _least_known(table: _Table, wanted: float) -> list[int]:
 
 
 def _response(table: _Table, base: Response) -> Response:
-    now: Held = table.response()
-    n = len(base.frequency)
-    known = np.asarray(now.error <= NO_DIGIT)
-    known[list(table.anchors)] = True
-    return replace(
-        base,
-        variant="corrected",
-        amplitude=np.where(known, now.amplitude, 0.0),
-        iterations=np.zeros(n, np.int64),
-        contraction=np.zeros(n),
-        flag=np.where(known, CONVERGED, OUTSIDE),
-        error_indicator=np.where(known, now.error, np.inf),
-        outgrown=None,
-        anchors=tuple(table.anchors[k] for k in sorted(table.anchors)),
-    )
+    return held_to(base, "corrected", table.response(), table.anchors)

@@ -372,11 +372,11 @@ def _weighed(scheme: TimeScheme, target: Target, steady: SteadyState) -> Found:
             steady, state = finer, finer.cycle.state
         else:
             moved = abs(abs(finer.amplitude) / abs(steady.amplitude) - 1)
-    left = max(steady.change * _lasting(slowest), moved)
+    left = max(steady.change * lasting(slowest), moved)
     if steady.converged and slowest <= UNSTABLE:
         end = end_of(state, 0.0, scheme, target.frequency)
         return Found(steady.amplitude, steady.change, left, end, spent)
-    Q, last = _watched(scheme, target, state)
+    Q, last = watched(scheme, target.load, state, WATCHED)
     spent += len(Q)
     size, mean = np.abs(Q), complex(Q.mean())
     spread = float(np.abs(size / abs(mean) - 1).max())
@@ -411,18 +411,20 @@ def _to_come(size: Array) -> float:
     return float(last * factor / (1 - factor))
 
 
-def _lasting(slowest: float) -> float:
+def lasting(slowest: float, least: float = LASTS) -> float:
     """Cycles in which the slowest transient falls to a third, as far as the search has met it."""
-    return float(np.clip(1 / max(1 - slowest, 1e-9), LASTS, LONGEST))
+    return float(np.clip(1 / max(1 - slowest, 1e-9), least, LONGEST))
 
 
-def _watched(scheme: TimeScheme, target: Target, state: State) -> tuple[Complex, State]:
-    """First harmonic of every cycle of a motion, and its last state."""
-    theta = 2 * np.pi * np.arange(STEPS + 1) / STEPS
-    wave, memory = target.load * np.sin(theta), contact_memory(scheme)
+def watched(
+    scheme: TimeScheme, load: float, state: State, cycles: int, phase: float = 0.0
+) -> tuple[Complex, State]:
+    """First harmonic of every cycle of a motion from a state at a phase of the load, and its last state."""
+    theta = phase + 2 * np.pi * np.arange(STEPS + 1) / STEPS
+    wave, memory = load * np.sin(theta), contact_memory(scheme)
     port = scheme.joint.model.port(scheme.joint.coordinate)
     Q = []
-    for _ in range(WATCHED):
+    for _ in range(cycles):
         cycle = march(scheme, state, wave, memory=memory)
         Q.append(harmonic(cycle.output[:, port], theta))
         state = cycle.state

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
-from microslip.analyses.reduced.anchors import Anchor
+from microslip.analyses.reduced.anchors import Anchor, Held
 from microslip.analyses.reduced.curve import table_curve
 from microslip.analyses.reduced.sweep import (
     CONVERGED,
@@ -25,6 +25,9 @@ from microslip.errors import MicroslipError
 from microslip.typing import Array, Complex, Indices, Mask
 
 _NO_ANSWER = 1e3
+
+NO_DIGIT = 1.0
+"""An answer that may be off by as much as this share of itself is none."""
 
 MOST_UNEVEN = 4.5
 """Spacings between which a parabola is laid differ by this factor at most."""
@@ -126,6 +129,36 @@ class Response(Brief):
                 shift = slope / (2 * curvature)
                 return float(f[i] + shift), float(size[i] + 0.5 * slope * shift)
         return float(f[i]), float(size[i])
+
+
+def held_to(base: Response, variant: str, now: Held, anchors: Mapping[int, Anchor]) -> Response:
+    """A response put right by steady states.
+
+    Parameters
+    ----------
+    base : Response
+        Of the refined model.
+    variant : str
+        What the response is called.
+    now : Held
+        What the steady states make of it.
+    anchors : mapping of int to Anchor
+        These, by index of the frequency; there they are the answer whatever their bound.
+    """
+    n = len(base.frequency)
+    known = np.asarray(now.error <= NO_DIGIT)
+    known[list(anchors)] = True
+    return replace(
+        base,
+        variant=variant,
+        amplitude=np.where(known, now.amplitude, 0.0),
+        iterations=np.zeros(n, np.int64),
+        contraction=np.zeros(n),
+        flag=np.where(known, CONVERGED, OUTSIDE),
+        error_indicator=np.where(known, now.error, np.inf),
+        outgrown=None,
+        anchors=tuple(anchors[k] for k in sorted(anchors)),
+    )
 
 
 def forced_response(
