@@ -14,15 +14,12 @@ computed again: stop it at any time, and go on with the same command.
 
 from __future__ import annotations
 
-import argparse
 import sys
 import time
 import tomllib
-from pathlib import Path
 
 import numpy as np
-from lap_joints import joints
-from resumed import keep_row, kept_rows
+from resumed import joints_left, keep_row, kept_rows, study
 
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.reduced.response import Response
@@ -277,25 +274,16 @@ def row_of(text: str, load: float, rng: np.random.Generator, method: str = "auto
 
 def main() -> int:
     """Compute what is missing and print the table."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seeds", type=int, nargs="+", default=[21, 22, 23])
-    parser.add_argument("--count", type=int, default=20)
-    parser.add_argument("--pairs", type=int, default=101)
+    parser = study(__doc__, [21, 22, 23], 101, "population-auto.jsonl")
     parser.add_argument("--loads", type=float, nargs="+", default=[1.0], help="over its own")
-    parser.add_argument("--out", type=Path, default=Path("population-auto.jsonl"))
-    parser.add_argument("--page", type=Path)
     asked = parser.parse_args()
     rows = {row["joint"]: row for row in kept_rows(asked.out)}
-    for seed in asked.seeds:
-        for number, text in enumerate(joints(seed, asked.count, asked.pairs)):
-            for load in asked.loads:
-                name = f"{seed}/{number:03d}" + ("" if load == 1 else f" load x {load:g}")
-                if name in rows:
-                    continue
-                rng = np.random.default_rng(1000 * seed + number)
-                rows[name] = {"joint": name, "pairs": asked.pairs, **row_of(text, load, rng)}
-                keep_row(asked.out, rows[name])
-                print(name, f"{rows[name]['wall']:.1f} s", flush=True)
+    for load in asked.loads:
+        for name, seed, text in joints_left(asked, rows, "" if load == 1 else f" load x {load:g}"):
+            found = row_of(text, load, np.random.default_rng(seed))
+            rows[name] = {"joint": name, "pairs": asked.pairs, **found}
+            keep_row(asked.out, rows[name])
+            print(name, f"{rows[name]['wall']:.1f} s", flush=True)
     table = page(rows)
     print(table[table.index("| |") :])
     if asked.page:

@@ -11,14 +11,11 @@ again: stop it at any time, and go on with the same command.
 
 from __future__ import annotations
 
-import argparse
 import sys
-from pathlib import Path
 
 import numpy as np
 from auto import page, row_of
-from lap_joints import joints
-from resumed import keep_row, kept_rows
+from resumed import joints_left, keep_row, kept_rows, study
 
 HEAD = """# Method "corrected" on lap joints at random
 
@@ -41,24 +38,13 @@ def text_of(rows: dict[str, dict]) -> str:
 
 def main() -> int:
     """Compute what is missing and print the table."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seeds", type=int, nargs="+", default=[69, 70])
-    parser.add_argument("--count", type=int, default=20)
-    parser.add_argument("--pairs", type=int, default=41)
-    parser.add_argument("--out", type=Path, default=Path("population-corrected.jsonl"))
-    parser.add_argument("--page", type=Path)
-    asked = parser.parse_args()
+    asked = study(__doc__, [69, 70], 41, "population-corrected.jsonl").parse_args()
     rows = {row["joint"]: row for row in kept_rows(asked.out)}
-    for seed in asked.seeds:
-        for number, text in enumerate(joints(seed, asked.count, asked.pairs)):
-            name = f"{seed}/{number:03d}"
-            if name in rows:
-                continue
-            rng = np.random.default_rng(1000 * seed + number)
-            found = row_of(text, 1.0, rng, "corrected")
-            rows[name] = {"joint": name, "pairs": asked.pairs, **found}
-            keep_row(asked.out, rows[name])
-            print(name, f"{rows[name]['wall']:.1f} s", flush=True)
+    for name, seed, text in joints_left(asked, rows):
+        found = row_of(text, 1.0, np.random.default_rng(seed), "corrected")
+        rows[name] = {"joint": name, "pairs": asked.pairs, **found}
+        keep_row(asked.out, rows[name])
+        print(name, f"{rows[name]['wall']:.1f} s", flush=True)
     text = text_of(rows)
     print(text[text.index("| |") :])
     if asked.page:

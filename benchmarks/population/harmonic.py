@@ -13,15 +13,12 @@ one a joint) are not computed again.
 
 from __future__ import annotations
 
-import argparse
 import sys
 import time
 import tomllib
-from pathlib import Path
 
 import numpy as np
-from lap_joints import joints
-from resumed import keep_row, kept_rows
+from resumed import joints_left, keep_row, kept_rows, study
 from time_points import frequencies
 
 from microslip.analyses.harmonic.adaptive import Adaptive
@@ -202,34 +199,24 @@ def page(rows: dict[str, dict]) -> str:
 
 def main() -> int:
     """Compute what is missing and print the table."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seeds", type=int, nargs="+", default=[31, 32, 33])
-    parser.add_argument("--count", type=int, default=20)
-    parser.add_argument("--pairs", type=int, default=51)
-    parser.add_argument("--out", type=Path, default=Path("population-harmonic.jsonl"))
-    parser.add_argument("--page", type=Path)
-    asked = parser.parse_args()
+    asked = study(__doc__, [31, 32, 33], 51, "population-harmonic.jsonl").parse_args()
     rows = {row["joint"]: row for row in kept_rows(asked.out)}
-    for seed in asked.seeds:
-        for number, text in enumerate(joints(seed, asked.count, asked.pairs)):
-            name = f"{seed}/{number:03d}"
-            if name in rows:
-                continue
-            began = time.perf_counter()
-            try:
-                a = assemble(parse_joint(tomllib.loads(text)))
-                load = a.joint.load.moment_over_clamp_force_length[0] * a.moment_unit
-                row = measured(a.prepared, load)
-            except MicroslipError as error:
-                row = {"failed": str(error)}
-            rows[name] = {"joint": name, "wall": time.perf_counter() - began, **row}
-            keep_row(asked.out, rows[name])
-            told = [
-                f"{100 * p['error']:.2f}%({100 * p['stated']:.2f}%,{p['harmonics']})"
-                + ("" if p["near"] else " left")
-                for p in rows[name].get("points", [])
-            ]
-            print(name, f"{rows[name]['wall']:.1f} s", *told, row.get("failed", ""), flush=True)
+    for name, _, text in joints_left(asked, rows):
+        began = time.perf_counter()
+        try:
+            a = assemble(parse_joint(tomllib.loads(text)))
+            load = a.joint.load.moment_over_clamp_force_length[0] * a.moment_unit
+            row = measured(a.prepared, load)
+        except MicroslipError as error:
+            row = {"failed": str(error)}
+        rows[name] = {"joint": name, "wall": time.perf_counter() - began, **row}
+        keep_row(asked.out, rows[name])
+        told = [
+            f"{100 * p['error']:.2f}%({100 * p['stated']:.2f}%,{p['harmonics']})"
+            + ("" if p["near"] else " left")
+            for p in rows[name].get("points", [])
+        ]
+        print(name, f"{rows[name]['wall']:.1f} s", *told, row.get("failed", ""), flush=True)
     print(page(rows).removeprefix(PAGE))
     if asked.page:
         asked.page.write_text(page(rows))

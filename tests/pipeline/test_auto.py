@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from coupled_joint import coupled_document
 
 import microslip
 from microslip.analyses.reduced.anchors import Anchor
@@ -18,19 +19,7 @@ from microslip.errors import InputError
 from microslip.pipeline import auto as method
 from microslip.pipeline.walk import Found, sought
 
-FILE = {
-    "beams": {"length": "0.5 m", "thickness": "15 mm", "overlap_half_length": "60 mm"},
-    "material": {
-        "youngs_modulus": "70 GPa",
-        "poissons_ratio": 0.33,
-        "density": "2700 kg/m^3",
-    },
-    "contact": {"friction": 0.35, "pairs": 41},
-    "clamp": {"force": "4e5 N/m", "half_length": "40 mm"},
-    "support": {"horizontal_spring": "1e5 N/m/m"},
-    "damping": {"beta": "2e-6 s"},
-    "load": {"moment": ["90 N*m/m"]},
-}
+FILE = coupled_document(41, load={"moment": ["90 N*m/m"]})
 
 
 def described(**response):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from coupled_joint import coupled_document
 
 import microslip
 from microslip.analyses.harmonic.operator import linear_operator
@@ -14,18 +15,7 @@ from microslip.numerics.fourier import to_complex, to_real
 from microslip.pipeline import corrected as method
 from microslip.results.response import response_datasets
 
-FILE = {
-    "beams": {"length": "0.5 m", "thickness": "15 mm", "overlap_half_length": "60 mm"},
-    "material": {
-        "youngs_modulus": "70 GPa",
-        "poissons_ratio": 0.33,
-        "density": "2700 kg/m^3",
-    },
-    "contact": {"friction": 0.35, "pairs": 21},
-    "clamp": {"force": "4e5 N/m", "half_length": "40 mm"},
-    "support": {"horizontal_spring": "1e5 N/m/m"},
-    "damping": {"beta": "2e-6 s"},
-}
+FILE = coupled_document(21)
 
 
 def corrected(moment, force=4e5, **response):

@@ -7,7 +7,8 @@ Nastran OP4, OP2 and DMIG, also of EXTSEOUT, through `pyyeti`; ANSYS ``.full`` t
 from __future__ import annotations
 
 import struct
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -18,7 +19,16 @@ import scipy.sparse as sp
 from microslip.errors import InputError
 from microslip.model.readers.found import Found, Label, chosen, folded
 
-UNREADABLE = (OSError, ValueError, RuntimeError, KeyError, IndexError, TypeError, struct.error)
+UNREADABLE = (
+    OSError,
+    ValueError,
+    RuntimeError,
+    KeyError,
+    IndexError,
+    TypeError,
+    AttributeError,
+    struct.error,
+)
 """What the reader of a package raises where a file is another one."""
 
 
@@ -30,6 +40,15 @@ def _nastran(path: str) -> Any:
     except ImportError:
         raise _missing(path, "pyyeti", "nastran") from None
     return SimpleNamespace(bulk=bulk, op2=op2, op4=op4)
+
+
+@contextmanager
+def _readable(said: str) -> Iterator[None]:
+    """Say what a file is not where the reader of a package stumbles over it."""
+    try:
+        yield
+    except UNREADABLE as error:
+        raise InputError(f"{said}: {error}") from None
 
 
 def _missing(path: str, package: str, extra: str) -> InputError:
@@ -48,10 +67,8 @@ def read_op4(path: str, name: str) -> Found:
         Where `pyyeti` is not installed, or there is no such matrix.
     """
     nastran = _nastran(path)
-    try:
+    with _readable(f"{path}: is no OP4 file that can be read"):
         found = nastran.op4.load(path, into="dct", justmatrix=True, sparse=None)
-    except UNREADABLE as error:
-        raise InputError(f"{path}: is no OP4 file that can be read: {error}") from None
     return _named(path, name, found)
 
 
@@ -64,11 +81,9 @@ def read_op2(path: str, name: str) -> Found:
         Where `pyyeti` is not installed, or there is no such matrix.
     """
     nastran = _nastran(path)
-    try:
+    with _readable(f"{path}: is no OP2 file that can be read"):
         matrices = nastran.op2.rdmats(path)
         entries = {} if matrices else nastran.bulk.rddmig(path, square=True)
-    except UNREADABLE as error:
-        raise InputError(f"{path}: is no OP2 file that can be read: {error}") from None
     if not matrices and not entries:
         raise InputError(
             f"{path}: holds no matrices; EXTSEOUT writes them with DMIGOP2, or as an .op4 with MATOP4"
@@ -85,10 +100,8 @@ def read_punch(path: str, name: str) -> Found:
         Where `pyyeti` is not installed, or there is no such matrix.
     """
     nastran = _nastran(path)
-    try:
+    with _readable(f"{path}: has no DMIG entries that can be read"):
         entries = nastran.bulk.rddmig(path, square=True)
-    except UNREADABLE as error:
-        raise InputError(f"{path}: has no DMIG entries that can be read: {error}") from None
     return _labelled(path, name, entries)
 
 
@@ -134,10 +147,8 @@ def read_external_labels(path: str) -> tuple[Label, ...]:
         Where `pyyeti` is not installed, or there is no such entry.
     """
     nastran = _nastran(path)
-    try:
+    with _readable(f"{path}: has no EXTRN entry that can be read"):
         table = nastran.bulk.rdextrn(path)
-    except (OSError, ValueError, TypeError, IndexError) as error:
-        raise InputError(f"{path}: has no EXTRN entry that can be read: {error}") from None
     # scalar points, the modal coordinates, have the direction 0
     return tuple((int(node), int(direction)) for node, direction in np.asarray(table))
 
@@ -157,10 +168,8 @@ def read_full(path: str, name: str) -> Found:
     own = chosen(path, name.upper(), ("K", "M"))
     if not Path(path).stat().st_size:
         raise InputError(f"{path}: is empty")
-    try:
+    with _readable(f"{path}: is no .full file that can be read"):
         labels, stiffness, mass = reader.read_binary(path).load_km(sort=True)
-    except (OSError, ValueError, RuntimeError, AttributeError, TypeError) as error:
-        raise InputError(f"{path}: is no .full file that can be read: {error}") from None
     matrix = sp.csc_matrix(stiffness if own == "K" else mass, dtype=float)
     numbers = tuple((int(node), int(direction) + 1) for node, direction in np.asarray(labels))
     return folded(Found(matrix, None, numbers))
