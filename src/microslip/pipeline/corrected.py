@@ -163,11 +163,11 @@ def _learn(joint: PreparedJoint, table: _Table, picks: list[int], guess: Contour
     now = table.response() if table.anchors else None
     tasks = [(float(table.surface.frequency[k]), _begin(k, now, guess)) for k in picks]
 
-    def work(task: tuple[float, complex]) -> _Motion:
+    def work(task: tuple[float, complex]) -> BriefMotion:
         try:
-            return _motion(joint, table.load, *task)
+            return brief_motion(joint, table.load, *task)
         except MicroslipError as error:
-            return _Motion(0j, np.inf, np.inf, isinstance(error, JointOpensError))
+            return BriefMotion(0j, np.inf, np.inf, isinstance(error, JointOpensError))
 
     for k, found in zip(picks, each(work, tasks, threads()), strict=True):
         table.opens = table.opens or found.opens
@@ -179,9 +179,20 @@ def _learn(joint: PreparedJoint, table: _Table, picks: list[int], guess: Contour
         table.anchors[k] = replace(anchor, scatter=np.nan)
 
 
-class _Motion(NamedTuple):
-    """First harmonic of a motion, its change over the last cycle, the relative error that is left, and
-    whether at some instant no pair touches."""
+class BriefMotion(NamedTuple):
+    """What a short search by time integration ends in.
+
+    Attributes
+    ----------
+    amplitude : complex
+        First harmonic of the modal coordinate.
+    change : float
+        Of the state over the last cycle.
+    doubt : float
+        Relative error of the amplitude that is left; above `DOUBTFUL` the motion is not steady.
+    opens : bool
+        Whether at some instant no pair touches.
+    """
 
     amplitude: complex
     change: float
@@ -189,26 +200,42 @@ class _Motion(NamedTuple):
     opens: bool = False
 
 
-def _motion(joint: PreparedJoint, load: float, frequency: float, guess: complex) -> _Motion:
-    """The motion from rest with the velocity of a guess; where it still changes, its mean over cycles."""
+def brief_motion(
+    joint: PreparedJoint, load: float, frequency: float, guess: complex
+) -> BriefMotion:
+    """The motion from rest with the velocity of a guess; where it still changes, its mean over cycles.
+
+    Parameters
+    ----------
+    joint : PreparedJoint
+    load, frequency : float
+        Amplitude of the load, N/m or N m/m, and Hz.
+    guess : complex
+        First harmonic of the modal coordinate that is expected.
+
+    Raises
+    ------
+    MicroslipError
+        Where a time step has no solution, or the joint opens.
+    """
     scheme = time_scheme(joint, 1 / (frequency * STEPS), frequency=frequency)
     found = steady_state(
         scheme, frequency, load, guess=guess, tolerance=TOLERANCE, max_cycles=CYCLES
     )
     if opening_of(found.cycle, joint.model.position):
-        return _Motion(0j, np.inf, np.inf, True)
+        return BriefMotion(0j, np.inf, np.inf, True)
     # where it has not settled, the search need not have met what is slow
     least = 0.0 if found.converged else SLOWEST
     slowest = float(np.abs(found.multipliers).max(initial=least))
     left = found.change * lasting(slowest, LASTS)
     if left <= SURE:
-        return _Motion(found.amplitude, found.change, left)
+        return BriefMotion(found.amplitude, found.change, left)
     Q, _ = watched(scheme, load, found.cycle.state, WATCHED, found.phase)
     size, mean = np.abs(Q), complex(np.mean(Q))
     first, second = np.split(size, 2)
     kept = min(slowest, SLOWEST) ** (WATCHED // 2)
     to_come = abs(second.mean() - first.mean()) * kept / (1 - kept)
-    return _Motion(mean, found.change, float(np.ptp(size) + to_come) / max(abs(mean), 1e-300))
+    return BriefMotion(mean, found.change, float(np.ptp(size) + to_come) / max(abs(mean), 1e-300))
 
 
 def _first(guess: Contours, count: int) -> list[int]:

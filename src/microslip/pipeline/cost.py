@@ -216,13 +216,14 @@ def cycle_seconds(joint: Joint) -> float:
 
 
 def response_seconds(joint: Joint) -> float:
-    """Responses of the reduced models, per frequency; all the cycles that may be taken to put them right."""
+    """Responses of the reduced models, per frequency; the cycles that may check them or put them right."""
     asked = joint.analysis.response
     if asked is None or joint.load is None:
         return 0.0
     loads = len(joint.load.values)
     each = {"auto": asked.points * CYCLES_EACH, "corrected": asked.corrections * SETTLING}
-    cycles = 0 if joint.frictionless else loads * each.get(asked.method, 0)
+    checks = asked.checks * SETTLING if "refined" in joint.variants else 0
+    cycles = 0 if joint.frictionless else loads * each.get(asked.method, checks)
     return 5e-5 * loads * len(joint.variants) * asked.count + _cycle(joint, cycles * 150)
 
 

@@ -176,9 +176,7 @@ def off_where_it_sticks(
         f"the resonance of the refined model where the joint sticks is {off:+.2%} off: the rest of the joint "
         "does not move in its cycles as it does in the stuck mode"
     )
-    remedy = (
-        "take [analysis.harmonic] or [analysis.time] beside it, or backbones by prescribed cycles"
-    )
+    remedy = 'take method = "corrected" in [analysis.response], or backbones by prescribed cycles'
     return (Caution("reduced", "stuck joint", reason, remedy),)
 
 

@@ -19,6 +19,7 @@ from microslip.describe.requests import ResponseAnalysis
 from microslip.errors import Caution, Failure, MicroslipError
 from microslip.pipeline.auto import Anchored, anchored_response, other_pasts, unsure
 from microslip.pipeline.band import Axis, Curve, axis_of
+from microslip.pipeline.checked import checks, not_as_in_time
 from microslip.pipeline.corrected import corrected_response
 from microslip.pipeline.loads import (
     Load,
@@ -103,6 +104,9 @@ def run_responses(
                     cautions += _cautions(settings, case, found_by)
                 else:
                     curve = _judged(base, models)
+                    if _corrigible(case):
+                        curve = replace(curve, checks=checks(assembly, curve, settings.checks))
+                        cautions += not_as_in_time(f"refined, {case.load}", curve)
                 curve = with_outputs(assembly, models, curve)
                 curve = with_opening(assembly, curve, case) if opens else curve
                 found = replace(found, curves=(*found.curves, curve))

@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 
 from microslip.analyses.reduced.response import CONVERGED, Response
+from microslip.pipeline.checked import worst_of
 from microslip.pipeline.loads import frictionless_resonance
 from microslip.pipeline.run import Run
 from microslip.results.labels import (
@@ -100,6 +101,16 @@ def _row(run: Run, response: Response) -> dict[str, Any]:
         "error_indicator_at_peak": unknown[response.peak]
         if peaks and unknown is not None
         else None,
+        "checks": [
+            {
+                "frequency_hz": check.frequency,
+                "modal_amplitude": abs(check.amplitude) if np.isfinite(check.doubt) else math.nan,
+                "error": check.error,
+                "doubt": check.doubt,
+            }
+            for check in response.checks
+        ],
+        "largest_error_found": worst_of(response) if response.checks else None,
         "steady_states": len(response.anchors),
         "unbounded_points": int(np.isinf(errors).sum()),
         "peak_outputs": peak_outputs(run, response) if any_answer else {},

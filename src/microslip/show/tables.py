@@ -80,6 +80,9 @@ PEAK = "peak"
 REMARK = "no answer, or open"
 """Column of what is missing; left out where nothing is."""
 
+FOUND_OFF = "off by"
+"""Column of what the model is off by against time integration; left out where it was not held to any."""
+
 LOAD = "load"
 """Column of the load, likewise."""
 
@@ -95,6 +98,7 @@ _COLUMNS: tuple[tuple[str, Callable[[dict[str, Any]], str]], ...] = (
         "of mu = 0",
         lambda row: _bound(row) + number(row["peak_amplitude_over_frictionless"], ".3g"),
     ),
+    (FOUND_OFF, lambda row: number(row.get("largest_error_found"), "+.1%")),
     (REMARK, lambda row: _unanswered(row)),
 )
 
@@ -112,7 +116,8 @@ def response_table(found: Summary) -> Iterator[str | Table]:
         PEAK: f"{label}\nat peak, {unit}",
         LOAD: "M, N m/m" if moment or not rows else load_column(rows)[0],
     }
-    columns = [c for c in _COLUMNS if c[0] != REMARK or any(map(_unanswered, rows))]
+    empty = {REMARK: not any(map(_unanswered, rows)), FOUND_OFF: not any(map(_was_checked, rows))}
+    columns = [c for c in _COLUMNS if not empty.get(c[0])]
     for name, _ in columns:
         table.add_column(
             headings.get(name, name),
@@ -129,6 +134,11 @@ def response_table(found: Summary) -> Iterator[str | Table]:
             f"  band {number(band['from_hz'], '.6g')} to {number(band['to_hz'], '.6g')} Hz, "
             f"{band['origin']}"
         )
+
+
+def _was_checked(row: dict[str, Any]) -> bool:
+    """Whether a response was held against time integration."""
+    return row.get("largest_error_found") is not None
 
 
 def says_rho(rows: list[dict[str, Any]]) -> bool:

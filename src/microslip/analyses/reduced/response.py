@@ -33,6 +33,38 @@ MOST_UNEVEN = 4.5
 """Spacings between which a parabola is laid differ by this factor at most."""
 
 
+@dataclass(frozen=True)
+class Check:
+    """A response of the refined model held against the motion of the full joint.
+
+    Attributes
+    ----------
+    frequency : float
+        Hz.
+    modelled, amplitude : complex
+        First harmonic of the modal coordinate by the model, and by time integration.
+    doubt : float
+        Relative error that transients leave in the latter; nan where the motion is not steady.
+
+    Examples
+    --------
+    >>> round(Check(170.0, 1.02e-3j, 1e-3j, 1e-5).error, 3)
+    0.02
+    """
+
+    frequency: float
+    modelled: complex
+    amplitude: complex
+    doubt: float
+
+    @property
+    def error(self) -> float:
+        """``|modelled| / |amplitude| - 1``; nan where the motion is not steady."""
+        if not np.isfinite(self.doubt):
+            return np.nan
+        return abs(self.modelled) / abs(self.amplitude) - 1
+
+
 @dataclass(frozen=True, repr=False)
 class Response(Brief):
     """Forced response of a reduced model over frequency.
@@ -69,6 +101,8 @@ class Response(Brief):
         `swept_down`.
     anchors : tuple of Anchor
         Steady states that the answers pass through, by frequency, where they put it right.
+    checks : tuple of Check
+        What it was held against where nothing puts it right.
     """
 
     variant: str
@@ -86,6 +120,7 @@ class Response(Brief):
     opening_load: float = np.nan
     outputs: Mapping[str, Complex] = field(default_factory=dict)
     anchors: tuple[Anchor, ...] = ()
+    checks: tuple[Check, ...] = ()
 
     @property
     def peak(self) -> int:
