@@ -1,0 +1,66 @@
+"""Where the time of a settled time point goes, on the reference joint with 201 pairs. Some ten seconds.
+
+Processor seconds of raising the load over ten cycles, of the search and of the stability of what it found,
+and of these what is spent in cycles with deviations; twelve points between 170 and 190 Hz.
+
+    python benchmarks/settled_point.py
+"""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from typing import Any
+from unittest.mock import patch
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from microslip import prepare, reference_joint
+from microslip.analyses.prepared.joint import PreparedJoint
+from microslip.analyses.time import stability, steady
+from microslip.analyses.time.points import RAISED
+from microslip.analyses.time.scheme import March, contact_memory, march, time_scheme
+
+LOADS, FREQUENCIES, STEPS = (1e-4, 1.5e-4, 3e-4), (170.0, 176.0, 181.0, 190.0), 150
+"""M/(PL), Hz and steps per cycle."""
+
+
+def spent(joint: PreparedJoint, frequency: float, load: float) -> dict[str, float]:
+    """Seconds of each part, and the cycles of the search."""
+    found: Counter[str] = Counter()
+
+    def timed(*arguments: Any, **options: Any) -> March:
+        began = time.thread_time()
+        done = march(*arguments, **options)
+        if options.get("tangents") is not None:
+            found["with deviations"] += time.thread_time() - began
+        return done
+
+    with patch.object(steady, "march", timed), patch.object(stability, "march", timed):
+        scheme = time_scheme(joint, 1 / (frequency * STEPS), frequency=frequency)
+        memory = contact_memory(scheme)
+        marks = [time.thread_time()]
+        start = steady.raised_state(scheme, frequency, load, RAISED, memory)
+        marks.append(time.thread_time())
+        point = steady.steady_state(scheme, frequency, load, start=start, memory=memory)
+        marks.append(time.thread_time())
+        stability.stability_of(scheme, point, memory=memory)
+        marks.append(time.thread_time())
+    parts = zip(("raising", "search", "stability"), np.diff(marks), strict=True)
+    return {**dict(parts), **found, "whole": marks[-1] - marks[0], "cycles": point.cycles}
+
+
+def main() -> None:
+    """Print medians."""
+    with threadpool_limits(1):
+        joint = prepare(reference_joint())
+        spent(joint, FREQUENCIES[0], LOADS[0] * 1e6 * 0.2515)
+        rows = [spent(joint, f, load * 1e6 * 0.2515) for load in LOADS for f in FREQUENCIES]
+    for name in rows[0]:
+        values = [row[name] for row in rows]
+        print(f"{name}: median {np.median(values):.3g}, {min(values):.3g} to {max(values):.3g}")
+
+
+if __name__ == "__main__":
+    main()
