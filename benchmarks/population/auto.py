@@ -177,7 +177,7 @@ def measured(done: Run, seconds: float, rng: np.random.Generator) -> dict:
     for i, (k, end) in enumerate(zip(chosen, after, strict=True)):
         own = abs(curve.amplitude[k])
         # a motion that creeps after the load was raised has no truth, whatever others there are
-        meant = end is not None and abs(own / end - 1) <= ELSEWHERE
+        meant = end is not None and bool(abs(own / end - 1) <= ELSEWHERE)
         truths = [] if end is None else [end]
         if end is not None and not meant:
             truths = elsewhere(done.prepared, curve, k) or truths
