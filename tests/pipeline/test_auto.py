@@ -17,7 +17,7 @@ from microslip.analyses.statics.held import hold_mode
 from microslip.analyses.time.points import Request, steady_states
 from microslip.errors import InputError
 from microslip.pipeline import auto as method
-from microslip.pipeline.walk import Found, sought
+from microslip.pipeline.walk import Found, Lost, sought
 
 FILE = coupled_document(41, load={"moment": ["90 N*m/m"]})
 
@@ -188,10 +188,16 @@ def joint_with_a_fold(asked):
     return sought
 
 
-def held_to(sought, refined, monkeypatch, points):
-    """The response of a joint that has such steady states."""
+def ends_nowhere(joint, targets):
+    """Of motions that cannot be marched."""
+    return [Lost("contact not solved", 10) for _ in targets]
+
+
+def held_to(sought, refined, monkeypatch, points, marched=ends_nowhere):
+    """The response of a joint that has such steady states, and motions that end there."""
     model, table, base = refined
     monkeypatch.setattr(method, "sought", sought)
+    monkeypatch.setattr(method, "raised_and_marched", marched)
     return method.anchored_response(
         SimpleNamespace(prepared=None),
         SimpleNamespace(points=points, error=0.01),
@@ -217,6 +223,42 @@ def test_another_past_is_said_and_flags_nothing(refined, monkeypatch, scatter, p
     assert np.isin(own, unsure).all() == (scatter > 0.01)
     assert np.isin(own, said).all() == (past > 0.01 > scatter)
     assert not np.isin(said, unsure).any()
+
+
+def creeping(joint, targets):
+    """Searches that stop anywhere on the way of a motion that creeps."""
+    for target in targets:
+        off = 0.97 + 0.02 * np.cos(7.0 * target.point)
+        Q = complex(off * branch("larger")[target.point])
+        yield Found(Q, 1e-4, 0.02, "larger", 10, scatter=0.02, past=0.0)
+
+
+def ending(share):
+    """Motions that end at so much of the larger branch."""
+
+    def marched(joint, targets):
+        for target in targets:
+            Q = complex(share * branch("larger")[target.point])
+            yield Found(Q, 1e-8, 1e-4, "larger", 100, scatter=1e-5, past=0.0)
+
+    return marched
+
+
+def test_where_motions_creep_the_response_is_where_they_end(refined, monkeypatch):
+    found = held_to(creeping, refined, monkeypatch, 100, ending(1.0)).response
+    assert len(method.unsure(found, 0.01)) <= 0.02 * len(FOLD)
+    off = np.abs(np.abs(found.amplitude) / np.abs(branch("larger")) - 1)
+    sure = found.error_indicator <= 0.01
+    assert (off[sure] <= found.error_indicator[sure]).all()
+
+
+def test_a_motion_that_ends_on_another_branch_is_not_taken(refined, monkeypatch):
+    found = held_to(creeping, refined, monkeypatch, 40, ending(0.2)).response
+    own = [one.frequency for one in found.anchors]
+    assert np.isin(own, method.unsure(found, 0.01)).all()
+    size = np.abs([one.amplitude for one in found.anchors])
+    true = np.abs(branch("larger"))[np.searchsorted(FOLD, own)]
+    assert (size > 0.9 * true).all()
 
 
 def test_a_branch_is_followed_to_its_end_whatever_the_search_from_rest_finds(refined, monkeypatch):

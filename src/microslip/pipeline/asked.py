@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from microslip.describe.joint import Joint
-from microslip.describe.requests import CYCLES_EACH
+from microslip.describe.requests import CYCLES_EACH, MARCHED_EACH
 from microslip.describe.units import readable
 from microslip.pipeline.cost import rough_frequency
 from microslip.pipeline.excitation import prepare_histories
@@ -45,7 +45,8 @@ def response_request(joint: Joint) -> Iterator[Line]:
     yield "response", band
     yield "reduced models", ", ".join(joint.variants)
     if asked.method == "auto":
-        most = f"at most {asked.points} steady states in time per load, {CYCLES_EACH} cycles each on average"
+        each = f"{CYCLES_EACH} cycles each on average, {MARCHED_EACH} more where motions creep"
+        most = f"at most {asked.points} steady states in time per load, {each}"
         yield "put right", f"{most}, to an error of {asked.error:g}"
     if asked.method == "corrected":
         most = f"at most {asked.corrections} steady states in time per load"

@@ -30,8 +30,14 @@ from microslip.analyses.reduced.surface import (
 )
 from microslip.analyses.reduced.sweep import CONVERGED
 from microslip.analyses.time.starts import Start
-from microslip.describe.requests import CYCLES_EACH, SECONDS_EACH, ResponseAnalysis
+from microslip.describe.requests import (
+    CYCLES_EACH,
+    MARCHED_EACH,
+    SECONDS_EACH,
+    ResponseAnalysis,
+)
 from microslip.pipeline.band import Curve
+from microslip.pipeline.creep import raised_and_marched
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.walk import TOLERANCE, Found, Lost, Target, sought, what_it_is
 from microslip.typing import Array
@@ -55,6 +61,9 @@ GAP, UNSEEN = 1 / 16, 0.25
 """Share of the frequencies without a steady state among them that is not left so, whatever the bound says: a
 resonance of an upper mode may hide there. They count for so much of those whose bound is too wide."""
 
+BRANCH = 0.3
+"""A motion whose size differs by more, in logarithm, from that sought is one of another branch."""
+
 SAID = 2
 """Of so many motions that are not steady it is said what they are."""
 
@@ -71,6 +80,8 @@ class _Search:
     origin: dict[int, int] = field(default_factory=dict)
     lost: dict[int, Lost] = field(default_factory=dict)
     fell: set[int] = field(default_factory=set)
+    tried: set[int] = field(default_factory=set)
+    marched: int = 0
     count: int = 0
     spent: int = 0
     opens: bool = False
@@ -115,6 +126,42 @@ class _Search:
             for k, own in zip(marks, scatter, strict=True)
         }
 
+    def blurred(self, wanted: float) -> set[int]:
+        """Steady states that are themselves not known as well as is wanted."""
+        return {
+            k for k, one in self.doubted().items() if one.doubt + one.scatter + ACCURACY > wanted
+        }
+
+    def keep_end(self, target: Target, answer: Found | Lost) -> None:
+        """Learn where a motion ends that was marched, if that is on the branch that is known there."""
+        k = target.point
+        self.count += 1
+        self.tried.add(k)
+        self.marched += answer.cycles
+        self.opens = self.opens or answer.opens
+        if isinstance(answer, Lost):
+            return
+        own = [self.anchors[k]] if k in self.anchors else self.beside(k)
+        apart = [abs(np.log(abs(answer.amplitude) / abs(one.amplitude))) for one in own]
+        if min(apart, default=np.inf) > BRANCH:
+            return
+        self.lost.pop(k, None)
+        self._take(target, answer)
+
+    def beside(self, k: int) -> list[Anchor]:
+        """The steady states next to a frequency, below and above."""
+        marks = sorted(self.anchors)
+        i = int(np.searchsorted(marks, k))
+        return [self.anchors[j] for j in marks[max(i - 1, 0) : i + 1]]
+
+    def forget_between(self, wanted: float) -> None:
+        """Drop steady states that are not known well and lie between two that were marched and are."""
+        blurred, marks = self.blurred(wanted), sorted(self.anchors)
+        sure = {k for k in marks if k not in blurred}
+        for left, k, right in zip(marks, marks[1:], marks[2:], strict=False):
+            if k in blurred - self.tried and {left, right} <= sure:
+                del self.anchors[k], self.found[k]
+
     def keep(self, target: Target, answer: Found | Lost) -> None:
         """Learn from an answer."""
         k = target.point
@@ -134,7 +181,10 @@ class _Search:
         self.lost.pop(k, None)
         # what was started from the smaller motion here may be started anew
         self.origin = {j: at for j, at in self.origin.items() if at != k}
-        Q, load = answer.amplitude, self.base.load
+        self._take(target, answer)
+
+    def _take(self, target: Target, answer: Found) -> None:
+        k, Q, load = target.point, answer.amplitude, self.base.load
         self.found[k] = answer
         past = float(np.nan_to_num(answer.past))
         self.anchors[k] = anchor_at(
@@ -196,9 +246,17 @@ def anchored_response(
             if not picks:
                 break
             advance(_learn(assembly, search, picks))
+        while ends := _to_march(search, settings.error):
+            for target, answer in zip(
+                ends, raised_and_marched(assembly.prepared, ends), strict=True
+            ):
+                search.keep_end(target, answer)
+            search.forget_between(settings.error)
+            advance(len(ends))
     except KeyboardInterrupt:
         stop.set()
-    spent = f"{search.count} steady states, {search.spent} cycles and {search.seconds:.0f} s"
+    cycles = search.spent + search.marched
+    spent = f"{search.count} steady states, {cycles} cycles and {search.seconds:.0f} s"
     return Anchored(_response(search), _said(assembly, search, stop), search.opens, spent)
 
 
@@ -229,13 +287,13 @@ def _least_known(search: _Search, guess: Contours, wanted: float) -> list[Target
     ]
     marks, doubtful = search.marks, now.error > wanted
     doubtful[marks] = False
-    blurred = {
-        k for k, one in search.doubted().items() if one.doubt + one.scatter + ACCURACY > wanted
-    }
+    blurred = search.blurred(wanted)
     weighed, widest = [], max(GAP * len(doubtful), 1)
     for left, right in pairwise(marks):
         unknown = int(doubtful[left + 1 : right].sum())
         gone = sum(k in search.lost or k in blurred for k in (left, right))
+        if gone == 2 and right - left <= widest:  # what cannot be settled is marched
+            continue
         weight = (1.0, BESIDE_LOST, BETWEEN_LOST)[gone]
         if unknown or right - left > widest:
             wanting = max(unknown, UNSEEN * (right - left))
@@ -243,6 +301,29 @@ def _least_known(search: _Search, guess: Contours, wanted: float) -> list[Target
     weighed.sort(reverse=True)
     targets += [_target(search, k, guess, now, (left, right)) for _, k, left, right in weighed]
     return targets[: min(AT_A_TIME, search.points - search.count)]
+
+
+def _to_march(search: _Search, wanted: float) -> list[Target]:
+    """Steady states that are not known well, far from those marched so far, then what is flagged between."""
+    if search.marched >= MARCHED_EACH * search.points or search.count >= search.points:
+        return []
+    marched = sorted(search.tried)
+    left = sorted((search.blurred(wanted) | set(search.lost)) - search.tried)
+    chosen: list[int] = []
+    while left and len(chosen) < AT_A_TIME:
+        known = np.array([*marched, *chosen, *sorted(set(search.anchors) - set(left))])
+        gaps = [int(np.abs(known - k).min()) if len(known) else k for k in left]
+        chosen.append(left.pop(int(np.argmax(gaps))))
+    if not chosen:
+        doubtful = search.held().error > wanted
+        doubtful[[*search.marks, *search.tried]] = False
+        weighed = sorted(
+            (int(doubtful[left + 1 : right].sum()), (left + right) // 2)
+            for left, right in pairwise(sorted({*search.marks, *search.tried}))
+        )
+        chosen = [k for count, k in weighed[::-1] if count][:AT_A_TIME]
+    f, load = search.base.frequency, search.base.load
+    return [Target(k, float(f[k]), load, 0j) for k in chosen]
 
 
 def _jumps(search: _Search) -> list[tuple[int, int]]:

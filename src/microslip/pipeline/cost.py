@@ -16,7 +16,7 @@ from microslip.describe.joint import Joint
 from microslip.describe.lap import LapJoint
 from microslip.describe.matrices import MatricesJoint
 from microslip.describe.mesh import MeshJoint
-from microslip.describe.requests import CYCLES_EACH
+from microslip.describe.requests import CYCLES_EACH, MARCHED_EACH
 from microslip.errors import InputError
 from microslip.model.described_mesh import read_described_mesh
 from microslip.model.imported import read_imported
@@ -221,8 +221,11 @@ def response_seconds(joint: Joint) -> float:
     if asked is None or joint.load is None:
         return 0.0
     loads = len(joint.load.values)
-    each = {"auto": asked.points * CYCLES_EACH, "corrected": asked.corrections * SETTLING}
     checks = asked.checks * SETTLING if "refined" in joint.variants else 0
+    each = {
+        "auto": asked.points * (CYCLES_EACH + MARCHED_EACH),
+        "corrected": asked.corrections * SETTLING,
+    }
     cycles = 0 if joint.frictionless else loads * each.get(asked.method, checks)
     return 5e-5 * loads * len(joint.variants) * asked.count + _cycle(joint, cycles * 150)
 
