@@ -15,6 +15,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from microslip.cli.figure_formats import Renderer
 from microslip.cli.folders import claim, withdraw
 from microslip.cli.messages import messages, warn
 from microslip.cli.options import JointFile
@@ -31,6 +32,7 @@ from microslip.pipeline.prepare import assemble
 from microslip.pipeline.run import asked_for
 from microslip.registry import column
 from microslip.show.described import draw_described
+from microslip.show.plots.solid import drawn_by
 
 app = typer.Typer(add_completion=False)
 
@@ -48,9 +50,10 @@ def check(
             help="Draw the structure, its interfaces and what moves without stiffness into DIR.",
         ),
     ] = None,
+    renderer: Renderer = "auto",
 ) -> None:
     """Validate a joint file; show what follows from it and what a run will cost."""
-    with messages():
+    with messages(), drawn_by(renderer):
         joint = load_joint(file)
         check_size(joint, degrees_of_freedom(joint))
         if out is not None:

@@ -353,8 +353,7 @@ def draw_motion(
     """Bodies displaced and coloured, with their edges where they were; `unit` is at most 1."""
     moved = geometry.points + LARGEST * geometry.size * unit
     values = np.linalg.norm(unit, axis=1) if values is None else values
-    draw_edges(ax, geometry, skin, view, "#00000045")
-    shown = draw_skin(ax, geometry, skin, view, moved=moved, values=values, norm=norm)
+    shown = draw_skin(ax, geometry, skin, view, moved=moved, values=values, norm=norm, rest=True)
     frame(ax, np.vstack([view.flat(geometry.points), view.flat(moved)]))
     draw_triad(ax, geometry, view)
     return shown
