@@ -348,6 +348,14 @@ def frame(ax: Axes, flat: Array, margin: float = 0.06) -> None:
     ax.set_axis_off()
 
 
+def same_frame(axes: Sequence[Axes]) -> None:
+    """Give pictures of one structure the limits of all of them, so that they stand at one height."""
+    across, along = (np.array([get(ax) for ax in axes]) for get in (Axes.get_xlim, Axes.get_ylim))
+    for ax in axes:
+        ax.set_xlim(across[:, 0].min(), across[:, 1].max())
+        ax.set_ylim(along[:, 0].min(), along[:, 1].max())
+
+
 TRIAD = 14.0
 """Length of a direction, points."""
 
