@@ -135,7 +135,7 @@ def load_results(folder: str | Path) -> StoredResults:
     ...     found.data["cycles_mode"]["gamma_eq"].max()
     """
     place = Path(folder)
-    if not place.is_dir():
+    if not place.exists():
         raise InputError(
             f"{place}: no such folder; `microslip run` writes one beside its joint file"
         )
