@@ -27,10 +27,23 @@ SIDES = np.array(
 )
 NO_EDGES = np.zeros((0, 2), int)
 
-drawing = pytest.mark.skipif(
-    importlib.util.find_spec("pyvista") is None or bool(missing()),
-    reason="PyVista draws nothing here",
-)
+
+@pytest.fixture(scope="module")
+def pyvista():
+    if importlib.util.find_spec("pyvista") is None or missing():
+        pytest.skip(missing())
+
+
+@pytest.fixture
+def asked(monkeypatch):
+    """Whether PyVista draws is found out anew."""
+    missing.cache_clear()
+    monkeypatch.setattr("microslip.show.plots.solid.missing", missing)
+    yield
+    missing.cache_clear()
+
+
+drawing = pytest.mark.usefixtures("pyvista")
 
 
 def camera(toward):
@@ -130,29 +143,23 @@ def test_edges_at_rest_are_hidden_by_what_moved():
     assert picture.pixels[200, column - 2 : column + 3, 3].max() > 50
 
 
-def test_what_is_missing_is_said(monkeypatch, tmp_path):
-    missing.cache_clear()
+@pytest.mark.usefixtures("asked")
+def test_what_is_missing_is_said(monkeypatch):
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
-    try:
-        with drawn_by("auto"):
-            assert not by_pyvista()
-        file = str(ROOT / "examples" / "mesh_plates.toml")
-        refused = CliRunner().invoke(app, ["check", file, "--renderer", "pyvista"])
-        assert refused.exit_code == 2
-        assert 'pip install "microslip[view]"' in refused.stderr
-    finally:
-        missing.cache_clear()
+    with drawn_by("auto"):
+        assert not by_pyvista()
+    file = str(ROOT / "examples" / "mesh_plates.toml")
+    refused = CliRunner().invoke(app, ["check", file, "--renderer", "pyvista"])
+    assert refused.exit_code == 2
+    assert 'pip install "microslip[view]"' in refused.stderr
 
 
+@pytest.mark.usefixtures("asked")
 def test_a_library_of_graphics_that_is_missing_ends_another_process(monkeypatch):
     """VTK ends the process that it cannot draw in."""
-    missing.cache_clear()
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: True)
     monkeypatch.setattr("microslip.show.plots.solid.PROBE", "import os; os.abort()")
-    try:
-        assert "libEGL" in missing()
-    finally:
-        missing.cache_clear()
+    assert "libEGL" in missing()
 
 
 def test_another_name_is_refused():
