@@ -4,6 +4,8 @@
     python tools/pictures.py --check    says which are, and ends with 1 where there is any
     python tools/pictures.py NAME ...   these recipes of docs/images/recipes.toml
 
+A recipe with ``needs`` is left out where that package is not installed.
+
 ``docs/images/stamps.json`` keeps for every recipe a digest of what its pictures are made from: the
 version of the package, the joint file without its comments, and the code that draws, without
 its comments and docstrings. It also keeps the frequencies and the opening moment of
@@ -15,6 +17,7 @@ from __future__ import annotations
 import argparse
 import ast
 import hashlib
+import importlib.util
 import json
 import shutil
 import subprocess
@@ -58,6 +61,8 @@ class Recipe:
         Files and folders of Python files that the commands draw from.
     pictures : list of str
         Below ``docs/images``.
+    needs : str
+        A package that draws them and need not be there.
     """
 
     name: str
@@ -66,6 +71,7 @@ class Recipe:
     commands: list[list[str]] = field(default_factory=list)
     inputs: list[str] = field(default_factory=list)
     pictures: list[str] = field(default_factory=list)
+    needs: str = ""
 
     @property
     def files(self) -> list[str]:
@@ -180,7 +186,7 @@ def make(recipe: Recipe) -> dict[str, Any]:
         out = Path(place) / "out"
         if recipe.joint:
             words = ["-m", "microslip", "run", recipe.joint, "--out", str(out)]
-            _python([*words, "--format", "png"])
+            _python([*words, "--format", "png", "--renderer", "matplotlib"])
             facts = facts_of(json.loads((out / "summary.json").read_text("utf-8")))
             for file, figure in recipe.figures.items():
                 target = IMAGES / file
@@ -225,6 +231,10 @@ def main() -> None:
         sys.exit(1 if old else 0)
     known = recipes()
     for name in wanted.names or [name for name in known if name in old]:
+        needs = known[name].needs
+        if needs and importlib.util.find_spec(needs) is None:
+            print(f"left out {name}: {needs} is not installed")
+            continue
         print(f"drawing {name} ...", flush=True)
         kept = {**stamps(), name: make(known[name])}
         STAMPS.write_text(json.dumps(kept, indent=1, sort_keys=True) + "\n", "utf-8")

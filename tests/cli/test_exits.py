@@ -203,8 +203,10 @@ def test_show_prints_what_the_run_printed(command, small, stored):
 
 def test_show_of_a_folder_that_is_none(command, tmp_path):
     (tmp_path / "empty").mkdir()
-    for name in ("none", "empty", "joint.toml"):
+    (tmp_path / "joint.toml").write_text("")
+    for name in ("empty", "joint.toml"):
         assert_refused(command("show", name), name, "summary.json is missing")
+    assert_refused(command("show", "none"), "none", "no such folder")
 
 
 @pytest.mark.parametrize(

@@ -22,6 +22,7 @@ from same_joint import (
     reference_document,
 )
 
+from microslip.contact.fields import contact_extent
 from microslip.describe.reading import load_joint, parse_joint
 from microslip.describe.reference import reference_joint
 from microslip.errors import InputError
@@ -145,6 +146,26 @@ def test_millimetres_and_another_width_change_nothing(document, folder):
     assert differ(a.opening_moment, b.opening_moment) < 1e-9
     name = a.joint.outputs[0].port
     assert differ(a.mode.load_on_sliding[name], b.mode.load_on_sliding[name]) < 1e-9
+
+
+def test_positions_may_be_counted_from_anywhere(document, folder):
+    """The patch under the clamp is the same, and so is what positions are measured by, also of the whole."""
+    there = quick(document)
+    a = found(there, folder)
+    b = found(with_column(there, folder, position=a.model.position + 3.0), folder)
+    low, high = contact_extent(a.model.position, a.prestress.touching)
+    assert low < 0 < high
+    assert contact_extent(b.model.position, b.prestress.touching) == pytest.approx(
+        (low + 3.0, high + 3.0), rel=1e-12
+    )
+    own, load = there["matrices"] | {"width": "whole"}, {"moment": [20.0]}
+    wide = with_column(there | {"matrices": own, "load": load}, folder, area=0.02 * a.model.area)
+    whole = found(wide, folder)
+    reach = float(np.ptp(a.model.position))
+    for each in (a, b, whole):
+        assert 2 * each.measures.half_length == pytest.approx(
+            reach, rel=0.03
+        )  # half a pair at each end
 
 
 def test_the_half_turn_is_found(document, folder, lap_file):

@@ -307,3 +307,32 @@ def test_a_contact_stiffness_of_another_unit_is_doubted(base, tmp_path):
 
 def test_the_reference_joint_is_not_doubted(base, tmp_path):
     assert doubts(base, tmp_path, lambda arrays: {}) == ""
+
+
+def test_a_pressure_that_no_metal_bears_is_doubted(tmp_path):
+    """As where areas are in other units than is said: a million times the pressure."""
+    document = as_matrices(reference_joint(pairs=21), tmp_path)
+    document["analysis"] = {"cycle": {"moment": [1000.0]}}
+    quiet = assemble(parse_joint(document, "matrices", tmp_path))
+    assert not quiet.doubts
+    document["preload"]["force"] *= 1e10 / quiet.prestress.pressure.max()
+    assert not assemble(parse_joint(document, "matrices", tmp_path)).doubts
+    document["preload"]["force"] *= 1.01
+    (doubt,) = assemble(parse_joint(document, "matrices", tmp_path)).doubts
+    assert "10.1 GPa" in str(doubt)
+    assert "units" in str(doubt)
+
+
+def test_check_doubts_what_a_run_would(tmp_path):
+    file = written(lambda text: text.replace('"400 kN/m"', '"4e9 kN/m"'), tmp_path)
+    said = CliRunner().invoke(app, ["check", str(file)])
+    assert said.exit_code == 0
+    assert said.stderr.count("no metal bears more than 10 GPa") == 1
+
+
+def test_a_table_beside_other_arrays_is_told_by_how_its_names_begin(base, tmp_path):
+    arrays, document = base
+    np.savez(tmp_path / "joint.npz", **arrays)
+    table = document["interface"] | {"pairs": "joint.npz"}
+    with pytest.raises(InputError, match=r"joint\.npz:NAME\" for .* names begin with out or pairs"):
+        assemble(parse_joint(document | {"interface": table}, "matrices", tmp_path))

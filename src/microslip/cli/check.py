@@ -15,6 +15,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from microslip.cli.figure_formats import Renderer
 from microslip.cli.folders import claim, withdraw
 from microslip.cli.messages import messages, warn
 from microslip.cli.options import JointFile
@@ -27,14 +28,18 @@ from microslip.describe.units import readable
 from microslip.describe.units_of_the_whole import in_whole
 from microslip.pipeline.cost import check_size, degrees_of_freedom, memory, total_seconds
 from microslip.pipeline.estimate import Estimate, elastic_limit, estimate, input_doubts
-from microslip.pipeline.prepare import assemble
+from microslip.pipeline.prepare import Assembly, assemble
 from microslip.pipeline.run import asked_for
 from microslip.registry import column
 from microslip.show.described import draw_described
+from microslip.show.plots.solid import drawn_by
 
 app = typer.Typer(add_completion=False)
 
 Row = tuple[str, str]
+
+ROUNDING = 1e-12
+"""Of a damping, what is missed of it by rounding alone."""
 
 
 @app.command()
@@ -48,15 +53,18 @@ def check(
             help="Draw the structure, its interfaces and what moves without stiffness into DIR.",
         ),
     ] = None,
+    renderer: Renderer = "auto",
 ) -> None:
     """Validate a joint file; show what follows from it and what a run will cost."""
-    with messages():
+    with messages(), drawn_by(renderer):
         joint = load_joint(file)
         check_size(joint, degrees_of_freedom(joint))
         if out is not None:
             _draw(joint, out)
-        table = derived(joint)
-        cautions = input_doubts(joint)
+        assembly = None if isinstance(joint, LapJoint) else assemble(joint)
+        table = derived(joint, assembly)
+        doubts = () if assembly is None else assembly.doubts
+        cautions = dict.fromkeys((*input_doubts(joint), *doubts))
     Console().print(table)
     warn(cautions)
 
@@ -74,8 +82,8 @@ def _draw(joint: Joint, folder: Path) -> None:
         typer.echo("no pictures: the nodes of the matrices have no coordinates; see matrices.nodes")
 
 
-def derived(joint: Joint) -> Table:
-    """Table of the quantities that follow from a joint; of one from files it is prestressed for them.
+def derived(joint: Joint, assembly: Assembly | None = None) -> Table:
+    """Table of the quantities that follow from a joint; one from files is prestressed for them.
 
     Raises
     ------
@@ -85,7 +93,7 @@ def derived(joint: Joint) -> Table:
     table = Table(
         "quantity", "value", title=escape(joint.title or _untitled(joint)), box=box.SIMPLE_HEAD
     )
-    rows = _of_beams(joint) if isinstance(joint, LapJoint) else _of_files(joint)
+    rows = _of_beams(joint) if isinstance(joint, LapJoint) else _of_files(joint, assembly)
     for name, value in rows:
         table.add_row(name, escape(in_whole(value) if joint.whole else value))
     return table
@@ -106,9 +114,9 @@ def _of_beams(joint: LapJoint) -> Iterator[Row]:
     yield from _work(joint, found.degrees_of_freedom)
 
 
-def _of_files(joint: Joint) -> Iterator[Row]:
+def _of_files(joint: Joint, done: Assembly | None) -> Iterator[Row]:
     """What the files hold, and what the preload makes of it."""
-    assembly = assemble(joint)
+    assembly = assemble(joint) if done is None else done
     found = assembly.imported
     assert found is not None
     modes, measures, start = assembly.mode, assembly.measures, assembly.prestress
@@ -141,7 +149,8 @@ def _of_files(joint: Joint) -> Iterator[Row]:
         fit = assembly.damping
         yield (
             "damping matrix" if fit.of == "matrices.damping" else "damping ratios of modes",
-            f"alpha = {fit.alpha:.4g} 1/s, beta = {fit.beta:.4g} s, up to {fit.missed:.1e} of it",
+            f"alpha = {fit.alpha:.4g} 1/s, beta = {fit.beta:.4g} s"
+            + (f", up to {fit.missed:.1e} of it" if fit.missed > ROUNDING else ""),
         )
         for (number, _), omega in zip(joint.damping_of_modes, fit.at, strict=True):
             yield (

@@ -1,4 +1,4 @@
-"""The options ``--format`` and ``--export`` of the commands that write results."""
+"""The options ``--format``, ``--renderer`` and ``--export`` of the commands that draw and write results."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import typer
 
 from microslip.cli.options import listed
 from microslip.show.exports import EXPORTS
+from microslip.show.plots.solid import RENDERERS
 from microslip.show.plots.style import FORMATS, USUAL_FORMATS
 
 FigureFormats = Annotated[
@@ -17,6 +18,17 @@ FigureFormats = Annotated[
 
 USUAL = ",".join(USUAL_FORMATS)
 """What the option is where it is left out."""
+
+Renderer = Annotated[
+    str,
+    typer.Option(
+        "--renderer",
+        metavar="NAME",
+        help="Who draws bodies in space: "
+        + "; ".join(f"{name} ({what})" for name, what in RENDERERS.items())
+        + ".",
+    ),
+]
 
 Exports = Annotated[
     str | None,

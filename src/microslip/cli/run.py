@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from microslip.cli.figure_formats import USUAL, Exports, FigureFormats, exports_of
+from microslip.cli.figure_formats import USUAL, Exports, FigureFormats, Renderer, exports_of
 from microslip.cli.folders import claimed, report
 from microslip.cli.messages import EXIT_CODES, messages, stop_interrupted, stop_unanswered, warn
 from microslip.cli.options import Force, JointFile, Quiet, at_least_one, listed
@@ -23,6 +23,7 @@ from microslip.results.files import SUMMARY
 from microslip.results.store import STORE, Keeper, RunStore, finished
 from microslip.results.summary import summary
 from microslip.show.exports import export
+from microslip.show.plots.solid import drawn_by
 from microslip.show.plots.style import FORMATS
 from microslip.show.progress import progress_on
 from microslip.show.terminal import print_found
@@ -39,6 +40,7 @@ def run(
         typer.Option("--out", metavar="DIR", help="Output folder; FILE's name with -output."),
     ] = None,
     formats: FigureFormats = USUAL,
+    renderer: Renderer = "auto",
     exports: Exports = None,
     threads: Annotated[
         int | None,
@@ -60,7 +62,7 @@ def run(
 ) -> None:
     """Run all analyses that a joint file asks for, and write the results."""
     folder = out if out is not None else Path(f"{file.stem}-output")
-    with messages():
+    with messages(), drawn_by(renderer):
         kinds = listed("--format", formats, FORMATS)
         others = exports_of(exports)
         most = at_least_one("--threads", threads)

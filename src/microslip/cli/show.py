@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from microslip.cli.figure_formats import USUAL, Exports, FigureFormats, exports_of
+from microslip.cli.figure_formats import USUAL, Exports, FigureFormats, Renderer, exports_of
 from microslip.cli.messages import messages
 from microslip.cli.options import listed
 from microslip.errors import InputError
@@ -16,6 +16,7 @@ from microslip.results.files import FIGURES, SUMMARY, load_results
 from microslip.results.store import load_run
 from microslip.show.exports import export
 from microslip.show.figures import figures_of, left_out, save_figures
+from microslip.show.plots.solid import drawn_by
 from microslip.show.plots.style import FORMATS
 from microslip.show.progress import progress_on
 from microslip.show.terminal import print_found
@@ -30,6 +31,7 @@ def show(
         bool, typer.Option("--figures", help="Draw the figures again, into DIR/figures.")
     ] = False,
     formats: FigureFormats = USUAL,
+    renderer: Renderer = "auto",
     exports: Exports = None,
     open_it: Annotated[
         bool, typer.Option("--open", help="Open the overview with the viewer for pictures.")
@@ -37,7 +39,7 @@ def show(
 ) -> None:
     """Tables of an earlier run again, and its figures, from its folder."""
     console = Console()
-    with messages():
+    with messages(), drawn_by(renderer):
         kinds = listed("--format", formats, FORMATS)
         others = exports_of(exports)
         with load_results(folder) as stored, console.capture() as tables:

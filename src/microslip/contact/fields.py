@@ -78,7 +78,7 @@ def contact_fields(r: Array, v: Array, rest: Array, area: Array) -> ContactField
 
 
 def contact_extent(position: Array, touching: Mask) -> tuple[float, float]:
-    """Ends of the patch of touching pairs that holds the centre, or lies nearest to it.
+    """Ends of the patch of touching pairs that holds the middle of the interface, or lies nearest to it.
 
     Patches that close separately, at the tips of the beams, do not count. Of pairs that are not in line, on a
     surface or on several interfaces, the ends of all that touch.
@@ -88,13 +88,16 @@ def contact_extent(position: Array, touching: Mask) -> tuple[float, float]:
     >>> x = np.linspace(-3, 3, 7)
     >>> contact_extent(x, np.array([True, False, True, True, True, True, False]))
     (-1.0, 2.0)
+    >>> contact_extent(x + 103.0, np.array([True, False, True, True, True, True, False]))
+    (102.0, 105.0)
     """
     if not touching.any():
         return math.nan, math.nan
     pairs = np.flatnonzero(touching)
     if (np.diff(position) <= 0).any():
         return float(position[pairs].min()), float(position[pairs].max())
-    left = right = int(pairs[np.argmin(np.abs(position[pairs]))])
+    middle = 0.5 * (position[0] + position[-1])
+    left = right = int(pairs[np.argmin(np.abs(position[pairs] - middle))])
     while left > 0 and touching[left - 1]:
         left -= 1
     while right < len(touching) - 1 and touching[right + 1]:

@@ -171,8 +171,7 @@ class ResponseAnalysis(Section):
     """Of methods "corrected" and "auto": the relative error of the amplitude to get below. More steady
     states."""
     corrections: Count = Field(default=40, ge=7, le=1000)
-    """Of method "corrected": steady states at most, per load. A tenth of a second each where the motion
-    settles."""
+    """Of method "corrected": steady states at most, per load. A tenth of a second each where they settle."""
     checks: Count = Field(default=3, ge=0, le=3)
     """Of method "reduced": motions of the full joint to hold it against, a load. A tenth of a second each."""
     points: Count = Field(default=200, ge=8, le=10_000)

@@ -7,6 +7,7 @@ import scipy.sparse.csgraph as csgraph
 
 from microslip.describe.mesh import MeshFile, MeshInterface
 from microslip.describe.plausible import TABLE
+from microslip.describe.units import readable
 from microslip.errors import Caution
 from microslip.model.mesh.finite_elements import FiniteElementMesh
 from microslip.model.mesh.naming import elements_at, named_bodies
@@ -68,13 +69,32 @@ def bodies_said(mesh: FiniteElementMesh) -> list[str]:
 def interface_said(entry: MeshInterface, coupling: MortarCoupling) -> tuple[str, str]:
     """Area, pairs and gaps of an interface: a row of ``microslip check``."""
     unit = "m²" if coupling.dimension == 3 else "m²/m"
-    gaps = coupling.gap
+    apart = distances_said(coupling.gap, float(np.ptp(coupling.points, axis=0).max()))
     return (
         f"interface {entry.name}",
         f"{coupling.area.sum():.4g} {unit}, {coupling.pairs} pairs on {coupling.slave}, "
-        f"{coupling.covered:.0%} of it facing {coupling.master}, "
-        f"{gaps.min():.3g} to {gaps.max():.3g} m apart in the mesh",
+        f"{coupling.covered:.0%} of it facing {coupling.master}, {apart}",
     )
+
+
+def distances_said(gap: Array, length: float) -> str:
+    """How far apart the sides of an interface of some length are, m; what is rounding of it is nothing.
+
+    Examples
+    --------
+    >>> distances_said(np.array([-8.4e-19, 1.1e-18]), 0.04)
+    'touching in the mesh'
+    >>> distances_said(np.array([1e-18, 2e-5]), 0.04)
+    '0 m to 20 µm apart in the mesh'
+    """
+    apart = np.where(np.abs(gap) < ROUNDING * length, 0.0, gap)
+    if not apart.any():
+        return "touching in the mesh"
+    return f"{readable(apart.min(), 'm', 3)} to {readable(apart.max(), 'm', 3)} apart in the mesh"
+
+
+ROUNDING = 1e-9
+"""Of the length of an interface, a distance that files do not mean."""
 
 
 def doubtful_materials(mesh: FiniteElementMesh, given: MeshFile) -> list[Caution]:

@@ -63,8 +63,9 @@ def measures_of(joint: Joint, model: JointModel, start: Prestress, law: ContactL
         half = clamp.half_length
         return Measures(half, clamp.centre, clamp.force, half, joint.friction, True, 2 * half)
     x = model.position
+    per_metre = model.dimension == 2 and not joint.whole
     return Measures(
-        half_length=0.5 * float(model.area.sum() if model.dimension == 2 else np.ptp(x)),
+        half_length=0.5 * float(model.area.sum() if per_metre else np.ptp(x)),
         centre=0.5 * float(x.min() + x.max()),
         force=float(normal(start.solution.r, model.dimension).sum()),
         edge=float(contact_extent(x, start.touching)[1]),

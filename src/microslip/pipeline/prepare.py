@@ -18,6 +18,7 @@ from microslip.analyses.prepared.prestress import Prestress, opening_load, prest
 from microslip.analyses.prepared.tightening import Tightened, tighten
 from microslip.contact.pairs import normal_rows
 from microslip.describe.joint import Joint
+from microslip.describe.units import readable
 from microslip.describe.units_of_the_whole import in_whole
 from microslip.errors import Caution, ContactError, InputError, ModelError
 from microslip.model.damping import RATIOS, FittedDamping, rayleigh_of, rayleigh_through
@@ -97,7 +98,8 @@ class Assembly:
         if self.imported is None:
             return ()
         fitted = () if self.damping is None else self.damping.cautions
-        return (*self.imported.cautions, *fitted, *_soft_contact(self.prepared))
+        found = *fitted, *_soft_contact(self.prepared), *_crushed(self.prestress)
+        return (*self.imported.cautions, *found)
 
     @property
     def mode(self) -> JointMode:
@@ -360,6 +362,26 @@ def _check_positions(joint: Joint, model: JointModel) -> None:
 
 SOFTER = 1e3
 """Compliance of the contact, over that of the structure at the pairs, that is a matter of units."""
+
+
+def _crushed(start: Prestress) -> tuple[Caution, ...]:
+    """That no surface bears what the preload presses with, as where areas are in other units."""
+    largest = float(start.pressure.max(initial=0.0))
+    if largest <= HARDEST:
+        return ()
+    return (
+        Caution(
+            "input",
+            f"preload {', '.join(start.preload)}",
+            f"the largest pressure in the contact is {readable(largest, 'Pa', 3)}; no metal bears more than "
+            f"{readable(HARDEST, 'Pa')}",
+            "are the units of length and force right, and the areas of the pairs?",
+        ),
+    )
+
+
+HARDEST = 1e10
+"""Pressure that no metal bears, Pa: above the hardness of hardened steel."""
 
 
 def _soft_contact(prepared: PreparedJoint) -> tuple[Caution, ...]:

@@ -135,6 +135,10 @@ def load_results(folder: str | Path) -> StoredResults:
     ...     found.data["cycles_mode"]["gamma_eq"].max()
     """
     place = Path(folder)
+    if not place.exists():
+        raise InputError(
+            f"{place}: no such folder; `microslip run` writes one beside its joint file"
+        )
     for name in (SUMMARY, DATA):
         if not (place / name).is_file():
             raise InputError(f"{place}: holds no results of a run: {name} is missing")

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import numpy as np
@@ -177,12 +178,23 @@ def _named_columns(path: str, name: str) -> Table:
     for column, value in read.items():
         array = np.asarray(value())
         if array.size != max(array.shape, default=0):
-            raise InputError(f"{path}: {column} is no column of numbers")
+            raise InputError(
+                f"{path}: {column} is no column of numbers{'' if name else _begin(path, read)}"
+            )
         table[column.lower()] = _in_numbers(array.ravel(), column, path)
     lengths = {len(values) for values in table.values()}
     if len(lengths) != 1:
         raise InputError(f"{path}: columns of {sorted(lengths)} rows are no table")
     return table
+
+
+def _begin(path: str, names: Iterable[str]) -> str:
+    """How the columns of a table are told from other arrays of a file; empty where no names begin alike."""
+    begun = Counter(name.split("_")[0] for name in names if "_" in name)
+    often = sorted(begin for begin, count in begun.items() if count > 1)
+    if not often:
+        return ""
+    return f': write "{path}:NAME" for the columns NAME_...; names begin with {" or ".join(often)}'
 
 
 def _in_numbers(values: Array, column: str, path: str) -> Array:

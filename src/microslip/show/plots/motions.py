@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
@@ -18,7 +17,7 @@ from microslip.show.plots.selection import name_of
 from microslip.show.plots.spatial_fields import shown_cycle
 from microslip.show.plots.structure import BAR, LARGEST, draw_motion
 from microslip.show.plots.style import DOUBLE, house_style, letters, new_figure
-from microslip.show.plots.view import columns_of, fitted, skin_of, view_of
+from microslip.show.plots.view import columns_of, fitted, same_frame, skin_of, view_of
 from microslip.typing import Array
 
 MICRO = 1e6
@@ -105,14 +104,6 @@ def moved_figure(geometry: Geometry, moved: Array, labels: Sequence[str], said: 
     letters(axes)
     figure.suptitle(f"{said}, drawn {rounded(LARGEST * geometry.size / top)} times as large")
     return figure
-
-
-def same_frame(axes: Sequence[Axes]) -> None:
-    """Give pictures of one structure the limits of all of them, so that they stand at one height."""
-    across, along = (np.array([get(ax) for ax in axes]) for get in (Axes.get_xlim, Axes.get_ylim))
-    for ax in axes:
-        ax.set_xlim(across[:, 0].min(), across[:, 1].max())
-        ax.set_ylim(along[:, 0].min(), along[:, 1].max())
 
 
 def rounded(factor: float) -> str:

@@ -41,6 +41,7 @@ from microslip.show.plots.view import (
     draw_triad,
     fitted,
     frame,
+    same_frame,
     skin_of,
     view_of,
 )
@@ -333,6 +334,7 @@ def shapes_figure(geometry: Geometry, shapes: Mapping[str, Array]) -> Figure:
         top = float(size.max()) or 1.0
         shown = draw_motion(ax, geometry, skin, view, moved / top, Normalize(0.0, 1.0))
         ax.set_title(name, loc="left")
+    same_frame(axes[: len(shapes)])
     fitted(figure, axes[: len(shapes)], columns, BAR)
     if shown is not None:
         colour_bar(figure, shown, axes, "displacement over its largest")
@@ -353,8 +355,7 @@ def draw_motion(
     """Bodies displaced and coloured, with their edges where they were; `unit` is at most 1."""
     moved = geometry.points + LARGEST * geometry.size * unit
     values = np.linalg.norm(unit, axis=1) if values is None else values
-    draw_edges(ax, geometry, skin, view, "#00000045")
-    shown = draw_skin(ax, geometry, skin, view, moved=moved, values=values, norm=norm)
+    shown = draw_skin(ax, geometry, skin, view, moved=moved, values=values, norm=norm, rest=True)
     frame(ax, np.vstack([view.flat(geometry.points), view.flat(moved)]))
     draw_triad(ax, geometry, view)
     return shown

@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 from microslip.model.geometry import Geometry
 from microslip.model.mesh.boundary import boundary
 from microslip.show.plots.charts import MILLI, loop_of
+from microslip.show.plots.solid import Camera, by_pyvista, picture_of
 from microslip.show.plots.style import MM
 from microslip.typing import Array, Indices
 
@@ -205,6 +206,7 @@ def draw_skin(
     colours: str = "viridis",
     mesh: bool = True,
     fade: float = 1.0,
+    rest: bool = False,
 ) -> ScalarMappable | None:
     """Bodies in their colours, or in those of values at the nodes; None where nothing has a scale.
 
@@ -226,8 +228,15 @@ def draw_skin(
         Whether to draw the edges of all faces.
     fade : float
         Opacity.
+    rest : bool
+        Whether to draw their edges where they were before they moved; PyVista hides those behind the bodies.
     """
     x = geometry.points if moved is None else moved
+    if skin.loops and geometry.dimension == 3 and fade == 1 and by_pyvista():
+        at_rest = MILLI * geometry.points if rest else None
+        return _solid(ax, x, skin, view, values, norm, colours, mesh, at_rest)
+    if rest:
+        draw_edges(ax, geometry, skin, view, "#00000045")
     polygons: list[Array] = []
     depth, shade, colour, mean = [], [], [], []
     light = view.toward + 0.6 * view.up
@@ -261,6 +270,41 @@ def draw_skin(
     shown.set_edgecolor(edge)
     ax.add_collection(shown)
     return shown if values is not None else None
+
+
+def _solid(
+    ax: Axes,
+    x: Array,
+    skin: Skin,
+    view: View,
+    values: Array | None,
+    norm: Normalize | None,
+    colours: str,
+    mesh: bool,
+    at_rest: Array | None,
+) -> ScalarMappable | None:
+    """Bodies in space by PyVista."""
+    fills = [np.array([to_rgb(FILLS[b % len(FILLS)]) for b in body]) for body in skin.body]
+    norm = norm or Normalize()
+    picture = picture_of(
+        MILLI * x,
+        skin.loops,
+        skin.edges,
+        Camera(view.right, view.up, view.toward),
+        fills,
+        1 - LIGHT,
+        values,
+        norm,
+        colours,
+        mesh,
+        at_rest,
+    )
+    ax.imshow(picture.pixels, extent=picture.extent, zorder=1, interpolation="antialiased")
+    if values is None:
+        return None
+    shown = ScalarMappable(norm, colours)
+    shown.set_array(values)
+    return shown
 
 
 def _dots(
@@ -302,6 +346,14 @@ def frame(ax: Axes, flat: Array, margin: float = 0.06) -> None:
     ax.set_ylim(low[1] - around, high[1] + around)
     ax.set_aspect("equal")
     ax.set_axis_off()
+
+
+def same_frame(axes: Sequence[Axes]) -> None:
+    """Give pictures of one structure the limits of all of them, so that they stand at one height."""
+    across, along = (np.array([get(ax) for ax in axes]) for get in (Axes.get_xlim, Axes.get_ylim))
+    for ax in axes:
+        ax.set_xlim(across[:, 0].min(), across[:, 1].max())
+        ax.set_ylim(along[:, 0].min(), along[:, 1].max())
 
 
 TRIAD = 14.0
