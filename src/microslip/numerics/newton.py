@@ -133,11 +133,11 @@ def newton(
         errors.append(error)
         if iteration == control.max_iterations or _stalls(errors, control.patience):
             break
-        wanted = _accuracy(errors, control.tolerance)
+        wanted = _accuracy(errors, control.tolerance) if across is None else STEP_ACCURACY
         du = equations.solve(-equations.F, wanted)
         dp = 0.0
         if across is not None:
-            b = _direction(problem, equations, du, across, b, wanted)
+            b = _direction(problem, equations, du, across, b)
             dp = -inner(problem, du, 0.0, *across) / inner(problem, b, 1.0, *across)
             du = du + dp * b
         length, equations = _shortened(problem, equations, (u, p), (du, dp))
@@ -187,6 +187,7 @@ def _accuracy(errors: Sequence[float], tolerance: float) -> float:
 
     While states still change a step reduces F by little, however well it is known (S. C. Eisenstat &
     H. F. Walker, SIAM J. Sci. Comput. 17 (1996) 16, choice 2). No better than to a tenth of the tolerance.
+    Across a branch two solutions make up a step, and what they leave adds up: steps there are solved well.
     """
     shrunk = errors[-1] / errors[-2] if len(errors) > 1 else 1.0
     asked = max(STEP_ACCURACY, 0.1 * tolerance / errors[-1])
@@ -199,10 +200,10 @@ def _direction(
     du: Array,
     across: tuple[Array, float],
     guess: Array | None,
-    tolerance: float,
 ) -> Array:
     """``b`` with ``J b = -F_p``, so well that ``dp b`` leaves no more of F than ``du`` does."""
     slope = equations.by_parameter()
+    tolerance = STEP_ACCURACY
     if guess is not None:
         dp = inner(problem, du, 0.0, *across) / inner(problem, guess, 1.0, *across)
         felt = abs(dp) * float(np.linalg.norm(slope))
