@@ -145,13 +145,16 @@ class FrequencyPath(_Path):
     def __init__(self, problem: HarmonicProblem, load: float, scale: float = 1.0) -> None:
         super().__init__(problem, scale)
         self.load = float(load)
+        self._operator: LinearOperator | None = None
 
     def at(self, w: Array, frequency: float) -> EquationsAt:
         """Equations at a frequency."""
         if not frequency > 0:
             raise ContinuationError(f"frequency {frequency:g} Hz must be positive")
-        operator = linear_operator(self.problem, 2 * np.pi * frequency)
-        return EquationsAt(operator, frequency, self.load, w, self.solver, "frequency")
+        omega = 2 * np.pi * frequency
+        if self._operator is None or self._operator.omega != omega:
+            self._operator = linear_operator(self.problem, omega)
+        return EquationsAt(self._operator, frequency, self.load, w, self.solver, "frequency")
 
 
 class LoadPath(_Path):
