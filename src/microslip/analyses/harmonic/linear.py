@@ -27,7 +27,7 @@ from microslip.contact.aft import ContactCycle
 from microslip.numerics.continuation import ContinuationError
 from microslip.typing import Array
 
-RENEW_AFTER = 8
+RENEW_AFTER = 12
 """A factorisation is made anew when GMRES needs so many iterations more than with a fresh one."""
 
 MAX_KRYLOV = 80
