@@ -92,7 +92,7 @@ def size(equations: Linearised) -> float:
     return float(np.abs(equations.F).max())
 
 
-TANGENT_ACCURACY = 1e-5
+TANGENT_ACCURACY = 1e-3
 STEP_ACCURACY = 1e-3
 
 LEAST_ACCURACY = 0.03
