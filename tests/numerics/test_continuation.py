@@ -278,3 +278,48 @@ def test_observer_stops():
     branch = trace(problem, start, (-2, 2), StepControl(), lambda point: point.p > 0.5)
     assert branch.ended == "stopped"
     assert branch.points[-1].p > 0.5 >= branch.points[-2].p
+
+
+class Slider(Dense):
+    """A slider on a soft spring, held by friction of one: ``k u + clip((u - h) / w, -1, 1) = p``."""
+
+    k, h, w = 1e-4, 0.3, 1e-6
+    knows = True
+
+    def __init__(self, u, p):
+        self.u = float(u[0])
+        stuck = abs(self.u - self.h) < self.w
+        friction = np.clip((self.u - self.h) / self.w, -1, 1)
+        super().__init__([self.k * self.u + friction - p], [[self.k + stuck / self.w]], [-1.0])
+
+    def corner(self, beyond):
+        share = (self.h - self.u) / (beyond.u - self.u)
+        return share if self.knows and 0 < share < 1 else None
+
+
+@dataclass
+class Sliding:
+    """The same over the push p."""
+
+    kind: type
+    parameter_scale: float = 1.0
+    weight = np.ones(1)
+
+    def at(self, u, p):
+        return self.kind(u, p)
+
+
+@pytest.mark.parametrize("start", [500.0, -700.0])
+def test_a_step_past_a_sharp_corner_is_taken_to_it(start):
+    """Newton's method goes from one side of friction to the other and back, unless told where it holds."""
+    control, push = StepControl(), 0.5
+    u, _, steps = solve_at(Sliding(Slider), np.array([start]), push, control)
+    held = (push + Slider.h / Slider.w) / (Slider.k + 1 / Slider.w)
+    assert u[0] == pytest.approx(held, abs=1e-14)
+    assert steps <= 5
+
+    class Blind(Slider):
+        knows = False
+
+    with pytest.raises(ContinuationError, match="no point near"):
+        solve_at(Sliding(Blind), np.array([start]), push, control)

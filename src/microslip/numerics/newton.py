@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -28,6 +28,14 @@ class Linearised(Protocol):
 
     def by_parameter(self) -> Array:
         """``F_p``, (n,)."""
+
+
+@runtime_checkable
+class Cornered(Protocol):
+    """Equations that know where a step passes a corner too sharp for their derivative on either side."""
+
+    def corner(self, beyond: Linearised) -> float | None:
+        """Share of the step to a state beyond the corner at which it is passed; None without one."""
 
 
 class Problem(Protocol):
@@ -84,8 +92,11 @@ def size(equations: Linearised) -> float:
     return float(np.abs(equations.F).max())
 
 
-TANGENT_ACCURACY = 1e-5
+TANGENT_ACCURACY = 1e-3
 STEP_ACCURACY = 1e-3
+
+LEAST_ACCURACY = 0.03
+"""Relative residual of the linear equations of a step, where those of the steps before have not shrunk."""
 
 
 def unit_tangent(
@@ -107,7 +118,8 @@ def newton(
 ) -> tuple[Array, float, Linearised, int, Array | None]:
     """Newton's method at fixed p, or in the hyperplane through (u, p) across a direction.
 
-    Of the steps 1, 1/2, 1/4 ... the first that makes the residual smaller is taken. Returns the last b, too.
+    Of the steps 1, the one to a corner (`Cornered`), 1/2, 1/4 ... the first that makes the residual
+    smaller is taken. Returns the last b, too.
     """
     equations = problem.at(u, p)
     b = across[0] / across[1] if across is not None and across[1] else None
@@ -121,22 +133,15 @@ def newton(
         errors.append(error)
         if iteration == control.max_iterations or _stalls(errors, control.patience):
             break
-        du = equations.solve(-equations.F, STEP_ACCURACY)
+        wanted = _accuracy(errors, control.tolerance) if across is None else STEP_ACCURACY
+        du = equations.solve(-equations.F, wanted)
         dp = 0.0
         if across is not None:
             b = _direction(problem, equations, du, across, b)
             dp = -inner(problem, du, 0.0, *across) / inner(problem, b, 1.0, *across)
             du = du + dp * b
-        before = float(np.linalg.norm(equations.F))
-        length = 1.0
-        for _ in range(6):
-            trial = problem.at(u + length * du, p + length * dp)
-            if np.linalg.norm(trial.F) < (1 - 0.1 * length) * before:
-                break
-            length *= 0.5
-        else:
-            length *= 2.0
-        u, p, equations = u + length * du, p + length * dp, trial
+        length, equations = _shortened(problem, equations, (u, p), (du, dp))
+        u, p = u + length * du, p + length * dp
     raise ContinuationError(
         f"no point near p = {p:.6g}: residual {error:.1e} after {iteration} Newton steps"
     )
@@ -144,6 +149,49 @@ def newton(
 
 def _stalls(errors: Sequence[float], patience: int) -> bool:
     return 0 < patience < len(errors) and errors[-1] > 0.5 * min(errors[:-patience])
+
+
+HALVINGS = 5
+
+
+def _shortened(
+    problem: Problem, equations: Linearised, start: tuple[Array, float], step: tuple[Array, float]
+) -> tuple[float, Linearised]:
+    """The share of a step that is taken, and the equations there."""
+    (u, p), (du, dp) = start, step
+    before = float(np.linalg.norm(equations.F))
+
+    def tried(length: float) -> tuple[Linearised, bool]:
+        trial = problem.at(u + length * du, p + length * dp)
+        return trial, bool(np.linalg.norm(trial.F) < (1 - 0.1 * length) * before)
+
+    trial, good = tried(1.0)
+    if good:
+        return 1.0, trial
+    corner = equations.corner(trial) if isinstance(equations, Cornered) else None
+    if corner is not None:
+        there, good = tried(corner)
+        if good:
+            return corner, there
+    length = 1.0
+    for _ in range(HALVINGS):
+        length *= 0.5
+        trial, good = tried(length)
+        if good:
+            break
+    return length, trial
+
+
+def _accuracy(errors: Sequence[float], tolerance: float) -> float:
+    """Relative residual of the linear equations of the next step: as F has shrunk, squared.
+
+    While states still change a step reduces F by little, however well it is known (S. C. Eisenstat &
+    H. F. Walker, SIAM J. Sci. Comput. 17 (1996) 16, choice 2). No better than to a tenth of the tolerance.
+    Across a branch two solutions make up a step, and what they leave adds up: steps there are solved well.
+    """
+    shrunk = errors[-1] / errors[-2] if len(errors) > 1 else 1.0
+    asked = max(STEP_ACCURACY, 0.1 * tolerance / errors[-1])
+    return float(np.clip(shrunk**2, asked, LEAST_ACCURACY))
 
 
 def _direction(

@@ -261,25 +261,26 @@ class CoupledEquations:
         self._x = np.zeros(problem.shape)
         self._out = np.empty_like(cycle.r)
         self._pushing = sets.linear[sets.pushing]
-        self._P, self._B = sets.P[:, sets.pushing], sets.B[:, sets.pushing]
-        self._both = np.concatenate([sets.A, self._P], axis=1)
+        P, B = sets.P[:, sets.pushing], sets.B[:, sets.pushing]
+        self._of_reactions = np.concatenate([sets.A, P, sets.Y.transpose(0, 2, 1)], axis=1)
+        self._of_modes = np.concatenate([sets.X, B], axis=1)
 
     def apply(self, unknown: Array) -> Array:
         """The condensed derivative along the coupled reactions, component by component, and q."""
         sets, problem = self.sets, self.problem
         n, c = self.shape
         z, q = unknown[: n * c].reshape(n, c), unknown[n * c :]
-        both = by_parity(self._both, z)
-        own, pushed = both[:n], -both[n:]
-        forces = by_parity(sets.Y.transpose(0, 2, 1), z)
+        lag, pushes = self.operator.lag[:, None], n + len(sets.pushing)
+        of_reactions = by_parity(self._of_reactions, z)
+        forces = of_reactions[pushes:]
         forces[:, 0] += sets.rigid_modes @ q
-        eta = self.resonator.amplitudes(forces)
-        of_modes, lagging = to_real(eta), to_real(eta / self.operator.lag[:, None])
-        v = to_real(to_complex(own) * self.operator.lag[:, None]) + by_parity(sets.X, of_modes)
+        eta = to_real(self.resonator.amplitudes(forces))
+        of_modes = by_parity(self._of_modes, eta)
+        v = to_real(to_complex(of_reactions[:n]) * lag) + of_modes[:n]
         v[:, 0] -= sets.rigid @ q
         x = self._x
         x[sets.coupled] = z - self.eps[sets.coupled, None] * v
-        pushed -= by_parity(self._B, lagging)
+        pushed = -of_reactions[n:pushes] - to_real(to_complex(of_modes[n:]) / lag)
         pushed[:, 0] += sets.rigid_linear[sets.pushing] @ q
         x[self._pushing] = pushed
         times_derivative(
@@ -288,7 +289,7 @@ class CoupledEquations:
         if problem.walks:
             self._out[:, 1:] += along_drift(self.cycle, problem.along * problem.drift(q))
         top = z - self._out.reshape(problem.shape)[sets.coupled]
-        mean = -sets.P[0] @ z[:, 0] - sets.B[0] @ lagging[:, 0] + sets.rigid_linear @ q
+        mean = -sets.P[0] @ z[:, 0] - sets.B[0] @ eta[:, 0] + sets.rigid_linear @ q
         below = problem.rigid_gather[sets.coupled].T @ z[:, 0]
         below += problem.rigid_gather[sets.linear].T @ mean
         below += self.rigid_stiffness() @ q

@@ -77,12 +77,19 @@ class LinearOperator(Brief):
 
     def free(self, load: float) -> Array:
         """Displacement without reactions under the clamp and ``load sin(omega t)``."""
-        p = self.problem
-        held = self._under(p.held_load / p.prestress.force, 0) * p.prestress.force
-        return held + self.per_load() * load
+        return self._held + self._per_load * load
 
     def per_load(self) -> Array:
         """Relative displacement per unit amplitude of the driven port."""
+        return self._per_load
+
+    @cached_property
+    def _held(self) -> Array:
+        p = self.problem
+        return self._under(p.held_load / p.prestress.force, 0) * p.prestress.force
+
+    @cached_property
+    def _per_load(self) -> Array:
         return self._under(self.problem.driven(1.0), 1)
 
     def _under(self, a: Array, h: int) -> Array:

@@ -16,11 +16,13 @@ from microslip.analyses.harmonic.equations import (
 from microslip.analyses.harmonic.linear import HarmonicSolver
 from microslip.analyses.harmonic.operator import LinearOperator, linear_operator
 from microslip.analyses.harmonic.problem import HarmonicProblem
+from microslip.contact.pairs import tangential_vectors
 from microslip.errors import MicroslipError
 from microslip.numerics.continuation import (
     Branch,
     BranchPoint,
     ContinuationError,
+    Linearised,
     StepControl,
     first_point,
     trace,
@@ -86,6 +88,30 @@ class EquationsAt:
             self.operator, self.point.cycle, right * self.scale, tolerance, guess
         )
 
+    def corner(self, beyond: Linearised) -> float | None:
+        """Share of a step at which a pair that sticks all cycle stands where it has stuck from the beginning.
+
+        Soft springs alone hold a joint that hardly walks: a step slides it past there from one end of what
+        friction holds to the other, and one back as far. Of pairs that are passed, that with the largest
+        mean traction out of balance beyond.
+        """
+        assert isinstance(beyond, EquationsAt)
+        problem = self.operator.problem
+        if problem.walks or not problem.slides:
+            return None
+        d = problem.dimension
+        v_0, v_1 = (tangential_vectors(each.point.v[:, 0], d) for each in (self, beyond))
+        way = v_1 - v_0
+        along = ((problem.held - v_0) * way).sum(axis=1)
+        whole = (way**2).sum(axis=1)
+        passed = (along > 0) & (along < whole)
+        if not passed.any():
+            return None
+        F, _ = problem.split(beyond.point.F)
+        rest = np.linalg.norm(tangential_vectors(F[:, 0], d), axis=1)
+        pair = int(np.argmax(np.where(passed, rest, -1.0)))
+        return float(along[pair] / whole[pair])
+
     def by_parameter(self) -> Array:
         """Derivative of the residual by frequency (Hz) or load."""
         if self.parameter == "load":
@@ -119,13 +145,16 @@ class FrequencyPath(_Path):
     def __init__(self, problem: HarmonicProblem, load: float, scale: float = 1.0) -> None:
         super().__init__(problem, scale)
         self.load = float(load)
+        self._operator: LinearOperator | None = None
 
     def at(self, w: Array, frequency: float) -> EquationsAt:
         """Equations at a frequency."""
         if not frequency > 0:
             raise ContinuationError(f"frequency {frequency:g} Hz must be positive")
-        operator = linear_operator(self.problem, 2 * np.pi * frequency)
-        return EquationsAt(operator, frequency, self.load, w, self.solver, "frequency")
+        omega = 2 * np.pi * frequency
+        if self._operator is None or self._operator.omega != omega:
+            self._operator = linear_operator(self.problem, omega)
+        return EquationsAt(self._operator, frequency, self.load, w, self.solver, "frequency")
 
 
 class LoadPath(_Path):
