@@ -20,6 +20,7 @@ from microslip.contact.pairs import at_rest, normal, touches
 from microslip.errors import InputError
 from microslip.model.geometry import ContactSurface, Geometry
 from microslip.model.mesh.foreign import CELLS
+from microslip.pipeline.geometry import unplaced
 from microslip.pipeline.motion import motion_from_prestress, prestressed_shape
 from microslip.pipeline.run import Run
 from microslip.pipeline.vibration import Vibration, largest_vibrations
@@ -91,10 +92,7 @@ def write_vtk(run: Run, folder: Path, drive: str = "", index: int = 0) -> list[P
     """
     found = run.geometry
     if found is None:
-        raise InputError(
-            "vtk: the nodes of the matrices have no coordinates: give matrices.nodes, or x and y in "
-            "matrices.dofs"
-        )
+        raise InputError(f"vtk: {unplaced(run.joint)}")
     folder.mkdir(parents=True, exist_ok=True)
     written = [_write(folder / "modes.vtu", *_body(found), modes_data(run, found))]
     rest = _flat(found.displacement(prestressed_shape(run.assembly)))
@@ -137,14 +135,16 @@ def turn_of_vibration(run: Run, vibration: Vibration) -> Turn:
 def modes_data(run: Run, geometry: Geometry) -> dict[str, Array]:
     """Sliding and stuck mode and the free-interface modes, mass-normalised, with their frequencies in the
     names."""
-    mode, states, free = run.mode, run.assembly.states, run.assembly.reducer.modes
+    mode, states, reducer = run.mode, run.assembly.states, run.assembly.reducer
+    free = () if reducer is None else tuple(reducer.modes.shapes.T)
     shapes = {
         f"sliding_{mode.sliding_frequency:.6g}_Hz": states.sliding,
         f"stuck_{mode.stuck_frequency:.6g}_Hz": states.stuck,
     }
-    for k, omega in enumerate(run.model.omega):
+    for k, shape in enumerate(free):
+        omega = run.model.omega[k]
         name = f"free_interface_{k + 1:03d}_{omega / (2 * np.pi):.6g}_Hz"
-        shapes[name] = free.shapes[:, k]
+        shapes[name] = shape
     return {name: _flat(geometry.displacement(shape)) for name, shape in shapes.items()}
 
 
