@@ -23,7 +23,6 @@ import numpy as np
 
 from microslip.analyses.statics.cycle import Cycle
 from microslip.brief import Brief
-from microslip.errors import ModelError
 from microslip.model.flexibility import Flexibility, harmonic_compliance
 from microslip.pipeline.prepare import Assembly
 from microslip.typing import Array, Complex, Indices
@@ -122,8 +121,6 @@ def _structure(assembly: Assembly, eta: Array, a: Array, r: Array) -> Array:
     """Displacements (s, n) of the modes, and of what is not among them under loads and reactions."""
     known, vectors = _loads(assembly)
     reducer = assembly.reducer
-    if reducer is None:
-        raise ModelError("a saved model has no structure whose displacements were known")
     force = vectors @ a[:, known].T - assembly.structure.interface.relative.T @ r.T
     return np.asarray((reducer.modes.shapes @ eta.T + reducer.residual_response(force)).T)
 

@@ -45,7 +45,7 @@ class Assembly:
     ----------
     joint : Joint
     structure : Structure
-    reducer : Reducer or None
+    reduction : Reducer or None
         None of a saved model, whose structure is not known.
     states : LinearStates
         Sliding and stuck mode on every degree of freedom.
@@ -68,7 +68,7 @@ class Assembly:
 
     joint: Joint
     structure: Structure
-    reducer: Reducer | None
+    reduction: Reducer | None
     states: LinearStates
     prepared: PreparedJoint
     opening_moment: float
@@ -88,6 +88,13 @@ class Assembly:
     def model(self) -> JointModel:
         """The joint model."""
         return self.prepared.model
+
+    @property
+    def reducer(self) -> Reducer:
+        """What reduced the structure; raises `ModelError` of a saved model, which has none."""
+        if self.reduction is None:
+            raise ModelError("a saved model has no structure whose displacements were known")
+        return self.reduction
 
     @property
     def prestress(self) -> Prestress:
@@ -197,7 +204,7 @@ def _assemble(joint: Joint) -> Assembly:
     mode = mode_of_structure(states, structure, model)
     prepared = PreparedJoint(model, flexibility, start, law, drive, mode)
     found = _assembly(joint, prepared, structure, states, vibrates=source.imported is not None)
-    return replace(found, reducer=reducer, imported=source.imported, bolts=bolts, damping=damping)
+    return replace(found, reduction=reducer, imported=source.imported, bolts=bolts, damping=damping)
 
 
 def _read_back(joint: ModelJoint) -> Assembly:
@@ -233,7 +240,7 @@ def _assembly(
     return Assembly(
         joint=joint,
         structure=structure,
-        reducer=None,
+        reduction=None,
         states=states,
         prepared=prepared,
         opening_moment=opening,

@@ -327,7 +327,6 @@ class Study:
             port_v=a.model.port_v[:, kept],
             port_port=a.model.port_port[np.ix_(kept, kept)],
         )
-        assert a.reducer is not None
         model = a.reducer.with_ports(plain, {**a.states.ports(a.structure), "edge": unit})
         return replace(a, prepared=a.prepared.with_model(model))
 

@@ -135,16 +135,14 @@ def turn_of_vibration(run: Run, vibration: Vibration) -> Turn:
 def modes_data(run: Run, geometry: Geometry) -> dict[str, Array]:
     """Sliding and stuck mode and the free-interface modes, mass-normalised, with their frequencies in the
     names."""
-    mode, states, reducer = run.mode, run.assembly.states, run.assembly.reducer
-    free = () if reducer is None else tuple(reducer.modes.shapes.T)
+    mode, states, free = run.mode, run.assembly.states, run.assembly.reducer.modes
     shapes = {
         f"sliding_{mode.sliding_frequency:.6g}_Hz": states.sliding,
         f"stuck_{mode.stuck_frequency:.6g}_Hz": states.stuck,
     }
-    for k, shape in enumerate(free):
-        omega = run.model.omega[k]
+    for k, omega in enumerate(run.model.omega):
         name = f"free_interface_{k + 1:03d}_{omega / (2 * np.pi):.6g}_Hz"
-        shapes[name] = shape
+        shapes[name] = free.shapes[:, k]
     return {name: _flat(geometry.displacement(shape)) for name, shape in shapes.items()}
 
 
