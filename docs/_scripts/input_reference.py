@@ -14,6 +14,7 @@ from microslip.describe.keys import Key, SectionKeys, sections
 from microslip.describe.matrices import MatricesJoint
 from microslip.describe.mesh import MeshJoint
 from microslip.describe.plausible import TABLE
+from microslip.describe.saved_model import ModelJoint
 
 INTRODUCTION = """\
 # Input reference
@@ -46,6 +47,13 @@ MESH = """\
 
 A [joint from a mesh](meshes-input.md) has these sections; `[damping]`, `[load]` and all of `[analysis]` are
 those above.
+"""
+
+MODEL = """\
+## `kind = "model"`
+
+A [saved joint model](matrices.md#the-joint-model-itself) has these sections; `[load]` and all of `[analysis]`
+are those above.
 """
 
 USUAL = """\
@@ -104,6 +112,7 @@ def page() -> str:
         lines += [f'### `signal = "{section.signal}"`', "", section.meaning + ".", "", *table(own)]
     lines += of_kind(MATRICES, MatricesJoint, "matrices", found)
     lines += of_kind(MESH, MeshJoint, "a mesh", found)
+    lines += of_kind(MODEL, ModelJoint, "a saved model", found)
     return "\n".join([*lines, usual()])
 
 

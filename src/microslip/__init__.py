@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from microslip.describe.mesh import MeshJoint
     from microslip.describe.reading import load_joint, parse_joint
     from microslip.describe.reference import reference_joint
+    from microslip.describe.saved_model import ModelJoint
     from microslip.errors import (
         Caution,
         ContactError,
@@ -76,6 +77,7 @@ _HOME = {
     "MeshJoint": "describe.mesh",
     "MicroslipError": "errors",
     "ModelError": "errors",
+    "ModelJoint": "describe.saved_model",
     "PreparedJoint": "analyses.prepared.joint",
     "Prestress": "analyses.prepared.prestress",
     "Response": "analyses.reduced.response",

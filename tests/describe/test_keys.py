@@ -19,6 +19,7 @@ from microslip.describe.plausible import TABLE
 from microslip.describe.quantities import Count, Section
 from microslip.describe.reading import load_joint, parse_joint
 from microslip.describe.requests import add_section, remove_section
+from microslip.describe.saved_model import ModelJoint
 from microslip.describe.template import commented, template
 from microslip.errors import InputError
 
@@ -177,7 +178,11 @@ def test_the_reference_lists_every_key():
 SHARED = {section.keys for section in sections()}
 OWN = [
     (kind, section.path, key)
-    for kind, model in (("matrices", MatricesJoint), ("mesh", MeshJoint))
+    for kind, model in (
+        ("matrices", MatricesJoint),
+        ("mesh", MeshJoint),
+        ("model", ModelJoint),
+    )
     for section in sections(model)
     if section.keys not in SHARED
     for key in section.keys

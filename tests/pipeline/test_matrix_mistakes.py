@@ -261,7 +261,11 @@ def test_a_list_of_degrees_of_freedom_with_those_that_are_held(tmp_path):
         ('quantity = "slip"', 'quantity = "slip"\nnode = 3', "give x alone"),
         ('port = "tip"\nforce', 'port = "top"\nforce', "there is no .*port.* of this name"),
         ('force = ["2 N/m", "5 N/m", "10 N/m"]', 'moment = "2 N*m/m"', "give force"),
-        ('kind = "matrices"', 'kind = "shells"', 'must be "lap" or "matrices" or "mesh"'),
+        (
+            'kind = "matrices"',
+            'kind = "shells"',
+            'must be "lap" or "matrices" or "mesh" or "model"',
+        ),
         ('length_unit = "mm"', 'length_unit = "inch"', "length_unit"),
         ('beam.sti"', 'beam.stf"', "no such file"),
         ('"400 kN/m"', '"400 kN"', "force"),

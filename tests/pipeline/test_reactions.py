@@ -234,3 +234,28 @@ def test_reactions_of_the_whole_are_newtons(tmp_path):
         )
     assert found["whole"] == (["N", "N m"], ["hold_n", "turn_n_m"])
     assert found["20 mm"] == (["N/m", "N m/m"], ["hold_n_per_m", "turn_n_m_per_m"])
+
+
+@pytest.mark.parametrize("own", [{}, {"stiffness": 5e8}, {"stiffness": 5e8, "shortening": 1e-3}])
+def test_reactions_at_rest_have_the_pull_of_a_bolt_on_what_is_held(tmp_path, own):
+    """A bolt pulls a supported face, with its force or keeping its length: supports hold nothing in all."""
+    bolt = {"on": ["below", "above"], "force": 4e5} | own
+    if "shortening" in own:
+        del bolt["force"]
+    ends = ("left", "right", "below")
+    outputs = [
+        {"name": f"{way}_{on}", "quantity": "reaction", "on": on, "direction": way}
+        for way in "xy"
+        for on in ends
+    ]
+    held = [{"on": on} for on in ends]
+    port = {"name": "push", "on": "above", "direction": "x"}
+    given = joint(tmp_path, preload=bolt, output=outputs, support=held, port=port)
+    assembly = assemble(given)
+    prepared, s = assembly.prepared, assembly.prestress.solution
+    rest = prepared.flexibility.outputs(prepared.held, s.q, s.r)
+    x, y = np.array([rest[k] for k in columns(assembly).values()]).reshape(2, 3)
+    force = 4e5 if assembly.bolts is None else float(assembly.bolts.force[0])
+    assert abs(y[2]) > 1e-4 * force  # the middle holds, and the ends hold against it
+    assert abs(x.sum()) < 1e-8 * force
+    assert abs(y.sum()) < 1e-8 * force

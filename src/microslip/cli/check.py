@@ -26,9 +26,13 @@ from microslip.describe.lap import LapJoint
 from microslip.describe.reading import load_joint
 from microslip.describe.units import readable
 from microslip.describe.units_of_the_whole import in_whole
+from microslip.model.imported import Imported
 from microslip.pipeline.cost import check_size, degrees_of_freedom, memory, total_seconds
 from microslip.pipeline.estimate import Estimate, elastic_limit, estimate, input_doubts
+from microslip.pipeline.geometry import unplaced
+from microslip.pipeline.loads import opening_amplitude
 from microslip.pipeline.prepare import Assembly, assemble
+from microslip.pipeline.reduced import WITHOUT_RANGE
 from microslip.pipeline.run import asked_for
 from microslip.registry import column
 from microslip.show.described import draw_described
@@ -79,7 +83,7 @@ def _draw(joint: Joint, folder: Path) -> None:
     if written:
         typer.echo(f"{', '.join(path.name for path in written)} are in {folder}")
     else:
-        typer.echo("no pictures: the nodes of the matrices have no coordinates; see matrices.nodes")
+        typer.echo(f"no pictures: {unplaced(joint)}")
 
 
 def derived(joint: Joint, assembly: Assembly | None = None) -> Table:
@@ -109,6 +113,10 @@ def _of_beams(joint: LapJoint) -> Iterator[Row]:
     yield from _loads(joint)
     yield from _load(joint, found)
     used, written = joint.contact.pairs_used, joint.contact.pairs
+    if joint.analysis.response is not None and {joint.support.left, joint.support.right} == {
+        "clamped"
+    }:
+        yield "no reduced model", WITHOUT_RANGE
     raised = f"  (raised from {written}: must be odd)" if used != written else ""
     yield "contact pairs", f"{used}{raised}, {found.clamp_pairs:.0f} across the clamp"
     yield from _work(joint, found.degrees_of_freedom)
@@ -118,14 +126,9 @@ def _of_files(joint: Joint, done: Assembly | None) -> Iterator[Row]:
     """What the files hold, and what the preload makes of it."""
     assembly = assemble(joint) if done is None else done
     found = assembly.imported
-    assert found is not None
     modes, measures, start = assembly.mode, assembly.measures, assembly.prestress
     model = assembly.model
-    yield from found.facts
-    motions = Counter(found.zero_modes)
-    named = [f"{name}{f' ({count})' if count > 1 else ''}" for name, count in motions.items()]
-    yield "motions without stiffness", "; ".join(named) or "none: all is supported"
-    yield "lowest frequency without contact", f"{found.first_frequency:.4g} Hz"
+    yield from _of_saved(assembly) if found is None else _of_structure(found)
     yield (
         "resonance",
         f"{modes.sliding_frequency:.4g} Hz sliding, {modes.stuck_frequency:.4g} Hz stuck",
@@ -140,7 +143,7 @@ def _of_files(joint: Joint, done: Assembly | None) -> Iterator[Row]:
         f"{readable(right, 'm', 4)}",
     )
     yield "largest pressure", readable(float(start.pressure.max()), "Pa")
-    if found.pairs.gap.any():
+    if found is not None and found.pairs.gap.any():
         gaps = [
             readable(float(gap), "m", 3) for gap in (found.pairs.gap.min(), found.pairs.gap.max())
         ]
@@ -168,8 +171,30 @@ def _of_files(joint: Joint, done: Assembly | None) -> Iterator[Row]:
         f"what opens it on the port {joint.driven.name}",
         said.named(opening) if math.isfinite(opening) else "no amplitude",
     )
+    if joint.analysis.response is not None and not math.isfinite(opening_amplitude(assembly)):
+        yield "no reduced model", WITHOUT_RANGE
     yield from _loads(joint)
-    yield from _work(joint, found.structure.dofs)
+    yield from _work(joint, assembly.structure.dofs)
+
+
+def _of_structure(found: Imported) -> Iterator[Row]:
+    """What files of matrices or of a mesh hold."""
+    yield from found.facts
+    motions = Counter(found.zero_modes)
+    named = [f"{name}{f' ({count})' if count > 1 else ''}" for name, count in motions.items()]
+    yield "motions without stiffness", "; ".join(named) or "none: all is supported"
+    yield "lowest frequency without contact", f"{found.first_frequency:.4g} Hz"
+
+
+def _of_saved(assembly: Assembly) -> Iterator[Row]:
+    """What a saved model holds."""
+    model, held = assembly.model, assembly.prestress.preload
+    where = "in the plane" if model.dimension == 2 else "in space"
+    yield "saved model", f"{model.pairs} contact pairs {where}, {len(model.omega)} modes"
+    yield "ports", ", ".join(model.ports)
+    yield "held by", ", ".join(f"{name} {force:.4g}" for name, force in held.items())
+    alpha, beta = model.rayleigh
+    yield "damping of the model", f"alpha = {alpha:.4g} 1/s, beta = {beta:.4g} s"
 
 
 def _span(low: float, high: float) -> str:

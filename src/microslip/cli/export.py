@@ -43,5 +43,6 @@ def export(
         save_model(assembly.prepared, target, per="whole" if joint.whole else "width")
     typer.echo(
         f"wrote {target}: {assembly.model.pairs} pairs, {len(assembly.model.omega)} modes\n"
-        f'next: microslip.load_model("{target}") in Python'
+        f'next: microslip.load_model("{target}") in Python, or a joint file with kind = "model": microslip '
+        "new model writes one"
     )

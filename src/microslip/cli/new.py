@@ -53,6 +53,17 @@ def mesh(
     typer.echo(f"wrote {file}\nnext: name your mesh in it, then microslip check {file}")
 
 
+@app.command()
+def model(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="File to write.")],
+    force: Force = False,
+) -> None:
+    """Write a commented joint file: a joint model that microslip export has saved."""
+    with messages():
+        write_new(file, template("model"), force)
+    typer.echo(f"wrote {file}\nnext: name your model in it, then microslip check {file}")
+
+
 def write_new(file: Path, text: str, force: bool) -> None:
     """Write a file that is not there yet, or is to be replaced.
 

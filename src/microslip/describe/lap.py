@@ -246,7 +246,8 @@ class LapJoint(Joint):
         check_requests(self)
         _histories_have_their_inputs(self)
         _positions_are_on_the_overlap(self)
-        check_outputs(self.output, self.extents, self.clamp.edge)
+        ends = {"left end": self.support.left, "right end": self.support.right}
+        check_outputs(self.output, self.extents, self.clamp.edge, ends)
         _joint_stays_closed(self)
         return self
 

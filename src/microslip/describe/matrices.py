@@ -21,7 +21,7 @@ from microslip.describe.named_joint import (
     check_named,
     driven_of,
 )
-from microslip.describe.outputs import NamedOutput, QuantityName
+from microslip.describe.outputs import AnyQuantityName
 from microslip.describe.ports import MovingKind
 from microslip.describe.quantities import (
     NAME,
@@ -36,7 +36,7 @@ from microslip.describe.quantities import (
 )
 from microslip.describe.requests import Requests, cycles_and_response, holds_requests
 from microslip.describe.sources import Source, split_source
-from microslip.describe.whole import WideJoint, WidePort, Width
+from microslip.describe.whole import WideJoint, WideOutput, WidePort, Width
 
 LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "in": 0.0254, "ft": 0.3048}
 """Units of length that a file may be in, m."""
@@ -196,11 +196,18 @@ class VectorPort(WidePort, Vector):
         return self
 
 
-class VectorOutput(NamedOutput, Vector):
+class VectorOutput(WideOutput, Vector):
     """A quantity of the motion, `[[output]]`."""
 
-    quantity: QuantityName = Field(default="deflection")
-    """What is measured. Velocities and accelerations are of a vibration: static cycles have none."""
+    quantity: AnyQuantityName = Field(default="deflection")
+    """What is measured. Velocities and accelerations are of a vibration: static cycles have none. Reactions
+    are of springs to the ground, where vector or node say what of them moves, or of what was held when the
+    matrices were written, by its rows."""
+    stiffness_row: Source | None = None
+    """Of a reaction: file of K e, the forces on the degrees of freedom when what is held makes its unit
+    motion e. For supports that are not in the matrices any more."""
+    mass_row: Source | None = None
+    """Likewise M e; left out, none of the mass couples to it. With stiffness_row."""
     x: Length | None = None
     """Position along the interface of a slip or a gap: of the nearest pair. Only for these two."""
     pair: Count | None = Field(default=None, ge=1)
@@ -219,12 +226,26 @@ class VectorOutput(NamedOutput, Vector):
                 )
             if self.tangent is not None and self.quantity != "slip":
                 raise Rule("tangent", "is of a slip: remove it")
+            self._check_rows()
             return self
         for key in ("x", "pair", "tangent"):
             if getattr(self, key) is not None:
                 raise Rule(key, "is for slip and gap: give a vector, or node and direction")
+        self._check_rows()
+        if self.stiffness_row is not None:
+            return self
         _check_place(self, "the output")
         return self
+
+    def _check_rows(self) -> None:
+        """Raise `Rule` where rows of what is held are given of something else, or beside a place."""
+        for key in ("stiffness_row", "mass_row"):
+            if getattr(self, key) is not None and not self.reacts:
+                raise Rule(key, "is of a reaction: remove it, or name that quantity")
+        if self.mass_row is not None and self.stiffness_row is None:
+            raise Rule("mass_row", "goes with stiffness_row")
+        if self.stiffness_row is not None and self.given_by:
+            raise Rule("stiffness_row", "says what is held: remove vector, node and direction")
 
 
 def _check_place(entry: Vector, what: str) -> None:
@@ -305,6 +326,7 @@ class MatricesJoint(WideJoint):
             *(m.stiffness, m.mass, m.damping, m.dofs, m.nodes, m.motions, m.supports),
             *(pairs.pairs, pairs.relative, pairs.normal, pairs.tangential),
             *(each.vector for each in (*self.preload, *self.port, *self.measured)),
+            *(row for each in self.measured for row in (each.stiffness_row, each.mass_row)),
         )
         sources = (source for source in given if source is not None)
         return tuple(dict.fromkeys(split_source(source)[0] for source in sources))
@@ -324,6 +346,26 @@ class MatricesJoint(WideJoint):
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         check_named(self)
+        _reactions_are_known(self)
         if self.matrices.damping is not None and self.damping.model_fields_set:
             raise Rule("damping", "is in matrices.damping already: remove one of the two")
         return self
+
+
+def _reactions_are_known(joint: MatricesJoint) -> None:
+    """Raise `Rule` where nothing says what a reaction is of."""
+    for k, output in enumerate(joint.output):
+        if not output.reacts:
+            continue
+        if output.stiffness_row is None and joint.matrices.supports is None:
+            raise Rule(
+                f"output.{k}",
+                "supports are in the matrices: give its stiffness_row, or matrices.supports for the reaction "
+                "of springs",
+            )
+        if output.stiffness_row is not None and joint.driven.kind == "base":
+            raise Rule(
+                f"output.{k}",
+                "under the motion of a base what is held has inertia of its own, which the matrices do not "
+                "have: drive it by a force, or give springs, matrices.supports",
+            )

@@ -141,6 +141,11 @@ class NamedJoint(Joint):
         return driven_of(self.port, self.load)
 
     @property
+    def held(self) -> tuple[Named, ...]:
+        """Loads that are held, as far as the file names them."""
+        return self.preload
+
+    @property
     def rayleigh(self) -> tuple[float, float]:
         """alpha and beta of ``C = alpha M + beta K``, 1/s and s."""
         return self.damping.rayleigh
@@ -154,7 +159,7 @@ class NamedJoint(Joint):
 def check_named(joint: NamedJoint) -> None:
     """Raise `Rule` where names, loads and requests of a joint do not fit each other."""
     analysis = joint.analysis
-    check_names(joint.preload, joint.port, joint.output)
+    check_names(joint.held, joint.port, joint.output)
     check_drive_is_said(joint.port, joint.load)
     check_loads(joint.port, joint.driven, joint.load, analysis.cycle, analysis.history)
     said = joint.driven.load

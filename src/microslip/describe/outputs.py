@@ -166,11 +166,15 @@ class Output(NamedOutput):
     'output tip'
     """
 
-    quantity: QuantityName = Field(default="deflection")
-    """What is measured. Velocities and accelerations are of a vibration: static cycles have none."""
+    quantity: AnyQuantityName = Field(default="deflection")
+    """What is measured. Velocities and accelerations are of a vibration: static cycles have none. Reactions
+    are of the support of an end: what it holds with."""
     x: Position = Field(default="middle")
     """Where, from the middle of the overlap to the right, or a word. The ends are those of the
     joint, or of the beam that is named."""
+    direction: Literal["x", "y"] | None = Field(default=None)
+    """Of a reaction: along "x", to the right, or "y", up. What the support of an end pushes with; a moment
+    is about the middle of the end, counter-clockwise."""
     beam: BeamName | None = Field(default=None)
     """Which beam. Left out, the one that is there, and over the overlap the mean of both."""
     side: Side | None = Field(default=None)
@@ -187,9 +191,28 @@ class Output(NamedOutput):
         for key in ("beam", "side"):
             if self.across and getattr(self, key) is not None:
                 raise Rule(key, f"{self.quantity} is of both faces in contact: remove it")
+        if self.reacts:
+            self._check_reaction()
+        elif self.direction is not None:
+            raise Rule("direction", "is of a reaction: remove it, or name another quantity")
         if self.measured.motion == "rotation" and self.side is not None:
             raise Rule("side", "a section turns as a whole: remove it")
         return self
+
+    def _check_reaction(self) -> None:
+        """Raise `Rule` unless an end, and of a force its direction, are given."""
+        if self.x not in ("left end", "right end"):
+            raise Rule("x", 'a reaction is of a support: give "left end" or "right end"')
+        for key in ("beam", "side"):
+            if getattr(self, key) is not None:
+                raise Rule(key, "a support holds the whole end: remove it")
+        if (self.quantity == "reaction") != (self.direction is not None):
+            said = (
+                "which way does it hold? give x or y"
+                if self.direction is None
+                else "a moment has none"
+            )
+            raise Rule("direction", said)
 
 
 USUAL = (
@@ -235,13 +258,19 @@ def position_of(output: Output, extents: Mapping[str, tuple[float, float]], clam
 
 
 def check_outputs(
-    outputs: Sequence[Output], extents: Mapping[str, tuple[float, float]], clamp: float
+    outputs: Sequence[Output],
+    extents: Mapping[str, tuple[float, float]],
+    clamp: float,
+    ends: Mapping[str, str],
 ) -> None:
-    """Raise `Rule` where two outputs share a name, or one lies off its beam or off the overlap."""
+    """Raise `Rule` where two outputs share a name, one lies off its beam or off the overlap, or a reaction is
+    of an end that nothing holds."""
     names = [output.name for output in outputs]
     for k, output in enumerate(outputs):
         if output.name in names[:k]:
             raise Rule(f"output.{k}.name", f"two outputs are called {output.name!r}")
+        if output.reacts and ends[str(output.x)] == "free":
+            raise Rule(f"output.{k}.x", f"the {output.x} is free: no support holds it")
         x = position_of(output, extents, clamp)
         for what, left, right in _where_it_may_lie(output, extents):
             margin = 1e-9 * (right - left)

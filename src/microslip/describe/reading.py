@@ -22,13 +22,19 @@ from microslip.describe.matrices import MatricesJoint
 from microslip.describe.mesh import MeshJoint
 from microslip.describe.plausible import impossible, questions
 from microslip.describe.quantities import NAME, Rule
+from microslip.describe.saved_model import ModelJoint
 from microslip.describe.toml import read_toml
 from microslip.errors import InputError
 
 LISTED = ("port", "output", "preload", "material", "support", "spring", "tie", "interface")
 """Sections that there may be several of."""
 
-JOINTS: dict[str, type[Joint]] = {"lap": LapJoint, "matrices": MatricesJoint, "mesh": MeshJoint}
+JOINTS: dict[str, type[Joint]] = {
+    "lap": LapJoint,
+    "matrices": MatricesJoint,
+    "mesh": MeshJoint,
+    "model": ModelJoint,
+}
 """Descriptions by the key ``kind`` of their file; a file without it is of the first."""
 
 

@@ -20,6 +20,9 @@ from microslip.typing import Array, Indices
 LEFT, RIGHT, BOTH = "left", "right", "both"
 MOMENT, FORCE, BASE = "moment", "force", "base"
 
+ON_FACE = 1e-9
+"""Of the distance of an end: so far off its face a node still lies on it."""
+
 PINNED, CLAMPED, FREE = "pinned", "clamped", "free"
 """What holds a far end: its middle held vertically, on horizontal springs; the whole face; nothing."""
 
@@ -46,6 +49,26 @@ class EndLoad:
     kind: str
     at: str = BOTH
     direction: str = "y"
+
+
+@dataclass(frozen=True)
+class EndReaction:
+    """What the support of an end holds with.
+
+    Attributes
+    ----------
+    name : str
+        Of its port.
+    at : str
+        ``"left"`` or ``"right"``.
+    direction : str or None
+        ``"x"`` or ``"y"`` of a force, N/m; None of the moment about the middle of the face, N m/m,
+        counter-clockwise.
+    """
+
+    name: str
+    at: str
+    direction: str | None
 
 
 @dataclass(frozen=True)
@@ -114,6 +137,29 @@ def end_load(load: EndLoad, ends: Sequence[FarEnd]) -> Array:
             size = np.zeros(2)
             size[axis] = (end.side if load.at == BOTH and axis == 0 else 1.0) / end.thickness
             parts.append(traction_load(body, end.face, partial(_even_traction, size=size)))
+    return np.concatenate(parts)
+
+
+def end_motion(reaction: EndReaction, ends: Sequence[FarEnd]) -> Array:
+    """Unit motion of the face of an end on the bodies, one after the other: a shift, or a turn.
+
+    Parameters
+    ----------
+    reaction : EndReaction
+    ends : sequence of FarEnd
+        The lower and the upper beam.
+    """
+    parts = []
+    for end, name in zip(ends, (LEFT, RIGHT), strict=True):
+        nodes = end.body.nodes
+        moved = np.zeros((nodes.shape[1], 2))
+        if reaction.at == name:
+            on = np.flatnonzero(np.abs(nodes[0] - end.x) < ON_FACE * np.abs(end.x))
+            if reaction.direction is None:
+                moved[on, 0] = -(nodes[1, on] - end.middle)
+            else:
+                moved[on, "xy".index(reaction.direction)] = 1.0
+        parts.append(moved.ravel())
     return np.concatenate(parts)
 
 

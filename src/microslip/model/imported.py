@@ -40,7 +40,7 @@ from microslip.model.soundness import (
     zero_modes,
 )
 from microslip.model.spatial import check_spatial, width_said
-from microslip.model.structure import Structure
+from microslip.model.structure import Reaction, Structure
 from microslip.typing import Array
 
 LISTED = (".csv", ".txt")
@@ -153,7 +153,7 @@ def _read(described: Described[MatricesJoint], changed: Stamps) -> Imported:
             continue
         factor = length if port.kind == "force" else 1.0
         loads[port.name] = _vector(port, joint, n, numbering) * factor
-    for output in joint.measured:
+    for output in (each for each in joint.measured if not each.reacts):
         loads[output.port] = _output(output, joint, relative, pairs, numbering) * length
         if output.measured.motion == "rotation":
             loads[output.port] /= length
@@ -164,7 +164,13 @@ def _read(described: Described[MatricesJoint], changed: Stamps) -> Imported:
         check_size_of_motions(given, m.motions, n)
     supports = None
     if m.supports is not None:
-        supports = (energy * _whole(read_matrix(m.supports), joint, n, m.supports)).tocsc()
+        supports = _whole(read_matrix(m.supports), joint, n, m.supports)
+    reactions = {}
+    for output in (each for each in joint.measured if each.reacts):
+        size = force / joint.width * (length if output.quantity == "reaction moment" else 1.0)
+        row, inertia = _held_by(output, joint, n, numbering, supports)
+        loads[output.port] = size * row
+        reactions[output.port] = Reaction(size * inertia, np.zeros(relative.shape[0]))
     structure = Structure(
         stiffness=stiffness,
         mass=mass,
@@ -172,7 +178,8 @@ def _read(described: Described[MatricesJoint], changed: Stamps) -> Imported:
         loads=loads,
         free=np.arange(n),
         motions=modes.shapes if given is None else given,
-        supports=supports,
+        supports=None if supports is None else (energy * supports).tocsc(),
+        reactions=reactions,
     )
     cautions = check_motions(structure, modes, numbering, pairs, joint)
     return Imported(
@@ -186,6 +193,26 @@ def _read(described: Described[MatricesJoint], changed: Stamps) -> Imported:
         facts=tuple(width_said(joint)) if dimension == 3 else (),
         damping=None if m.damping is None else (energy * _damping(joint, n)).tocsc(),
     )
+
+
+def _held_by(
+    output: VectorOutput,
+    joint: MatricesJoint,
+    dofs: int,
+    numbering: Numbering | None,
+    supports: sp.csc_matrix | None,
+) -> tuple[Array, Array]:
+    """Rows s and m of a reaction ``s^T x + m^T x''`` in units of the file: of what is held ``K e`` and
+    ``M e``, of springs ``-K_s e``."""
+    if output.stiffness_row is not None:
+        row = _read_vector(output.stiffness_row, dofs, numbering)
+        none = output.mass_row is None
+        return row, np.zeros(dofs) if none else _read_vector(str(output.mass_row), dofs, numbering)
+    assert supports is not None
+    row = -np.asarray(supports @ _vector(output, joint, dofs, numbering))
+    if not row.any():
+        raise InputError(f"output {output.name!r}: no spring of matrices.supports holds it")
+    return row, np.zeros(dofs)
 
 
 def _damping(joint: MatricesJoint, dofs: int) -> sp.csc_matrix:

@@ -16,11 +16,22 @@ from microslip.describe.lap import LapJoint
 from microslip.errors import ModelError
 from microslip.model.bodies import rigid_motions
 from microslip.model.elasticity import Body, Material, elastic_body, traction_stiffness
-from microslip.model.end_loads import BOTH, CLAMPED, FREE, PINNED, EndLoad, FarEnd, end_load
+from microslip.model.end_loads import (
+    BOTH,
+    CLAMPED,
+    FREE,
+    PINNED,
+    EndLoad,
+    EndReaction,
+    FarEnd,
+    end_load,
+    end_motion,
+)
 from microslip.model.interface import matching_interface
 from microslip.model.lap_mesh import LapGeometry, MeshControl, lap_joint_meshes
 from microslip.model.points import with_outputs
 from microslip.model.pressing import Pressing, parabolic, pressed_load, tabulated, uniform
+from microslip.model.reactions import FreeStructure, with_held
 from microslip.model.structure import Structure, constrain
 from microslip.typing import Array, Indices
 
@@ -78,6 +89,11 @@ def structure_of(joint: LapJoint) -> Structure:
         ends=(joint.support.left, joint.support.right),
         weak_spring=joint.weak_spring,
         ports=[EndLoad(port.name, port.kind, port.at or BOTH, port.axis) for port in joint.ports],
+        reactions=[
+            EndReaction(output.port, str(output.x).removesuffix(" end"), output.direction)
+            for output in joint.outputs
+            if output.reacts
+        ],
     )
     return with_outputs(structure, joint.outputs, joint.clamp.edge)
 
@@ -92,6 +108,7 @@ def lap_joint_structure(
     ends: tuple[str, str] = (PINNED, PINNED),
     weak_spring: float = 0.0,
     ports: Sequence[EndLoad] = (),
+    reactions: Sequence[EndReaction] = (),
 ) -> Structure:
     """The lap joint: two beams, supports and unit loads, per metre of width.
 
@@ -121,6 +138,8 @@ def lap_joint_structure(
         length, because a slender cantilever would feel them.
     ports : sequence of EndLoad
         Further loads, by name.
+    reactions : sequence of EndReaction
+        What the supports of ends hold with, as outputs.
     """
     g = geometry
     both = (material, material) if isinstance(material, Material) else material
@@ -175,18 +194,27 @@ def lap_joint_structure(
         "u_clamp_edge": observe,
         "lift": lift,
     }
-    return constrain(
-        sp.block_diag(
+    structure = FreeStructure(
+        stiffness=sp.block_diag(
             [side.body.stiffness + k for side, k in zip(sides, supports, strict=True)], format="csc"
         ),
-        sp.block_diag([side.body.mass for side in sides], format="csc"),
+        mass=sp.block_diag([side.body.mass for side in sides], format="csc"),
+        supports=sp.block_diag(supports, format="csc"),
+        interface=interface,
+        loads=loads | {port.name: end_load(port, sides) for port in ports},
+        fixed=np.concatenate(fixed),
+    )
+    held = constrain(
+        structure.stiffness,
+        structure.mass,
         interface,
-        loads | {port.name: end_load(port, sides) for port in ports},
-        np.concatenate(fixed),
+        structure.loads,
+        structure.fixed,
         (lower.mesh, upper.mesh),
         motions=np.hstack(motions),
-        supports=sp.block_diag(supports, format="csc"),
+        supports=structure.supports,
     )
+    return with_held(held, structure, {each.name: end_motion(each, sides) for each in reactions})
 
 
 def _far_end(side: float, body: Body, length: float, thickness: float, overlap: float) -> FarEnd:

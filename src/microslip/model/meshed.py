@@ -163,6 +163,8 @@ def structure_from_mesh(
         for name, motion in (reactions or {}).items()
     }
     full = {name: np.pad(load, (0, extra)) for name, load in every.items()}
+    lengths = coordinates[[bolt.keeps_length for bolt in bolts]] if bolts else coordinates
+    full |= _pulled(K, basis[:, np.searchsorted(kept, lengths)], found)
     basis, kept = basis[:, ours], kept[ours]
     own = {name: basis.T @ (K @ e) for name, e in moved.items()}
     structure = Structure(
@@ -316,6 +318,15 @@ def _bolted(
         pulls[bolt.name] = -stiffness[:, [place]].toarray().ravel()[ours] / size
     direct = {name: load[at[keeping]] for name, load in loads.items() if load[at[keeping]].any()}
     return ours, pulls, Bolts(tuple(bolt.name for bolt in among), k, own / k, direct)
+
+
+def _pulled(stiffness: sp.csc_matrix, lengths: sp.csc_matrix, found: Bolts) -> dict[str, Array]:
+    """(N,) forces of bolts that keep their length per unit amplitude, on held degrees of freedom too.
+
+    ``f = -K T_s / K_ss``, T_s (columns of `lengths`) the displacements of a unit shortening.
+    """
+    forces = -(stiffness @ lengths).toarray() / found.stiffness
+    return dict(zip(found.names, forces.T, strict=True))
 
 
 def _stopped(

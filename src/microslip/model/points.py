@@ -204,7 +204,7 @@ def output_load(output: Output, bodies: Sequence[Body], clamp: float) -> Array:
 
 
 def with_outputs(structure: Structure, outputs: Sequence[Output], clamp: float) -> Structure:
-    """The structure with a load, and so a port, per output.
+    """The structure with a load, and so a port, per output; reactions have theirs already.
 
     Parameters
     ----------
@@ -220,7 +220,7 @@ def with_outputs(structure: Structure, outputs: Sequence[Output], clamp: float) 
         Where an output lies off the bodies.
     """
     bodies = bodies_of(structure.meshes)
-    loads = {o.port: output_load(o, bodies, clamp)[structure.free] for o in outputs}
+    loads = {o.port: output_load(o, bodies, clamp)[structure.free] for o in outputs if not o.reacts}
     return replace(structure, loads={**structure.loads, **loads})
 
 

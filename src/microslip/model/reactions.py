@@ -25,16 +25,74 @@ nothing, so that modal ports need nothing.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy.sparse as sp
 
+from microslip.brief import Brief
+from microslip.model.interface import Interface
 from microslip.model.joint import JointModel
-from microslip.model.structure import Structure
-from microslip.typing import Array
+from microslip.model.structure import Reaction, Structure
+from microslip.typing import Array, Indices
 
 RATE = " rate"
 """Ends the name of the port of ``beta rho^T eta``, whose derivative belongs to the reaction."""
+
+
+@dataclass(frozen=True, repr=False)
+class FreeStructure(Brief):
+    """A structure before what supports hold is taken out of it, N degrees of freedom.
+
+    Attributes
+    ----------
+    stiffness, mass : (N, N) sparse
+        The stiffness with that of the springs to the ground.
+    supports : (N, N) sparse
+        The part that these springs add.
+    interface : Interface
+    loads : mapping of str to (N,) array
+    fixed : int array
+        Degrees of freedom that are held.
+    """
+
+    stiffness: sp.csc_matrix
+    mass: sp.csc_matrix
+    supports: sp.csc_matrix
+    interface: Interface
+    loads: Mapping[str, Array]
+    fixed: Indices
+
+
+def with_held(
+    structure: Structure, whole: FreeStructure, motions: Mapping[str, Array]
+) -> Structure:
+    """The structure with what its supports and the springs to the ground hold with, as outputs.
+
+    Springs S hold with ``-e^T S u`` where they move; of what is held it is the reaction, so that
+
+        s = K_fh e_h - S_ff e_f,   m = M_fh e_h.
+
+    Parameters
+    ----------
+    structure : Structure
+        What is left free, f, of `whole`.
+    whole : FreeStructure
+    motions : mapping of str to (N,) array
+        Unit motions e of what is held, by the name of the port.
+    """
+    free, loads, reactions = structure.free, dict(structure.loads), {}
+    for name, motion in motions.items():
+        held = np.zeros(len(motion))
+        held[whole.fixed] = motion[whole.fixed]
+        springs = whole.supports @ (motion - held)
+        loads[name] = (whole.stiffness @ held - springs)[free]
+        reactions[name] = Reaction(
+            mass=(whole.mass @ held)[free],
+            pairs=whole.interface.relative @ held,
+            loads={load: float(held @ vector) for load, vector in whole.loads.items()},
+        )
+    return replace(structure, loads=loads, reactions={**structure.reactions, **reactions})
 
 
 def with_reactions(model: JointModel, structure: Structure, shapes: Array) -> JointModel:

@@ -17,6 +17,7 @@ from microslip.describe.lap import LapJoint
 from microslip.describe.matrices import MatricesJoint
 from microslip.describe.mesh import MeshJoint
 from microslip.describe.requests import CYCLES_EACH, MARCHED_EACH
+from microslip.describe.saved_model import ModelJoint
 from microslip.errors import InputError
 from microslip.model.described_mesh import read_described_mesh
 from microslip.model.imported import read_imported
@@ -24,6 +25,7 @@ from microslip.model.lap import geometry, mesh_control
 from microslip.model.lap_mesh import lap_joint_meshes
 from microslip.model.readers.files import read_matrix, read_table
 from microslip.pipeline.excitation import prepare_histories
+from microslip.pipeline.saved_model import read_saved
 from microslip.registry import column
 
 CONTACT_STEP, SPATIAL_STEP = 8e-9, 5e-8
@@ -71,6 +73,11 @@ def _mesh_pairs(joint: MeshJoint) -> int:
     return read_described_mesh(joint).pairs.count
 
 
+@contact_pairs.register
+def _saved_pairs(joint: ModelJoint) -> int:
+    return read_saved(joint).model.pairs
+
+
 @singledispatch
 def is_spatial(joint: Joint) -> bool:
     """Whether contact pairs of a described joint have two tangential directions."""
@@ -85,6 +92,11 @@ def _listed_is_spatial(joint: MatricesJoint) -> bool:
 @is_spatial.register
 def _mesh_is_spatial(joint: MeshJoint) -> bool:
     return read_described_mesh(joint).structure.interface.dimension == 3
+
+
+@is_spatial.register
+def _saved_is_spatial(joint: ModelJoint) -> bool:
+    return read_saved(joint).model.dimension == 3
 
 
 @singledispatch
@@ -109,6 +121,11 @@ def _mesh_frequency(joint: MeshJoint) -> float:
     return read_described_mesh(joint).first_frequency
 
 
+@rough_frequency.register
+def _saved_frequency(joint: ModelJoint) -> float:
+    return read_saved(joint).principal().sliding_frequency
+
+
 @singledispatch
 def degrees_of_freedom(joint: Joint) -> int:
     """Degrees of freedom of a described joint, without those that supports hold."""
@@ -123,6 +140,11 @@ def _matrix_size(joint: MatricesJoint) -> int:
 @degrees_of_freedom.register
 def _size_of_mesh(joint: MeshJoint) -> int:
     return read_described_mesh(joint).structure.dofs
+
+
+@degrees_of_freedom.register
+def _modes_of_saved(joint: ModelJoint) -> int:
+    return len(read_saved(joint).model.omega)
 
 
 @degrees_of_freedom.register

@@ -28,6 +28,7 @@ from microslip.describe.lap import LapJoint
 from microslip.describe.matrices import MatricesJoint
 from microslip.describe.mesh import MeshJoint
 from microslip.describe.plausible import mean_pressure, pairs_across_clamp, questions
+from microslip.describe.saved_model import ModelJoint
 from microslip.describe.units import readable
 from microslip.errors import Caution
 from microslip.model.beams import SPREAD, beam_estimate
@@ -262,6 +263,12 @@ def _doubts_of_mesh(joint: MeshJoint) -> tuple[Caution, ...]:
     dofs = degrees_of_freedom(joint)
     seconds, held = total_seconds(joint, dofs), memory(joint, dofs)
     return (*read_described_mesh(joint).cautions, *_long(joint.mesh.file, seconds, held))
+
+
+@input_doubts.register
+def _doubts_of_saved(joint: ModelJoint) -> tuple[Caution, ...]:
+    dofs = degrees_of_freedom(joint)
+    return tuple(_long(joint.model.file, total_seconds(joint, dofs), memory(joint, dofs)))
 
 
 def _band(joint: LapJoint, found: Estimate) -> list[Caution]:

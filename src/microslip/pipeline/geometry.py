@@ -5,6 +5,7 @@ from __future__ import annotations
 from microslip.describe.joint import Joint
 from microslip.describe.matrices import LENGTHS, MatricesJoint
 from microslip.describe.mesh import MeshJoint
+from microslip.describe.saved_model import ModelJoint
 from microslip.model.geometry import (
     Geometry,
     geometry_of_lap,
@@ -32,3 +33,10 @@ def geometry_of(joint: Joint, structure: Structure, imported: Imported | None) -
         length = LENGTHS[joint.matrices.length_unit]
         return geometry_of_nodes(structure, imported.numbering, imported.pairs, length)
     return geometry_of_lap(structure) if structure.meshes else None
+
+
+def unplaced(joint: Joint) -> str:
+    """Why a structure has no geometry, and what would give it one."""
+    if isinstance(joint, ModelJoint):
+        return "a saved model has no geometry: draw the joint that it comes from"
+    return "the nodes of the matrices have no coordinates: give matrices.nodes, or x and y in matrices.dofs"

@@ -18,6 +18,7 @@ from microslip.analyses.prepared.prestress import Prestress, opening_load, prest
 from microslip.analyses.prepared.tightening import Tightened, tighten
 from microslip.contact.pairs import normal_rows
 from microslip.describe.joint import Joint
+from microslip.describe.saved_model import ModelJoint
 from microslip.describe.units import readable
 from microslip.describe.units_of_the_whole import in_whole
 from microslip.errors import Caution, ContactError, InputError, ModelError
@@ -32,6 +33,7 @@ from microslip.model.structure import Structure
 from microslip.model.symmetry import with_half_turn
 from microslip.pipeline.excitation import Prepared, prepare_histories
 from microslip.pipeline.measures import Measures, measures_of
+from microslip.pipeline.saved_model import modal_states, modal_structure, read_saved
 from microslip.pipeline.sources import Source, law_of, source_of
 from microslip.typing import Indices
 
@@ -44,7 +46,8 @@ class Assembly:
     ----------
     joint : Joint
     structure : Structure
-    reducer : Reducer
+    reduction : Reducer or None
+        None of a saved model, whose structure is not known.
     states : LinearStates
         Sliding and stuck mode on every degree of freedom.
     prepared : PreparedJoint
@@ -66,7 +69,7 @@ class Assembly:
 
     joint: Joint
     structure: Structure
-    reducer: Reducer
+    reduction: Reducer | None
     states: LinearStates
     prepared: PreparedJoint
     opening_moment: float
@@ -86,6 +89,13 @@ class Assembly:
     def model(self) -> JointModel:
         """The joint model."""
         return self.prepared.model
+
+    @property
+    def reducer(self) -> Reducer:
+        """What reduced the structure; raises `ModelError` of a saved model, which has none."""
+        if self.reduction is None:
+            raise ModelError("a saved model has no structure whose displacements were known")
+        return self.reduction
 
     @property
     def prestress(self) -> Prestress:
@@ -159,6 +169,8 @@ def assemble_without_signals(joint: Joint) -> Assembly:
 
 
 def _assemble(joint: Joint) -> Assembly:
+    if isinstance(joint, ModelJoint):
+        return _read_back(joint)
     source = source_of(joint)
     structure, drive = source.structure, source.drive
     modes = min(joint.modes_kept, structure.dofs // 4)
@@ -192,23 +204,49 @@ def _assemble(joint: Joint) -> Assembly:
     model = source.with_gaps(model)
     flexibility = flexibility_of(model, law)
     mode = mode_of_structure(states, structure, model)
-    opening = opening_load(model, start, drive)
+    prepared = PreparedJoint(model, flexibility, start, law, drive, mode)
+    found = _assembly(joint, prepared, structure, states, vibrates=source.imported is not None)
+    return replace(found, reduction=reducer, imported=source.imported, bolts=bolts, damping=damping)
+
+
+def _read_back(joint: ModelJoint) -> Assembly:
+    """A saved model: prepared already, and a structure as far as its modes are one."""
+    prepared = read_saved(joint)
+    structure = modal_structure(prepared.model)
+    return _assembly(joint, prepared, structure, modal_states(prepared), vibrates=True)
+
+
+def _assembly(
+    joint: Joint,
+    prepared: PreparedJoint,
+    structure: Structure,
+    states: LinearStates,
+    *,
+    vibrates: bool,
+) -> Assembly:
+    """What every analysis starts from, held against what the description asks for.
+
+    Raises
+    ------
+    InputError, ModelError
+        Where it cannot do that; `vibrates` says whether the direction of the load may be held by friction
+        alone.
+    """
+    model, start, mode = prepared.model, prepared.prestress, prepared.principal()
+    opening = opening_load(model, start, prepared.drive)
     _check_loads(joint, opening)
     _check_positions(joint, model)
     _check_scales(opening, mode)
-    if source.imported is not None:
+    if vibrates:
         _check_vibrates(joint, mode)
     return Assembly(
         joint=joint,
         structure=structure,
-        reducer=reducer,
+        reduction=None,
         states=states,
-        prepared=PreparedJoint(model, flexibility, start, law, drive, mode),
+        prepared=prepared,
         opening_moment=opening,
-        measures=measures_of(joint, model, start, law),
-        imported=source.imported,
-        bolts=bolts,
-        damping=damping,
+        measures=measures_of(joint, model, start, prepared.law),
         signals=tuple(
             prepare_histories(
                 joint.analysis.history, mode.sliding_frequency, joint.driven.load.parsed

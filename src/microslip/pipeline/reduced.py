@@ -35,6 +35,13 @@ ROOM = 1.1
 OFF = 1e-3
 """Relative error of the stuck resonance in the table from which on it is said."""
 
+WITHOUT_RANGE = (
+    "vibrating in this mode opens the joint at no amplitude, of which those of the table are shares; list "
+    "the amplitudes of cycles under [analysis.cycle], ask for [analysis.harmonic] or [[analysis.history]], "
+    "or drive it by a load that moves the bodies against each other"
+)
+"""What is said where there is no range of amplitudes."""
+
 
 @dataclass(frozen=True, repr=False)
 class Refined(Brief):
@@ -94,9 +101,7 @@ def table_range(assembly: Assembly, driven: EquivalentTable | None) -> tuple[flo
     """
     opening = opening_amplitude(assembly)
     if not 0 < opening < np.inf:
-        raise MicroslipError(
-            f"the amplitude that opens the joint is {opening:g}: the range of amplitudes is not known"
-        )
+        raise MicroslipError(WITHOUT_RANGE)
     smallest, largest = GENTLE * opening, MOST_OF_OPENING * opening
     if driven is not None:
         smallest, largest = float(driven.amplitude[0]), float(driven.amplitude[-1])

@@ -18,6 +18,7 @@ from microslip.describe.joint import Joint
 from microslip.describe.lap import LapJoint
 from microslip.describe.matrices import MatricesJoint
 from microslip.describe.mesh import MeshJoint
+from microslip.describe.saved_model import ModelJoint
 from microslip.errors import InputError
 from microslip.model.described_mesh import read_described_mesh
 from microslip.model.imported import GAP, Imported, read_imported
@@ -25,6 +26,7 @@ from microslip.model.joint import JointModel
 from microslip.model.lap import structure_of
 from microslip.model.loose import WEAKEST
 from microslip.model.structure import Structure
+from microslip.pipeline.saved_model import modal_structure, read_saved
 from microslip.typing import Array
 
 DRIVE, PRELOAD = "moment", "clamp"
@@ -125,6 +127,12 @@ def _mesh(joint: MeshJoint) -> Source:
     found = read_described_mesh(joint)
     drifting = WEAKEST if found.structure.supports is None else 0.0
     return Source(found.structure, joint.driven.name, found.preload, found, drifting)
+
+
+@source_of.register
+def _saved(joint: ModelJoint) -> Source:
+    found = read_saved(joint)
+    return Source(modal_structure(found.model), found.drive, found.prestress.preload)
 
 
 def drive_of(joint: Joint) -> str:

@@ -189,8 +189,10 @@ def functions_of(run: Run) -> list[dict[str, Any]]:
 def _place_of_output(run: Run, output: NamedOutput) -> Place:
     """Where an output is; the load vector of a reaction stands beside its support and against it."""
     imported, geometry = run.assembly.imported, run.geometry
-    if not output.reacts or geometry is None or imported is None or imported.meshed is None:
+    if not output.reacts:
         return place_of(geometry, run.structure.loads[output.port])
+    if geometry is None or imported is None or imported.meshed is None:
+        return Place(0, 0, 0)
     return place_held(geometry, imported.meshed.held_motions[output.port])
 
 

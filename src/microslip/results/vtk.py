@@ -20,6 +20,7 @@ from microslip.contact.pairs import at_rest, normal, touches
 from microslip.errors import InputError
 from microslip.model.geometry import ContactSurface, Geometry
 from microslip.model.mesh.foreign import CELLS
+from microslip.pipeline.geometry import unplaced
 from microslip.pipeline.motion import motion_from_prestress, prestressed_shape
 from microslip.pipeline.run import Run
 from microslip.pipeline.vibration import Vibration, largest_vibrations
@@ -91,10 +92,7 @@ def write_vtk(run: Run, folder: Path, drive: str = "", index: int = 0) -> list[P
     """
     found = run.geometry
     if found is None:
-        raise InputError(
-            "vtk: the nodes of the matrices have no coordinates: give matrices.nodes, or x and y in "
-            "matrices.dofs"
-        )
+        raise InputError(f"vtk: {unplaced(run.joint)}")
     folder.mkdir(parents=True, exist_ok=True)
     written = [_write(folder / "modes.vtu", *_body(found), modes_data(run, found))]
     rest = _flat(found.displacement(prestressed_shape(run.assembly)))

@@ -114,6 +114,16 @@ def test_loads_and_contact_are_passed_over_with_a_word(tmp_path):
     assert "incompatible modes" in said
 
 
+def test_expansion_is_passed_over_with_a_word(tmp_path):
+    path = write_cdb(named("hex8"), tmp_path / "warm.cdb")
+    rows = path.read_text().splitlines(keepends=True)
+    (line,) = (k for k, row in enumerate(rows, 1) if "ALPX" in row)
+    said = " ".join(map(str, read_mesh(path).cautions))
+    assert f"ALPX (line {line}): not used; give thermal_expansion in [[material]]" in said
+    path.write_text("".join(row for row in rows if "ALPX" not in row))
+    assert "ALPX" not in " ".join(map(str, read_mesh(path).cautions))
+
+
 REFUSED = {
     "CE": (
         "/GO",

@@ -17,6 +17,9 @@ from microslip.model.mesh.overlaps import DEEP, check_apart
 SAID = re.compile(r"node (\d+) of .* lies ([\d.e+-]+) m inside .*, at \((.*)\) m")
 
 
+EDGE = re.compile(r"an edge of .*, ([\d.e+-]+) m inside at \((.*)\) m")
+
+
 def boxes(kinds, seed):
     """Two unit boxes, the second turned and moved at random; and the depth of every node in the other."""
     rng = np.random.default_rng(seed)
@@ -31,7 +34,7 @@ def boxes(kinds, seed):
     mesh = replace(mesh, node_labels=1 + np.arange(len(mesh.points)))
     local = [(second.points), (parts[0].points - shift) @ turn]
     depth = np.concatenate([0.5 - np.abs(local[1]).max(axis=1), 0.5 - np.abs(local[0]).max(axis=1)])
-    return mesh, depth
+    return mesh, depth, lambda x: 0.5 - max(np.abs(x).max(), np.abs((x - shift) @ turn).max())
 
 
 PAIRS = [(("quad4", 3), ("tri6", 2)), (("hex8", 3), ("tet10", 2)), (("wedge15", 2), ("hex20", 4))]
@@ -41,10 +44,16 @@ PAIRS = [(("quad4", 3), ("tri6", 2)), (("hex8", 3), ("tet10", 2)), (("wedge15", 
 def test_the_deepest_node_of_boxes_is_that_of_geometry(kinds):
     found = 0
     for seed in range(12):
-        mesh, depth = boxes(kinds, seed)
+        mesh, depth, common = boxes(kinds, seed)
         try:
             check_apart(mesh)
         except ModelError as error:
+            if edge := EDGE.search(str(error)):
+                # no node is deep enough: the place is inside both boxes, an edge at the depth that is said
+                assert depth.max() < DEEP * 2 * np.sqrt(2) / min(n for _, n in kinds)
+                x = np.array([float(c) for c in edge[2].split(",")])
+                assert common(x) > -1e-3
+                continue
             node, said, place = SAID.search(str(error)).groups()
             assert float(said) == pytest.approx(depth.max(), rel=5e-3)  # three digits are written
             assert depth[int(node) - 1] == pytest.approx(depth.max(), rel=1e-9)
@@ -114,3 +123,62 @@ def test_bodies_that_touch_do_not_overlap(kind):
     check_apart(joined(lower, upper))
     notch = replace(upper, points=upper.points - np.eye(d)[-1] * 0.02)
     check_apart(joined(lower, notch))
+
+
+def bars(reach, width, offset, kinds=("hex8", "hex8"), turn=0.0):
+    """Two bars of one element across, the second turned and moved; none has a node in the other."""
+    d = TYPES[kinds[0]].dimension
+    across = [np.array([-0.5, 0.5])] * (d - 1)
+    long = box(kinds[0], [np.array([-reach, reach]), *(width * a for a in across)])
+    other = box(kinds[1], [np.array([-reach, reach]), *(width * a for a in across)])
+    q = Rotation.from_euler("z", 90.0 + turn, degrees=True).as_matrix()[:d, :d]
+    return joined(long, replace(other, points=other.points @ q.T + np.asarray(offset)))
+
+
+@pytest.mark.parametrize("kinds", [("quad4", "quad4"), ("hex8", "hex8"), ("hex20", "tet10")])
+@pytest.mark.parametrize("turn", [0.0, 17.0])
+def test_bars_that_cross_are_found_by_their_edges(kinds, turn):
+    d = TYPES[kinds[0]].dimension
+    offset = (0.1, 0.2, 0.3)[:d]
+    with pytest.raises(ModelError, match=r"an edge of body \d passes through") as error:
+        check_apart(bars(3.0, 1.0, offset, kinds, turn))
+    said = re.search(r"([\d.e+-]+) m inside at", str(error.value))
+    assert 0.1 < float(said[1]) <= 0.5  # at most half of the width
+
+
+def test_bars_that_pass_each_other_are_not():
+    """One over the other, touching or not, and through the gap of a fork."""
+    for height in (1.0, 1.0 + 1e-9, 1.01, 2.0):
+        check_apart(bars(3.0, 1.0, (0.0, 0.0, height)))
+    fork = joined(
+        box("hex8", [np.array([-3.0, 3.0]), np.array([-1.5, -1.0]), np.array([-1.0, 1.0])]),
+        box("hex8", [np.array([-3.0, 3.0]), np.array([1.0, 1.5]), np.array([-1.0, 1.0])]),
+    )
+    between = box("hex8", [np.array([-4.0, 4.0]), np.array([-0.9, 0.9]), np.array([-0.5, 0.5])])
+    check_apart(joined(fork, between))
+
+
+@pytest.mark.parametrize("depth", [0.02, 0.4])
+def test_edges_may_enter_as_deep_as_nodes(depth):
+    """A tenth of the face that is entered is allowed: facets of curved surfaces cut into each other."""
+    mesh = bars(1.0, 1.0, (0.0, 0.0, 1.0 - depth))
+    if depth < DEEP:
+        check_apart(mesh)
+    else:
+        with pytest.raises(ModelError, match="overlap where they are not said to touch"):
+            check_apart(mesh)
+
+
+@pytest.mark.parametrize("off", [0.0, 1e-12, -1e-9, 1e-6])
+def test_plates_whose_edges_touch_are_apart(off):
+    """Side by side and flush, with nodes that match or not, and corners off by rounding."""
+    lower = box("hex8", [np.linspace(-3, 3, 7), np.linspace(-1, 1, 4), np.linspace(-1, 0, 2)])
+    upper = box("hex8", [np.linspace(-2, 4, 5), np.linspace(-1, 1, 3), np.linspace(0, 1, 2)])
+    check_apart(joined(lower, replace(upper, points=upper.points + np.array([0.0, 0.0, off]))))
+
+
+@pytest.mark.parametrize("sides", [(8, 8), (8, 48), (12, 10), (48, 12), (24, 8)])
+def test_coarse_pins_fit_their_holes(sides):
+    """Corners of one polygon through the sides of the other, whichever way it is turned."""
+    for turn in np.linspace(0.0, 1.0, 7):
+        check_apart(joined(ring(1.0, 2.0, sides[0]), ring(0.3, 1.0, sides[1], turn)))

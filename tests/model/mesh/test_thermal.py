@@ -8,6 +8,7 @@ import scipy.sparse.linalg as spla
 from grids import box, shaken
 from write_inp import write_inp
 
+from microslip.errors import InputError
 from microslip.model.elasticity import Material
 from microslip.model.mesh.assembly import assemble
 from microslip.model.mesh.boundary import joined, surface_of_nodes, with_surfaces
@@ -139,3 +140,6 @@ def test_the_coefficient_is_read_from_a_deck(tmp_path):
     found = read_mesh(deck)
     assert found.materials["steel"].thermal_expansion == 0.0
     assert any("EXPANSION" in str(caution) for caution in found.cautions)
+    deck.write_text(text.replace("*DENSITY", "*EXPANSION\n*DENSITY"))
+    with pytest.raises(InputError, match=r"EXPANSION.*the coefficient is missing"):
+        read_mesh(deck)

@@ -24,6 +24,7 @@ import numpy as np
 from microslip.analyses.prepared.joint import PreparedJoint, flexibility_of
 from microslip.analyses.prepared.joint_modes import JointMode
 from microslip.analyses.prepared.prestress import Prestress
+from microslip.analyses.prepared.saved_soundness import faults_of_entries, faults_of_joint
 from microslip.contact.law import ContactLaw
 from microslip.contact.solver import Solution
 from microslip.errors import InputError
@@ -144,18 +145,22 @@ def load_model(path: str | Path) -> PreparedJoint:
     Raises
     ------
     InputError
-        Where the file is another one, was written in a later format, or is not whole.
+        Where the file is another one, was written in a later format, is not whole, or holds what cannot
+        be: numbers that are none, sizes that do not fit, signs, names of ports that are not there, a
+        prestress that is not that of the model.
     """
     return _Saved(Path(path)).joint()
 
 
 def units_of(path: str | Path) -> str:
     """Of `PER`: what the forces and energies of a saved model are of; raises as `load_model` does."""
-    said = str(_Saved(Path(path))["units"])
-    for per, units in PER.items():
-        if said == units:
-            return per
-    raise InputError(f"{path}: is in units that are not known: {said!r}")
+    return _Saved(Path(path)).per()
+
+
+def load_with_units(path: str | Path) -> tuple[PreparedJoint, str]:
+    """A saved joint, and what its forces are of, from one reading; raises as `load_model` does."""
+    saved = _Saved(Path(path))
+    return saved.joint(), saved.per()
 
 
 class _Saved:
@@ -201,27 +206,21 @@ class _Saved:
             )
         return dict(zip(map(str, names), map(float, given), strict=True))
 
+    def per(self) -> str:
+        """Of `PER`: what forces and energies are of."""
+        said = str(self["units"])
+        for per, units in PER.items():
+            if said == units:
+                return per
+        raise InputError(f"{self.path}: is in units that are not known: {said!r}")
+
     def joint(self) -> PreparedJoint:
-        """Everything put together again, sizes checked."""
+        """Everything put together again, sizes, signs and names checked."""
+        self._refuse(faults_of_entries(self.arrays))
+        self._check_scalars()
         model = self._model()
         law = ContactLaw(self["friction"], self["compliance"])
-        m, n, p = model.pairs, model.dimension * model.pairs, len(model.ports)
-        k = len(model.omega)
-        shapes = {
-            **dict.fromkeys(("area", "friction", "prestress_pressure", "prestress_status"), (m,)),
-            **dict.fromkeys(("compliance", "prestress_r", "prestress_v"), (n,)),
-            "mode_v": (n, k),
-            "residual": (n, n),
-            "port_modes": (k, p),
-            "port_v": (n, p),
-            "port_port": (p, p),
-            "prestress_q": (model.equilibrium_modes,),
-        }
-        for name, shape in shapes.items():
-            if self[name].shape != shape:
-                raise InputError(
-                    f"{self.path}: {name} is {self[name].shape}, and must be {shape}: write it again"
-                )
+        self._check_shapes(model)
         solution = Solution(
             **{key: self[f"prestress_{key}"] for key in ("r", "v", "q", "status")},
             residual=float(self["prestress_residual"]),
@@ -234,9 +233,61 @@ class _Saved:
             self["prestress_touching"],
         )
         mode = self._mode() if "mode_number" in self else None
-        return PreparedJoint(
-            model, flexibility_of(model, law), start, law, str(self["drive"]), mode
-        )
+        with np.errstate(all="ignore"):  # what has no such flexibility is refused below
+            flexibility = flexibility_of(model, law)
+        joint = PreparedJoint(model, flexibility, start, law, str(self["drive"]), mode)
+        self._refuse(faults_of_joint(joint))
+        return joint
+
+    def _refuse(self, faults: Iterator[str]) -> None:
+        """Raise `InputError` with the first of some faults."""
+        for fault in faults:
+            raise InputError(
+                f"{self.path}: {fault}; the file was changed or is not whole: write it again"
+            )
+
+    def _check_scalars(self) -> None:
+        """That the numbers that sizes follow from are such."""
+        known = {
+            "dimension": (2, 3),
+            "equilibrium_modes": range(np.size(self["omega"]) + 1),
+            "drive": None,
+            "prestress_residual": None,
+            "prestress_iterations": None,
+        }
+        for name, allowed in known.items():
+            if self[name].shape != () or (allowed is not None and int(self[name]) not in allowed):
+                raise InputError(f"{self.path}: {name} cannot be {self[name]}: write it again")
+        dimensions = {"ports": 1, "position": 1, "omega": 1, "rayleigh": 1}
+        for name, there in dimensions.items():
+            if self[name].ndim != there:
+                raise InputError(
+                    f"{self.path}: {name} is {self[name].shape}, and must be a list: write it again"
+                )
+
+    def _check_shapes(self, model: JointModel) -> None:
+        """That arrays have the sizes that follow from the pairs, modes and ports."""
+        m, n, p = model.pairs, model.dimension * model.pairs, len(model.ports)
+        k = len(model.omega)
+        shapes = {
+            "rayleigh": (2,),
+            "prestress_touching": (m,),
+            **dict.fromkeys(("area", "friction", "prestress_pressure", "prestress_status"), (m,)),
+            **dict.fromkeys(("compliance", "prestress_r", "prestress_v"), (n,)),
+            "mode_v": (n, k),
+            "residual": (n, n),
+            "port_modes": (k, p),
+            "port_v": (n, p),
+            "port_port": (p, p),
+            "prestress_q": (model.equilibrium_modes,),
+        }
+        may_be = {"image": (m,), "supports": (k, k)}
+        shapes |= {name: shape for name, shape in may_be.items() if name in self}
+        for name, shape in shapes.items():
+            if self[name].shape != shape:
+                raise InputError(
+                    f"{self.path}: {name} is {self[name].shape}, and must be {shape}: write it again"
+                )
 
     def _model(self) -> JointModel:
         bodies = None

@@ -170,7 +170,15 @@ class _Wrench:
         )
         v = f.loads_v @ given + L @ start
         q = turn.T @ (f.loads_q @ given + G @ start)
-        found = without_friction(self.model, loose, v, q, self.scale)
+        try:
+            found = without_friction(self.model, loose, v, q, self.scale)
+        except ContactError as error:
+            names = ", ".join(repr(self.bolts.names[k]) for k in sought)
+            raise ContactError(
+                f"bolt {names}: cannot be tightened to a force: {error}. While its force is given a bolt "
+                "holds no length, and a part that nothing else holds is loose: give its shortening in place "
+                "of its force, a constant force without stiffness, or support the part"
+            ) from None
         out = a.copy()
         out[sought] = start + H @ (G.T @ turn @ found.q - L.T @ found.r)
         return out

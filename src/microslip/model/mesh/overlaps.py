@@ -2,7 +2,9 @@
 
 A node of one body lies in another where it lies on the inner side of all faces of one of its elements. How
 deep is its distance to the nearest outside face. Faces that a contact or a tie names may be entered: the
-coupling says how deep. Elements count as the polyhedra of their corners.
+coupling says how deep. Elements count as the polyhedra of their corners. Where no node does, as of bars that
+cross, the same is asked of the points half way between the places where edges of outside faces, and the
+diagonals that cut them into simplices, pass through those of the other body.
 """
 
 from __future__ import annotations
@@ -16,6 +18,7 @@ import scipy.spatial
 from microslip.brief import Brief
 from microslip.errors import ModelError
 from microslip.model.mesh.boundary import boundary
+from microslip.model.mesh.crossings import midway
 from microslip.model.mesh.finite_elements import FiniteElementMesh
 from microslip.model.mesh.naming import named_bodies
 from microslip.typing import Array, Indices, Mask
@@ -23,6 +26,13 @@ from microslip.typing import Array, Indices, Mask
 DEEP = 0.1
 """Of the size of the face that is entered: deeper is an overlap. Facets of curved surfaces that fit each
 other cut into each other by less."""
+
+ACROSS = 0.26
+"""Of the length of an edge that is inside: deeper in its middle is an overlap. One that cuts off a corner of
+a pin with n sides is ``sin(180°/n) / 2`` deep, a quarter where there are six; one across a bar a half."""
+
+SLIGHT = 0.01
+"""Of the breadth of the faces that an edge passes through: less deep is rounding of their corners."""
 
 NEAREST = 8
 """So many outside faces near a node are looked at for the one that it is nearest to, at first."""
@@ -56,7 +66,7 @@ class _Outside(Brief):
 
 
 def check_apart(mesh: FiniteElementMesh, surfaces: Collection[str] = ()) -> None:
-    """Raise `ModelError` where two bodies overlap, naming both, the deepest node and where it is.
+    """Raise `ModelError` where two bodies overlap, naming both, the deepest node or edge and where it is.
 
     Parameters
     ----------
@@ -88,10 +98,14 @@ def check_apart(mesh: FiniteElementMesh, surfaces: Collection[str] = ()) -> None
         if not len(nodes):
             continue
         outside = _outside(mesh, body, surfaces) if outside is None else outside
-        depth, node = _deepest(mesh, outside, nodes, int(other))
+        depth, at = _deepest(mesh.points[nodes], outside, int(other))
+        node = int(nodes[at])
         if depth > (0.0 if worst is None else worst[0]):
             worst = depth, node, int(other)
     if worst is None:
+        _check_edges(
+            mesh, body, boxes, _outside(mesh, body, surfaces) if outside is None else outside
+        )
         return
     depth, node, other = worst
     names = [name for name, _ in named_bodies(mesh)]
@@ -102,6 +116,67 @@ def check_apart(mesh: FiniteElementMesh, surfaces: Collection[str] = ()) -> None
         f"{pair} overlap where they are not said to touch: node {mesh.node_labels[node]} of {inner} lies "
         f"{depth:.3g} m inside {names[other]}, at ({place}) m; move one of them, or name the surfaces as an "
         "interface or a tie"
+    )
+
+
+def _check_edges(mesh: FiniteElementMesh, body: Indices, boxes: Array, outside: _Outside) -> None:
+    """Raise `ModelError` where an edge of one body passes through another, none of whose nodes are in it."""
+    d = mesh.dimension
+    ends = [(i, j) for i in range(d) for j in range(i + 1, d)]
+    worst: tuple[float, int, int, Array] | None = None
+    for own, other in _near_pairs(boxes):
+        low, high = _common(boxes, int(own), int(other))
+        of_own, of_other = (
+            outside.pieces[
+                (outside.body == k)
+                & (outside.pieces.max(axis=1) >= low).all(axis=1)
+                & (outside.pieces.min(axis=1) <= high).all(axis=1)
+            ]
+            for k in (own, other)
+        )
+        edges = np.concatenate([of_own[:, list(pair)] for pair in ends])
+        x, length = midway(edges, of_other)
+        inside = _in_elements(mesh, body, int(other), x, low, high)
+        x, length = x[inside], length[inside]
+        if not len(x):
+            continue
+        depth, at = _deepest(
+            x, outside, int(other), np.maximum(ACROSS * length, SLIGHT * _breadth(of_other))
+        )
+        if depth > (0.0 if worst is None else worst[0]):
+            worst = depth, int(own), int(other), x[at]
+    if worst is None:
+        return
+    depth, own, other, point = worst
+    names = [name for name, _ in named_bodies(mesh)]
+    pair = " and ".join(names[k] for k in sorted((own, other)))
+    place = ", ".join(f"{c:.4g}" for c in point)
+    raise ModelError(
+        f"{pair} overlap where they are not said to touch: an edge of {names[own]} passes through "
+        f"{names[other]}, {depth:.3g} m inside at ({place}) m; move one of them, or name the surfaces as an "
+        "interface or a tie"
+    )
+
+
+def _breadth(pieces: Array) -> float:
+    """Least length of segments (f, 2, 2), or height of triangles (f, 3, 3)."""
+    sides = [
+        np.linalg.norm(pieces[:, i] - pieces[:, j], axis=1)
+        for i in range(pieces.shape[1])
+        for j in range(i)
+    ]
+    longest = np.max(sides, axis=0)
+    if pieces.shape[2] == 2:
+        return float(longest.min())
+    normal = np.cross(pieces[:, 1] - pieces[:, 0], pieces[:, 2] - pieces[:, 0])
+    return float((np.linalg.norm(normal, axis=1) / longest).min())
+
+
+def _common(boxes: Array, own: int, other: int) -> tuple[Array, Array]:
+    """Low and high corner of what the boxes of two bodies have in common."""
+    return (
+        np.maximum(boxes[own, 0], boxes[other, 0]),
+        np.minimum(boxes[own, 1], boxes[other, 1]),
     )
 
 
@@ -125,17 +200,21 @@ def _near_pairs(boxes: Array) -> Indices:
 
 def _inside(mesh: FiniteElementMesh, body: Indices, own: int, other: int, boxes: Array) -> Indices:
     """Nodes of a body in elements of another."""
-    low, high = (
-        np.maximum(boxes[own, 0], boxes[other, 0]),
-        np.minimum(boxes[own, 1], boxes[other, 1]),
-    )
+    low, high = _common(boxes, own, other)
     nodes = mesh.bodies[own]
     x = mesh.points[nodes]
     nodes = nodes[((x >= low) & (x <= high)).all(axis=1)]
-    if not len(nodes):
-        return nodes
-    tree = scipy.spatial.cKDTree(mesh.points[nodes])
-    hit = np.zeros(len(nodes), dtype=bool)
+    return nodes[_in_elements(mesh, body, other, mesh.points[nodes], low, high)]
+
+
+def _in_elements(
+    mesh: FiniteElementMesh, body: Indices, other: int, x: Array, low: Array, high: Array
+) -> Mask:
+    """Whether points (n, d) are in elements of a body that meet a box."""
+    hit = np.zeros(len(x), dtype=bool)
+    if not len(x):
+        return hit
+    tree = scipy.spatial.cKDTree(x)
     for block in mesh.blocks:
         corners = block.nodes[body[block.nodes[:, 0]] == other][:, : block.type.corners]
         at = mesh.points[corners]
@@ -149,10 +228,8 @@ def _inside(mesh: FiniteElementMesh, body: Indices, own: int, other: int, boxes:
         count = np.array([len(each) for each in found])
         element = np.repeat(np.arange(len(at)), count)
         node = np.concatenate([np.asarray(each, dtype=np.int64) for each in found])
-        hit[
-            node[_within(mesh.points[nodes[node]], at[element], middle[element], block.type.loops)]
-        ] = True
-    return nodes[hit]
+        hit[node[_within(x[node], at[element], middle[element], block.type.loops)]] = True
+    return hit
 
 
 def _within(x: Array, corners: Array, middle: Array, loops: tuple[tuple[int, ...], ...]) -> Mask:
@@ -203,15 +280,17 @@ def _outside(mesh: FiniteElementMesh, body: Indices, surfaces: Collection[str]) 
 
 
 def _deepest(
-    mesh: FiniteElementMesh, outside: _Outside, nodes: Indices, other: int
+    x: Array, outside: _Outside, other: int, allowed: Array | None = None
 ) -> tuple[float, int]:
-    """Depth, and node, of the one that lies deepest in a body in which it may not; 0 where none does."""
+    """Depth, and which, of the point that lies deepest in a body in which it may not; 0 where none does.
+
+    It may as far as `allowed`, (n,), else a part of the face that it is nearest to."""
     mine = np.flatnonzero(outside.body == other)
     tree = scipy.spatial.cKDTree(outside.middle[mine])
-    x = mesh.points[nodes]
-    near = mine[tree.query(x, k=min(NEAREST, len(mine)))[1].reshape(len(nodes), -1)]
+    near = mine[tree.query(x, k=min(NEAREST, len(mine)))[1].reshape(len(x), -1)]
     depth, face = _nearest(x, outside, near)
-    doubtful = np.flatnonzero((depth > DEEP * outside.size[face]) & ~outside.named[face])
+    may = DEEP * outside.size[face] if allowed is None else allowed
+    doubtful = np.flatnonzero((depth > may) & ~outside.named[face])
     largest = float(outside.size[mine].max())
     best = 0.0, -1
     for k in doubtful[np.argsort(-depth[doubtful])]:
@@ -220,8 +299,9 @@ def _deepest(
         # of faces of unlike sizes the nearest may have its middle farther away
         every = mine[tree.query_ball_point(x[k], depth[k] + 0.5 * largest)]
         (least,), (at,) = _nearest(x[[k]], outside, every[None])
-        if least > max(best[0], DEEP * outside.size[at]) and not outside.named[at]:
-            best = float(least), int(nodes[k])
+        most = DEEP * outside.size[at] if allowed is None else allowed[k]
+        if least > max(best[0], most) and not outside.named[at]:
+            best = float(least), int(k)
     return best
 
 

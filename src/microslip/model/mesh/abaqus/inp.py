@@ -255,8 +255,10 @@ class Builder:
     def _expansion(self, card: Keyword | None) -> float:
         """Coefficient of thermal expansion, 1/K; none, with a caution, of what is not the same at all
         temperatures and in all directions."""
-        if card is None or not card.rows:
+        if card is None:
             return 0.0
+        if not card.rows:
+            raise card.refuse("the coefficient is missing")
         kind = card.parameters.get("TYPE", "ISO").upper()
         if kind in ("ISO", "ISOTROPIC") and len(card.rows) == 1:
             return card.rows[0].number(0)

@@ -95,6 +95,10 @@ class _Builder:
             self.cautions.append(
                 Caution("mesh", said, "not used", "the joint file says loads and contact")
             )
+        if self.read.expands:
+            said = ", ".join(f"{label} (line {line})" for label, line in self.read.expands.items())
+            remedy = "give thermal_expansion in [[material]] if temperatures change"
+            self.cautions.append(Caution("mesh", said, "not used", remedy))
         return FiniteElementMesh(
             points=self.length * (points[:, :2] if flat else points),
             node_labels=np.array(list(self.read.nodes)),

@@ -8,6 +8,7 @@ import numpy as np
 
 from microslip.model.mesh.ansys.archive import END, Command, widths_of
 from microslip.model.mesh.ansys.vocabulary import (
+    EXPANSION,
     IDLE_MATERIAL,
     NOTHING,
     PLAIN_MATERIAL,
@@ -21,6 +22,7 @@ class Reading:
 
     def __init__(self) -> None:
         self.routines: dict[int, int] = {}
+        self.expands: dict[str, int] = {}
         self.options: dict[int, dict[int, int]] = {}
         self.nodes: dict[int, tuple[float, ...]] = {}
         self.turned: set[int] = set()
@@ -143,6 +145,8 @@ class Reading:
         numbered = re.match(r"R\d", command.word(0)) is not None
         at = 2 if numbered else 0
         label = command.word(at)
+        if label in EXPANSION:
+            self.expands.setdefault(label, command.line)
         if label in IDLE_MATERIAL:
             return
         if label not in (*PLAIN_MATERIAL, "GXY"):

@@ -30,5 +30,8 @@ PERX LSST SONC VISC
 IDLE_MATERIAL = tuple(_IDLE_MATERIAL.split())
 """Properties that stiffness and mass have nothing of."""
 
+EXPANSION = ("ALPX", "ALPY", "ALPZ", "CTEX")
+"""Those that a change of temperature would need."""
+
 SUPPORTS = {"UX": (0,), "UY": (1,), "UZ": (2,), "ALL": (0, 1, 2)}
 """Components by their names."""
