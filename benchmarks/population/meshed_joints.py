@@ -306,7 +306,7 @@ def make_bodies(d: Draw, layers: list[Layer], bolts: Bolts, half: float, width: 
     shape, quadratic = d.any.choices(list(MESHES), list(MESHES.values()))[0]
     alike = d.often(0.6)
     matching = d.often(0.4)
-    coarse = {2: 0.8 if bolts.count == 1 else 1.0, 3: 1.5}[len(layers)]
+    coarse = {2: 1.0 if bolts.count == 1 else 1.2, 3: 1.7}[len(layers)]
     size = half * (0.75 if quadratic else 0.45) * coarse
     for n, layer in enumerate(layers):
         if n and not alike:

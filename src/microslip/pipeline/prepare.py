@@ -195,7 +195,7 @@ def _assemble(joint: Joint) -> Assembly:
     _check_positions(joint, model)
     _check_scales(opening, mode)
     if source.imported is not None:
-        _check_vibrates(joint, mode)
+        _check_vibrates(joint, mode, states.drifting)
     return Assembly(
         joint=joint,
         structure=structure,
@@ -378,12 +378,12 @@ LOWERED = 1e-3
 """Share by which bonding may lower the frequency of a mode: it never does, but for rounding."""
 
 
-def _check_vibrates(joint: Joint, mode: JointMode) -> None:
+def _check_vibrates(joint: Joint, mode: JointMode, drifting: float) -> None:
     """Raise `InputError` where a response is asked for in a direction that friction alone holds: the sliding
     joint drifts that way, and no mode of it becomes the stuck one."""
     if joint.analysis.response is None:
         return
-    if mode.sliding_omega <= (1 + LOWERED) * mode.stuck_omega:
+    if drifting <= mode.assurance and mode.sliding_omega <= (1 + LOWERED) * mode.stuck_omega:
         return
     raise InputError(
         f"analysis.response: against the port {joint.driven.name!r} friction alone holds the bodies: stuck "
