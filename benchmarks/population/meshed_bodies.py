@@ -1,9 +1,9 @@
 """Bodies cut from boxes, meshed without a mesher, and the files they are written to.
 
-A body is a box with lines along three axes, whose cells are bricks, halved into wedges or divided into six tetrahedra
-along their diagonal, linear or with nodes on the middles of sides. Cells may be left out: holes, and the space around a
-shank. Places of its outside are found by where they are in the box, whatever is done to its nodes afterwards.
-"""
+A body is a box with lines along three axes, whose cells are bricks, halved into wedges or divided into six
+tetrahedra along their diagonal, linear or with nodes on the middles of sides. Cells may be left out: holes,
+and the space around a shank. Places of its outside are found by where they are in the box, whatever is done
+to its nodes afterwards."""
 
 from __future__ import annotations
 

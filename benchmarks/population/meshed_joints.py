@@ -1,15 +1,15 @@
 """Bolted joints in space drawn at random, as joint files with meshes.
 
-python benchmarks/population/meshed_joints.py SEED COUNT FOLDER      writes FOLDER/joint_000.toml and its mesh, ...
+python benchmarks/population/meshed_joints.py SEED COUNT FOLDER    writes joint_000.toml and its mesh, ...
 
-Two or three bodies: a lap of two plates, a fork of three, two plates under a strap. Bricks, wedges and tetrahedra,
-linear and quadratic, shaken a little; nodes that match or do not; interfaces flat, inclined, arched or crowned, with
-gaps; one to three bolts, along or across, between head and nut, behind a stiffness, by shortening, as pressure of
-washers, or in the mesh with a cut through the shank, together or one after the other; friction 0.1 to 0.8; bodies of
-unlike metals; ends built in, free, hinged along an edge or on springs; forces, moments, pressures and moving bases;
-rigid contact or a stiffness. 20 to 150 pairs. One in twelve is no joint: a part that nothing holds, plates too far apart to meet, a bolt
-that pushes them apart. A seed is a population.
-"""
+Two or three bodies: a lap of two plates, a fork of three, two plates under a strap. Bricks, wedges and
+tetrahedra, linear and quadratic, shaken a little; nodes that match or do not; interfaces flat, inclined,
+arched or crowned, with gaps; one to three bolts, along or across, between head and nut, behind a stiffness,
+by shortening, as pressure of washers, or in the mesh with a cut through the shank, together or one after
+the other; friction 0.1 to 0.8; bodies of unlike metals; ends built in, free, hinged along an edge or on
+springs; forces, moments, pressures and moving bases; rigid contact or a stiffness. 20 to 150 pairs. One in
+twelve is no joint: a part that nothing holds, plates too far apart to meet, a bolt that pushes them apart.
+A seed is a population."""
 
 from __future__ import annotations
 
@@ -147,7 +147,9 @@ def joint(draw: Draw, title: str, turned: float = 0.0) -> MeshedJoint:
     crown = d.any.choice([-1, 1]) * d.log(2e-4, 3e-3) if not arch and d.often(0.25) else 0.0
     unsound = ""
     if d.often(1 / 12):
-        unsound = d.any.choice(["a part that nothing holds", "plates that do not meet", "a bolt that pushes"])
+        unsound = d.any.choice(
+            ["a part that nothing holds", "plates that do not meet", "a bolt that pushes"]
+        )
     lift = 10 * max(thick) if unsound == "plates that do not meet" else 0.0
     layers = stacked(kind, half, reach, thick, lift)
     make_bodies(d, layers, bolts, half, width, bool(arch))
@@ -159,14 +161,21 @@ def joint(draw: Draw, title: str, turned: float = 0.0) -> MeshedJoint:
     ends = d.any.choices(["cantilever", "both", "sprung", "hinged", "free"], [3, 3, 2, 2, 2])[0]
     d.bodies = [shaken(d, body, 0.0 if arch or ends == "free" else 0.07) for body in d.bodies]
     d.bodies = [
-        body.moved(lambda p, b=body: bent(b, p, arch, crown, half, layers) @ d.turn.T) for body in d.bodies
+        body.moved(lambda p, b=body: bent(b, p, arch, crown, half, layers) @ d.turn.T)
+        for body in d.bodies
     ]
     whole = d.often(0.7)
     per = 1.0 if whole else 1 / (width * SMALL)
     known = all(body.shape != "wedge" or not body.quadratic for body in d.bodies)
     suffix = ".msh" if d.often(0.4) and known else ".inp"
     ties, d.said = d.said, [f'kind = "mesh"\ntitle = "{title}: {kind}"']
-    d.say("[mesh]", file=f"joint{suffix}", length_unit="mm", width="whole" if whole else f"{width!r} mm", modes=25)
+    d.say(
+        "[mesh]",
+        file=f"joint{suffix}",
+        length_unit="mm",
+        width="whole" if whole else f"{width!r} mm",
+        modes=25,
+    )
     d.said += ties
     moduli = [d.any.choice(list(METALS)) for _ in range(3)]
     same = d.often(0.5)
@@ -186,7 +195,9 @@ def joint(draw: Draw, title: str, turned: float = 0.0) -> MeshedJoint:
     outputs(d, layers, ends)
     text = "\n\n".join(d.said) + "\n"
     write = gmsh_file if suffix == ".msh" else deck
-    return MeshedJoint(text, write(d.bodies, d.sets), f"joint{suffix}", key, d.log(0.02, 0.5), unsound)
+    return MeshedJoint(
+        text, write(d.bodies, d.sets), f"joint{suffix}", key, d.log(0.02, 0.5), unsound
+    )
 
 
 @dataclass(frozen=True)
@@ -246,7 +257,9 @@ class Bolts:
     @classmethod
     def drawn(cls, d: Draw, kind: str, half: float, width: float) -> Bolts:
         """Draw them."""
-        how = d.any.choices(["force", "stiffness", "shortening", "pressure", "section"], [5, 2, 1, 2, 2])[0]
+        how = d.any.choices(
+            ["force", "stiffness", "shortening", "pressure", "section"], [5, 2, 1, 2, 2]
+        )[0]
         count = d.any.choice([1, 2, 3])
         if how == "section":
             count = min(count, 2)
@@ -260,9 +273,18 @@ class Bolts:
         else:
             step = 0.66 * width / (count - 1)
             centres = [(0.0, step * (k - (count - 1) / 2)) for k in range(count)]
-        room = min([0.8 * half if kind != "strap" else 0.4 * half, 0.4 * width] + ([0.4 * step] if count > 1 else []))
-        room = min(room, *(0.9 * (half - abs(x)) for x, _ in centres), *(0.9 * (width / 2 - abs(y)) for _, y in centres))
-        return cls(tuple(centres), room * d.any.uniform(0.55, 0.95), how, count > 1 and d.often(0.4))
+        room = min(
+            [0.8 * half if kind != "strap" else 0.4 * half, 0.4 * width]
+            + ([0.4 * step] if count > 1 else [])
+        )
+        room = min(
+            room,
+            *(0.9 * (half - abs(x)) for x, _ in centres),
+            *(0.9 * (width / 2 - abs(y)) for _, y in centres),
+        )
+        return cls(
+            tuple(centres), room * d.any.uniform(0.55, 0.95), how, count > 1 and d.often(0.4)
+        )
 
     def marks(self, axis: int, scale: float) -> list[float]:
         """Lines that the mesh of a plate has, around the bolts."""
@@ -272,7 +294,9 @@ class Bolts:
     def holed(self, centre: np.ndarray) -> bool:
         """Whether a place lies in a hole."""
         r = 0.5 * self.washer
-        return self.meshed and any(max(abs(centre[0] - x), abs(centre[1] - y)) < r for x, y in self.centres)
+        return self.meshed and any(
+            max(abs(centre[0] - x), abs(centre[1] - y)) < r for x, y in self.centres
+        )
 
     def say(self, d: Draw, layers: list[Layer], force: float, per: float, push: bool) -> None:
         """Sections of the joint file."""
@@ -281,11 +305,16 @@ class Bolts:
         if self.how == "pressure":
             on = [f"{side}_{k}" for k in range(self.count) for side in ("HEAD", "NUT")]
             area = (2 * self.washer) ** 2 * SMALL**2
-            d.say("[[preload]]", name="washers", on=on, pressure=(force / area if not push else 1.0))
+            d.say(
+                "[[preload]]", name="washers", on=on, pressure=(force / area if not push else 1.0)
+            )
             return
         for k in range(self.count):
             own = force * d.any.uniform(0.6, 1.4)
-            keys: dict[str, object] = {"name": f"bolt_{k}", "order": k + 1 if self.ordered else None}
+            keys: dict[str, object] = {
+                "name": f"bolt_{k}",
+                "order": k + 1 if self.ordered else None,
+            }
             if self.how == "section":
                 d.say("[[preload]]", **keys, section=f"SHANK_{k}", force=own * per)
                 continue
@@ -296,17 +325,23 @@ class Bolts:
                 keys["force"] = own * per
             else:
                 keys["stiffness"] = stiffness * per
-                keys |= {"force": own * per} if self.how == "stiffness" else {"shortening": 2.5 * own / stiffness}
+                keys |= (
+                    {"force": own * per}
+                    if self.how == "stiffness"
+                    else {"shortening": 2.5 * own / stiffness}
+                )
             d.say("[[preload]]", **keys)
 
 
-def make_bodies(d: Draw, layers: list[Layer], bolts: Bolts, half: float, width: float, arched: bool) -> None:
+def make_bodies(
+    d: Draw, layers: list[Layer], bolts: Bolts, half: float, width: float, arched: bool
+) -> None:
     """Mesh the plates."""
     high = max(layer.level for layer in layers)
     shape, quadratic = d.any.choices(list(MESHES), list(MESHES.values()))[0]
     alike = d.often(0.6)
     matching = d.often(0.4)
-    coarse = {2: 1.0 if bolts.count == 1 else 1.2, 3: 1.7}[len(layers)]
+    coarse = {2: 1.0 if bolts.count == 1 else 1.2, 3: 2.5}[len(layers)]
     size = half * (0.75 if quadratic else 0.45) * coarse
     for n, layer in enumerate(layers):
         if n and not alike:
@@ -381,7 +416,7 @@ def shaken(d: Draw, body: Body, share: float) -> Body:
 def bent(
     body: Body, points: np.ndarray, arch: float, crown: float, half: float, layers: list[Layer]
 ) -> np.ndarray:
-    """Arched as a whole, and the lowest interface of the upper body crowned: its middle or its edges stand out."""
+    """Arched as a whole, and the upper body crowned below: its middle or its edges stand out."""
     found = points.copy()
     if body.name in ("UPPER", "STRAP") and crown:
         bottom = body.place[:, 2] == next(layer.z[0] for layer in layers if layer.name == body.name)
@@ -402,7 +437,9 @@ def contacts(d: Draw, layers: list[Layer], thick: list[float]) -> None:
     friction = d.log(0.1, 0.8)
     elastic = d.log(1e12, 1e14) if d.often(0.4) else None
     both = d.often(0.5)
-    gap = d.any.choice([-1, 1]) * d.log(0.1e-6, 3e-6) if len(couples) == 2 and d.often(0.3) else None
+    gap = (
+        d.any.choice([-1, 1]) * d.log(0.1e-6, 3e-6) if len(couples) == 2 and d.often(0.3) else None
+    )
     for k, (first, second) in enumerate(couples):
         if d.often(0.5):
             first, second = second, first
@@ -414,7 +451,9 @@ def contacts(d: Draw, layers: list[Layer], thick: list[float]) -> None:
         )  # fmt: skip
 
 
-def supports(d: Draw, ends: str, layers: list[Layer], per: float, modulus: float, thick: float) -> None:
+def supports(
+    d: Draw, ends: str, layers: list[Layer], per: float, modulus: float, thick: float
+) -> None:
     """What holds the joint."""
     left = [layer.name for layer in layers if layer.far < 0]
     right = next(layer.name for layer in layers if layer.far > 0)
@@ -464,7 +503,11 @@ def outputs(d: Draw, layers: list[Layer], ends: str) -> None:
     """What is reported, reactions along every axis among it."""
     right = next(layer.name for layer in layers if layer.far > 0)
     d.say("[[output]]", name="out", on=f"{right}_SIDE", direction=d.along((0, 0, 1)))
-    held = [layer.name for layer in layers if layer.far and (layer.far < 0 or ends in ("both", "hinged"))]
+    held = [
+        layer.name
+        for layer in layers
+        if layer.far and (layer.far < 0 or ends in ("both", "hinged"))
+    ]
     if ends == "free":
         return
     place = "EDGE" if ends == "hinged" else "END"

@@ -1,15 +1,14 @@
 """Random bolted joints in space through the command line, and what is independent beside it.
 
-python benchmarks/population/meshes.py [--seeds 11 12 13] [--count 10] [--out FILE] [--files FOLDER] [--page FILE]
+python benchmarks/population/meshes.py [--seeds 11 12 13] [--count 10] [--out FILE] [--page FILE]
 
-Every joint of `meshed_joints.py` is written as a user has it, a joint file and a mesh, and run: prestress, quasi-static
-cycles, backbones of the mode that its load drives by all three methods, table and response of the refined model under
-a load of its own (what resonates at a share of opening), then harmonic balance and time integration at the frequency of
-its largest answer. Beside that: what the load and friction did over closed cycles, the supports against the load,
-backbones against each other where the joint sticks and where it slips, harmonic balance and the response against time
-integration, and the whole mesh turned by 35° about the normal of its interfaces. Lines in FILE (JSON, one a joint) are
-not computed again.
-"""
+Every joint of `meshed_joints.py` is written as a user has it, a joint file and a mesh, and run: prestress,
+quasi-static cycles, backbones of the mode that its load drives by all three methods, table and response of
+the refined model under a load of its own (what resonates at a share of opening), then harmonic balance and
+time integration at the frequency of its largest answer. Beside that: what the load and friction did over
+closed cycles, the supports against the load, backbones against each other where the joint sticks and where
+it slips, harmonic balance and the response against time integration, and the whole mesh turned by 35° about
+the normal of its interfaces. Lines in FILE (JSON, one a joint) are not computed again."""
 
 from __future__ import annotations
 
@@ -87,21 +86,24 @@ max_cycles = 150
 
 PAGE = """# Bolted joints in space at random
 
-Joints in space drawn at random, none of which anything was developed on, each written as a joint file and a mesh and run
-as `microslip run` does (`python benchmarks/population/meshes.py`). What is drawn is in
-`benchmarks/population/meshed_joints.py`: laps, forks and straps of two or three bodies with one to three bolts, described
-in five ways; bricks, wedges and tetrahedra, linear and quadratic, matching or not; interfaces flat, inclined, arched, crowned or
-with gaps; friction 0.1 to 0.8, unlike metals, five kinds of supports, forces, moments, pressures and moving bases. Loads are
-what resonates at 2 to 50 % of what opens the joint. *Refused in words*: the run ends with one message that says what is wrong;
-one joint in twelve is drawn to be none, and the others refused are listed. *Some of it failed*: the run gives an answer and
-says of some points that there is none.
+Joints in space drawn at random, none of which anything was developed on, each written as a joint file and a
+mesh and run as `microslip run` does (`python benchmarks/population/meshes.py`). What is drawn is in
+`benchmarks/population/meshed_joints.py`: laps, forks and straps of two or three bodies with one to three
+bolts, described in five ways; bricks, wedges and tetrahedra, linear and quadratic, matching or not;
+interfaces flat, inclined, arched, crowned or with gaps; friction 0.1 to 0.8, unlike metals, five kinds of
+supports, forces, moments, pressures and moving bases. Loads are what resonates at 2 to 50 % of what opens
+the joint. *Refused in words*: the run ends with one message that says what is wrong; one joint in twelve is
+drawn to be none, and the others refused are listed. *Some of it failed*: the run gives an answer and says
+of some points that there is none.
 
 """
 
 
 def held_directions(joint: MeshedJoint) -> list[str]:
     """Outputs that are reactions of all supports."""
-    return [line.split('"')[1] for line in joint.text.splitlines() if line.startswith('name = "hold_')]
+    return [
+        line.split('"')[1] for line in joint.text.splitlines() if line.startswith('name = "hold_')
+    ]
 
 
 def scaled_load(a: Assembly, joint: MeshedJoint) -> float:
@@ -138,7 +140,7 @@ def _stored(cycle: microslip.Cycle) -> float:
 
 
 def reactions(done: Run, joint: MeshedJoint) -> float | None:
-    """What the supports leave of the load in quasi-static cycles, over it; None where springs hold some of it."""
+    """What the supports leave of the load in a quasi-static cycle, over it; None where springs help."""
     holds, port = held_directions(joint), next(p for p in done.joint.port if p.name == "drive")
     cycles = done.cycles.get("load", ())
     if not holds or done.joint.spring or port.kind not in BALANCED or not cycles:
@@ -161,7 +163,11 @@ def stuck_ends(done: Run) -> dict:
     curves = {curve.method: curve for curve in done.backbones if len(curve.points)}
     found: dict = {"methods": sorted(curves)}
     mode = next(iter(curves.values())).mode if curves else done.mode
-    found |= {"sliding_hz": mode.sliding_frequency, "stuck_hz": mode.stuck_frequency, "mac": mode.assurance}
+    found |= {
+        "sliding_hz": mode.sliding_frequency,
+        "stuck_hz": mode.stuck_frequency,
+        "mac": mode.assurance,
+    }
     exact = {k: v for k, v in curves.items() if k != "quasi_static"}
     misses = [abs(v.frequency[0] / mode.stuck_frequency - 1) for v in exact.values()]
     found["stuck"] = float(max(misses)) if misses else None
@@ -187,7 +193,11 @@ def at_the_peak(done: Run, text: str, file: Path) -> dict:
     stated = None if curve.error_indicator is None else float(curve.error_indicator[k])
     file.write_text(text + SECOND.format(low=0.97 * peak, peak=peak))
     again = run(microslip.load_joint(file), done=done.outcomes)
-    found: dict = {"peak_hz": peak, "edge": curve.peak_at_edge, "opens": math.isfinite(curve.opening_load)}
+    found: dict = {
+        "peak_hz": peak,
+        "edge": curve.peak_at_edge,
+        "opens": math.isfinite(curve.opening_load),
+    }
     found["failed"] = [str(f) for f in again.failures if f.stage in ("harmonic", "time")]
     times = [abs(t.steady.amplitude) for t in again.time_domain if t.settled]
     points = [p for h in again.harmonic for p in h.points if abs(p.frequency / peak - 1) < 1e-9]
@@ -208,14 +218,19 @@ def turned_difference(a: Assembly, done: Run, twin: Assembly) -> float:
     misses = [
         twin.mode.sliding_omega / a.mode.sliding_omega - 1,
         twin.mode.stuck_omega / a.mode.stuck_omega - 1,
-        *((_sorted(twin.prestress.pressure) - _sorted(a.prestress.pressure)) / a.prestress.pressure.max()),
+        *(
+            (_sorted(twin.prestress.pressure) - _sorted(a.prestress.pressure))
+            / a.prestress.pressure.max()
+        ),
     ]
     cycles = done.cycles.get("load", ())
     if cycles:
         own = cycles[len(cycles) // 2]
         other = microslip.cycle(twin.prepared, own.amplitude, steps=60, max_cycles=2)
         same = microslip.cycle(a.prepared, own.amplitude, steps=60, max_cycles=2)
-        misses.append(np.abs(_sorted(other.pressure) - _sorted(same.pressure)).max() / same.pressure.max())
+        misses.append(
+            np.abs(_sorted(other.pressure) - _sorted(same.pressure)).max() / same.pressure.max()
+        )
         size = max(same.dissipated, 1e-3 * same.amplitude * float(np.ptp(same.output[:, 0])))
         misses.append((other.dissipated - same.dissipated) / size)
     return float(np.abs(misses).max())
@@ -309,7 +324,9 @@ def page(rows: dict[str, dict]) -> str:
             lines += ["", f"## {kind.capitalize()}", "", "| joint | | |", "|---|---|---|"]
         for name, row in chosen:
             said = row.get("said") or "; ".join(row["failed"][:3])
-            lines.append(f"| {name} | {row['unsound']} | {' '.join(said.split()).replace('|', '/')[:300]} |")
+            lines.append(
+                f"| {name} | {row['unsound']} | {' '.join(said.split()).replace('|', '/')[:300]} |"
+            )
     return PAGE + "\n".join(lines) + "\n"
 
 
@@ -336,11 +353,23 @@ def main() -> int:
                 folder = asked.files / f"{seed}_{number:03d}" if asked.files else Path(spare)
                 try:
                     row = row_of(joint, twin, folder)
-                except Exception as error:  # a fault of the program is counted, and the study goes on
-                    row = {"unsound": joint.unsound, "kind": FAILED, "said": f"{type(error).__name__}: {error}"}
+                except (
+                    Exception
+                ) as error:  # a fault of the program is counted, and the study goes on
+                    row = {
+                        "unsound": joint.unsound,
+                        "kind": FAILED,
+                        "said": f"{type(error).__name__}: {error}",
+                    }
             rows[name] = {"joint": name, "wall": time.process_time() - began, **row}
             keep_row(asked.out, rows[name])
-            print(name, row["kind"], f"{rows[name]['wall']:.1f} s", row.get("said", "")[:200], flush=True)
+            print(
+                name,
+                row["kind"],
+                f"{rows[name]['wall']:.1f} s",
+                row.get("said", "")[:200],
+                flush=True,
+            )
     text = page(rows)
     print(text[text.index("| |") :])
     if asked.page:

@@ -60,7 +60,7 @@ def opening_load(joint: PreparedJoint, port: str | None = None) -> float:
     >>> round(microslip.opening_load(joint) / (1e6 * 0.0375), 9)  # P times the half overlap
     1.0
     """
-    return limit_load(joint.model, joint.prestress, port or joint.drive)
+    return limit_load(joint.model, joint.prestress, port or joint.drive, joint.law.friction)
 
 
 def cycle(

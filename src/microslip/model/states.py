@@ -21,7 +21,7 @@ from microslip.typing import Array, Indices
 
 @dataclass(frozen=True, repr=False)
 class LinearStates(Brief):
-    """Sliding and stuck mode on every degree of freedom, mass-normalised, the stuck one positive under the load.
+    """Sliding and stuck mode on every degree of freedom, mass-normalised; the load works on the stuck one.
 
     Attributes
     ----------

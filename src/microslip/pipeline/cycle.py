@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from microslip.analyses.reduced.table import EquivalentTable, equivalent_table
 from microslip.analyses.prepared.scales import load_scale
+from microslip.analyses.reduced.table import EquivalentTable, equivalent_table
 from microslip.analyses.statics.cycle import Cycle, quasi_static_cycle
 from microslip.brief import Brief
 from microslip.errors import ContactError, Failure, MicroslipError

@@ -125,7 +125,7 @@ def on_port(assembly: Assembly, drive: str, load: Array | float) -> Array | floa
 def opening_of(assembly: Assembly, port: str) -> float:
     """Amplitude of a port that opens the joint."""
     p = assembly.prepared
-    return opening_load(p.model, p.prestress, port)
+    return opening_load(p.model, p.prestress, port, p.law.friction)
 
 
 # without friction ----------------------------------------------------------------------------------

@@ -190,7 +190,7 @@ def _assemble(joint: Joint) -> Assembly:
     model = source.with_gaps(model)
     flexibility = flexibility_of(model, law)
     mode = mode_of_structure(states, structure, model)
-    opening = opening_load(model, start, drive)
+    opening = opening_load(model, start, drive, law.friction)
     _check_loads(joint, opening)
     _check_positions(joint, model)
     _check_scales(opening, mode)

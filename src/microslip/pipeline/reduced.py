@@ -99,7 +99,7 @@ def table_range(assembly: Assembly, driven: EquivalentTable | None) -> tuple[flo
     scale, opening = amplitude_scale(assembly), opening_amplitude(assembly)
     if not 0 < scale < np.inf:
         raise MicroslipError(
-            f"the interface feels the mode from the amplitude {scale:g} on: the range of amplitudes is not known"
+            f"the amplitude that the interface feels is {scale:g}: the range of amplitudes is not known"
         )
     smallest, largest = GENTLE * scale, MOST_OF_OPENING * scale
     if driven is not None:

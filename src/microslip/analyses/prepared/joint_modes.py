@@ -160,8 +160,8 @@ def joint_modes(model: JointModel, start: Prestress, law: ContactLaw) -> tuple[J
 
 
 def _partners(assurance: Array) -> list[int]:
-    """The stuck mode (column) of each sliding mode (row): one of its own, or the one most like it where what is
-    left is unlike.
+    """The stuck mode (column) of each sliding mode (row): one of its own, or, where what is left is unlike
+    it, the one most like it.
 
     Examples
     --------

@@ -10,11 +10,11 @@ from microslip.typing import Array
 
 
 def load_scale(joint: PreparedJoint, port: str) -> float:
-    """Amplitude of a port that opens the joint or, where none does, that the contact feels as much as the preload.
+    """Amplitude of a port that opens the joint; where none does, that the contact feels as the preload.
 
-    No amplitude opens a joint whose bodies the load cannot move as rigid ones: their ends are held, or bolts
-    keep their length. There it is the amplitude under which, with all touching pairs bonded, the largest change
-    of a reaction is the largest reaction of the preload,
+    No amplitude opens a joint whose bodies the load cannot move as rigid ones: their ends are held, or
+    bolts keep their length. There it is the amplitude under which, with all touching pairs bonded, the
+    largest change of a reaction is the largest reaction of the preload,
 
         W_bb r - R_b q = v_free_b,   R_b^T r + K q = q_free,   a = max r_0 / max |r|.
 
@@ -40,7 +40,7 @@ def load_scale(joint: PreparedJoint, port: str) -> float:
     >>> load_scale(joint, "moment") == microslip.opening_load(joint)
     True
     """
-    limit = opening_load(joint.model, joint.prestress, port)
+    limit = opening_load(joint.model, joint.prestress, port, joint.law.friction)
     if np.isfinite(limit):
         return limit
     felt = float(np.abs(_change_of_reactions(joint, port)).max(initial=0.0))
