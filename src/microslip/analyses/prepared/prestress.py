@@ -12,7 +12,15 @@ import numpy as np
 from scipy.optimize import linprog
 
 from microslip.brief import Brief
-from microslip.contact.pairs import FORWARD, at_rest, by_pair, normal, normal_rows, slip_history, touches
+from microslip.contact.pairs import (
+    FORWARD,
+    at_rest,
+    by_pair,
+    normal,
+    normal_rows,
+    slip_history,
+    touches,
+)
 from microslip.contact.solver import ContactSolver, Solution
 from microslip.errors import ContactError
 from microslip.model.flexibility import Flexibility
