@@ -53,21 +53,21 @@ FIRST = """
 port = "drive"
 {key} = [{load!r}]
 [analysis.cycle]
-count = 5
+count = 4
 steps = 60
 smallest = 2e-3
 largest = 0.6
 [analysis.reduced]
-amplitudes = 12
-steps = 60
+amplitudes = 10
+steps = 48
 [analysis.response]
 count = 201
 [analysis.backbone]
 modes = [{mode}]
 methods = ["quasi_static", "prescribed", "harmonic"]
-count = 4
+count = 3
 smallest = 1e-5
-largest = 0.1
+largest = 0.03
 steps = 60
 harmonics = 3
 """

@@ -178,8 +178,10 @@ def test_a_preload_that_pulls_is_refused(structure):
 @pytest.mark.parametrize("dimension", [2, 3])
 @pytest.mark.parametrize(("of_jamming", "held"), [(0.9, 1.5), (1.1, np.inf)])
 def test_a_hinged_body_opens_unless_friction_jams_it(dimension, of_jamming, held):
-    """A plate that turns about a hinge at height h below its interface, pressed down at b by P: a moment lifts it
-    where ``M = P b``, and never where friction ``mu > x / h`` jams the pair nearest to the hinge, at x."""
+    """A plate that turns about a hinge at height h below its interface, pressed down at b by P.
+
+    A moment lifts it where ``M = P b``, and never where friction ``mu > x / h`` jams the pair at x, the
+    nearest to the hinge."""
     x, h, b, P = np.array([1.0, 1.5, 2.0]), 2.0, 1.5, 1.0
     turn = np.zeros((3, dimension))
     turn[:, 0], turn[:, 1] = -x, -h  # approach, and sideways

@@ -34,7 +34,7 @@ def holed(shape, quadratic):
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("ending", [".inp", ".msh"])
 def test_a_box_with_a_hole(kind, ending, tmp_path):
-    """Mass of all nodes, areas of surfaces, and a node set, by geometry; Gmsh's quadratic wedges are not read."""
+    """Mass, areas of surfaces and a node set, by geometry; quadratic wedges of Gmsh are not read."""
     if kind == ("wedge", True) and ending == ".msh":
         return
     body = holed(*kind)

@@ -227,9 +227,9 @@ def _opening_motions(v: Array, dimension: int) -> Array:
     """(e, f) combinations of rigid motions that part the sides of pairs; the others slide them past each
     other, or move all bodies together.
 
-    Of orthonormal motions of the pairs those that move them less than `SLIDING` along their normals slide; the
-    rest is orthogonal to these in the tangential directions too, so that shear of a flat interface does no
-    work on it.
+    Of orthonormal motions of the pairs those that move them less than `SLIDING` along their normals slide;
+    the rest is orthogonal to these in the tangential directions too, so that shear of a flat interface does
+    no work on it.
     """
     moved, size, directions = np.linalg.svd(v, full_matrices=False)
     known = size > ROUNDING * size.max(initial=1e-300)
