@@ -59,7 +59,7 @@ smallest = 2e-3
 largest = 0.6
 [analysis.reduced]
 amplitudes = 10
-steps = 48
+steps = 60
 [analysis.response]
 count = 201
 [analysis.backbone]

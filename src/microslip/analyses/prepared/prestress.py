@@ -33,6 +33,9 @@ ROUNDING = 1e-9
 SLIDING = 0.2
 """Share of a motion along the normals of the pairs up to which it slides the bodies past each other."""
 
+ACROSS = 1e-6
+"""Share of a load's work on motions that slide, up to which what it does on those that part is none."""
+
 FACETS = 16
 """Edges of what stands for a round cone of friction."""
 
@@ -180,12 +183,13 @@ def opening_load(
     """
     if model.bodies is None or not model.bodies.v.shape[1]:
         return float("inf")
-    relative = _opening_motions(model.bodies.v, model.dimension)
-    motions, ports = model.bodies.v @ relative, model.bodies.ports @ relative
+    parting, relative = _opening_motions(model.bodies.v, model.dimension)
+    motions, ports = model.bodies.v @ parting, model.bodies.ports @ parting
     held = (model.amplitudes(start.preload) / start.force) @ ports
     load = ports[model.port(port)]
     size = np.abs(load).max(initial=0.0)
-    if not size > 1e-12 * np.abs(ports).max(initial=0.0):
+    slides = np.abs(model.bodies.ports[model.port(port)] @ relative).max(initial=0.0)
+    if not size > max(1e-12 * np.abs(ports).max(initial=0.0), ACROSS * slides):
         return float("inf")
     work = _within_cones(motions, np.broadcast_to(friction, model.pairs), model.dimension)
     limits = []
@@ -223,9 +227,9 @@ def _within_cones(motions: Array, friction: Array, dimension: int) -> Array:
     return np.hstack([normal_work + wider * friction * (slid @ edge) for edge in edges])
 
 
-def _opening_motions(v: Array, dimension: int) -> Array:
-    """(e, f) combinations of rigid motions that part the sides of pairs; the others slide them past each
-    other, or move all bodies together.
+def _opening_motions(v: Array, dimension: int) -> tuple[Array, Array]:
+    """Combinations (columns) of rigid motions that part the sides of pairs, and all that move these against
+    each other; the others move all bodies together.
 
     Of orthonormal motions of the pairs those that move them less than `SLIDING` along their normals slide;
     the rest is orthogonal to these in the tangential directions too, so that shear of a flat interface does
@@ -234,7 +238,8 @@ def _opening_motions(v: Array, dimension: int) -> Array:
     moved, size, directions = np.linalg.svd(v, full_matrices=False)
     known = size > ROUNDING * size.max(initial=1e-300)
     if not known.any():
-        return np.zeros((v.shape[1], 0))
+        return np.zeros((v.shape[1], 0)), np.zeros((v.shape[1], 0))
     _, share, mixed = np.linalg.svd(moved[normal_rows(dimension)][:, known], full_matrices=False)
     parting = mixed[share > SLIDING].T
-    return np.asarray((directions[known].T / size[known]) @ parting)
+    relative = directions[known].T / size[known]
+    return np.asarray(relative @ parting), np.asarray(relative)
