@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from conftest import CLAMP, FRICTION, GEOMETRY, MATERIAL, RAYLEIGH, joint_struct
 from microslip.analyses.harmonic.paths import raise_load
 from microslip.analyses.harmonic.problem import harmonic_problem
 from microslip.analyses.prepared.joint import prepare_joint, with_principal_mode
-from microslip.analyses.prepared.prestress import opening_load, prestress
+from microslip.analyses.prepared.prestress import FACETS, opening_load, prestress
 from microslip.analyses.statics.cycle import quasi_static_cycle
 from microslip.analyses.statics.held import hold_mode
 from microslip.analyses.statics.prescribed import prescribed_cycle
@@ -172,3 +173,27 @@ def test_a_preload_that_pulls_is_refused(structure):
     law = contact_law(pulling.pairs, FRICTION)
     with pytest.raises(ContactError):
         prepare_joint(pulling, law, {"clamp": CLAMP}, "clamp")
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize(("of_jamming", "held"), [(0.9, 1.5), (1.1, np.inf)])
+def test_a_hinged_body_opens_unless_friction_jams_it(dimension, of_jamming, held):
+    """A plate that turns about a hinge at height h below its interface, pressed down at b by P.
+
+    A moment lifts it where ``M = P b``, and never where friction ``mu > x / h`` jams the pair at x, the
+    nearest to the hinge."""
+    x, h, b, P = np.array([1.0, 1.5, 2.0]), 2.0, 1.5, 1.0
+    turn = np.zeros((3, dimension))
+    turn[:, 0], turn[:, 1] = -x, -h  # approach, and sideways
+    ports = np.array([[-P * b], [1.0]])
+    model = SimpleNamespace(
+        bodies=SimpleNamespace(v=turn.reshape(-1, 1), ports=ports),
+        dimension=dimension,
+        pairs=3,
+        port=["press", "lift"].index,
+        amplitudes=lambda preload: np.array([preload["press"], 0.0]),
+    )
+    start = SimpleNamespace(preload={"press": 1.0}, force=1.0)
+    wider = 1.0 if dimension == 2 else np.cos(np.pi / FACETS)
+    friction = wider * of_jamming * x[0] / h
+    assert opening_load(model, start, "lift", friction) == pytest.approx(held, rel=1e-9)

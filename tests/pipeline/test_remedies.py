@@ -4,58 +4,10 @@ from __future__ import annotations
 
 import json
 
-import pytest
 from mesh_files import section_document
 from typer.testing import CliRunner
 
 from microslip.cli.main import app
-from microslip.describe.reading import load_joint
-from microslip.errors import MicroslipError
-from microslip.pipeline.prepare import assemble
-from microslip.pipeline.reduced import table_range
-
-CLAMPED = """
-[beams]
-length = "250 mm"
-thickness = "12 mm"
-overlap_half_length = "37 mm"
-[material]
-youngs_modulus = "70 GPa"
-poissons_ratio = 0.3
-density = "2 g/cm^3"
-[contact]
-friction = 0.3
-pairs = 21
-[clamp]
-force = "1 MN/m"
-half_length = "25 mm"
-[support]
-left = "clamped"
-right = "clamped"
-[[port]]
-name = "base"
-kind = "base"
-direction = "y"
-[load]
-port = "base"
-acceleration = 50
-[[output]]
-name = "middle"
-[analysis.response]
-count = 11
-"""
-
-MODE = "vibrating in this mode opens the joint at no amplitude"
-
-
-def test_a_joint_that_nothing_opens_has_no_reduced_model(tmp_path):
-    (tmp_path / "joint.toml").write_text(CLAMPED)
-    checked = CliRunner().invoke(app, ["check", str(tmp_path / "joint.toml")])
-    assert checked.exit_code == 0, checked.output
-    assert "no reduced model" in checked.output
-    with pytest.raises(MicroslipError, match=MODE) as caught:
-        table_range(assemble(load_joint(tmp_path / "joint.toml")), None)
-    assert "list the amplitudes of cycles under [analysis.cycle]" in str(caught.value)
 
 
 def toml(value):

@@ -24,6 +24,7 @@ from microslip.analyses.harmonic.response import HarmonicResponse, frequency_res
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.prepared.joint_modes import joint_modes, pick_mode
 from microslip.analyses.prepared.prestress import opening_load as limit_load
+from microslip.analyses.prepared.scales import load_scale
 from microslip.analyses.reduced.outputs import response_motion
 from microslip.analyses.reduced.refined import load_offset, refined_table
 from microslip.analyses.reduced.response import Response, forced_response
@@ -59,7 +60,7 @@ def opening_load(joint: PreparedJoint, port: str | None = None) -> float:
     >>> round(microslip.opening_load(joint) / (1e6 * 0.0375), 9)  # P times the half overlap
     1.0
     """
-    return limit_load(joint.model, joint.prestress, port or joint.drive)
+    return limit_load(joint.model, joint.prestress, port or joint.drive, joint.law.friction)
 
 
 def cycle(
@@ -238,7 +239,7 @@ def reduced_response(
     """
     mode = joint.principal()
     held = hold_mode(joint, 0.5 * (mode.sliding_omega + mode.stuck_omega), upper=2)
-    largest = UP_TO * opening_load(joint, mode.port) / mode.sliding_omega**2
+    largest = UP_TO * load_scale(joint, mode.port) / mode.sliding_omega**2
     smallest = 1e-5 * largest
     table, _ = refined_table(held, smallest, largest, amplitudes)
     model = two_mode_model(joint, "refined", load_offset(held, smallest))

@@ -30,9 +30,7 @@ from microslip.model.imported import Imported
 from microslip.pipeline.cost import check_size, degrees_of_freedom, memory, total_seconds
 from microslip.pipeline.estimate import Estimate, elastic_limit, estimate, input_doubts
 from microslip.pipeline.geometry import unplaced
-from microslip.pipeline.loads import opening_amplitude
 from microslip.pipeline.prepare import Assembly, assemble
-from microslip.pipeline.reduced import WITHOUT_RANGE
 from microslip.pipeline.run import asked_for
 from microslip.registry import column
 from microslip.show.described import draw_described
@@ -113,10 +111,6 @@ def _of_beams(joint: LapJoint) -> Iterator[Row]:
     yield from _loads(joint)
     yield from _load(joint, found)
     used, written = joint.contact.pairs_used, joint.contact.pairs
-    if joint.analysis.response is not None and {joint.support.left, joint.support.right} == {
-        "clamped"
-    }:
-        yield "no reduced model", WITHOUT_RANGE
     raised = f"  (raised from {written}: must be odd)" if used != written else ""
     yield "contact pairs", f"{used}{raised}, {found.clamp_pairs:.0f} across the clamp"
     yield from _work(joint, found.degrees_of_freedom)
@@ -171,8 +165,6 @@ def _of_files(joint: Joint, done: Assembly | None) -> Iterator[Row]:
         f"what opens it on the port {joint.driven.name}",
         said.named(opening) if math.isfinite(opening) else "no amplitude",
     )
-    if joint.analysis.response is not None and not math.isfinite(opening_amplitude(assembly)):
-        yield "no reduced model", WITHOUT_RANGE
     yield from _loads(joint)
     yield from _work(joint, assembly.structure.dofs)
 

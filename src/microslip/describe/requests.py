@@ -74,7 +74,7 @@ class CycleAnalysis(Section):
     """Quasi-static cycles: stiffness and damping against amplitude M/(PL).
 
     Under a port that the file names, `smallest` and `largest` are over the amplitude that opens the
-    joint.
+    joint or, where none does, that changes the largest reaction by as much as the preload.
 
     `drives` left out are the end moment and what the forced response reads: `LapJoint.drives`.
     """

@@ -149,7 +149,9 @@ def structure_from_mesh(
     motions = _motions(mesh, rotations, coordinates)
     stops = _stopped(mesh, bolts, coordinates, constraints.rows)
     motions = _left_free(motions, fixed, stops)
-    _check_held(mesh, motions, _wide(relative, extra), S)
+    aside = any(bolt.stiffness is not None for bolt in bolts) and not len(supported)
+    widest = max((float(np.abs(c.gap).max(initial=0.0)) for c in couplings), default=0.0)
+    _check_held(mesh, motions, _wide(relative, extra), S, widest, aside)
     thermal = {
         name: thermal_load(mesh, change, materials) for name, change in (temperatures or {}).items()
     }
@@ -380,11 +382,19 @@ def _left_free(motions: Array, fixed: Indices, constraints: sp.csr_matrix) -> Ar
 
 
 def _check_held(
-    mesh: FiniteElementMesh, motions: Array, relative: sp.csr_matrix, springs: sp.csc_matrix
+    mesh: FiniteElementMesh,
+    motions: Array,
+    relative: sp.csr_matrix,
+    springs: sp.csc_matrix,
+    gap: float = 0.0,
+    aside: bool = False,
 ) -> None:
     """Raise `ModelError` where rigid motions of some bodies meet no support, no spring and no other body.
 
-    All bodies together may be held by nothing at all: `microslip.model.loose` keeps them in their place.
+    All bodies may be held by nothing together: `microslip.model.loose` keeps them in their place. Sides of a
+    pair that are a gap g apart move past each other by the turn times g where all turn together; that holds
+    nothing. With `aside` bolts between two places keep their length, and nothing is supported: one that
+    pulls beside the line through its two places would hold such a turn.
     """
     if not motions.shape[1]:
         return
@@ -392,7 +402,8 @@ def _check_held(
     felt = np.vstack([relative @ motions, springs @ motions / scale])
     few = max(0, motions.shape[1] - len(felt))
     _, size, directions = np.linalg.svd(np.pad(felt, ((0, few), (0, 0))), full_matrices=False)
-    loose = motions @ directions[size <= STOPPED * max(size.max(initial=0.0), 1.0)].T
+    still = STOPPED * max(size.max(initial=0.0), 1.0)
+    loose = motions @ directions[size <= still].T
     if not loose.shape[1]:
         return
     d, largest = mesh.dimension, np.abs(loose).max()
@@ -401,8 +412,16 @@ def _check_held(
         rows = (d * nodes[:, None] + np.arange(d)).ravel()
         if np.abs(loose[rows]).max() > 1e-6 * largest:
             names.append(f"{name} (node {mesh.node_labels[nodes[0]]})")
-    if len(names) == len(mesh.bodies) and loose.shape[1] == d * (d + 1) // 2:
+    all_of_them, together = len(names) == len(mesh.bodies), d * (d + 1) // 2
+    turned = 4 * gap * np.sqrt(len(felt)) / float(np.ptp(mesh.points, axis=0).max())
+    if all_of_them and together in (loose.shape[1], int((size <= max(still, turned)).sum())):
         return
+    if aside and all_of_them and not springs.nnz and loose.shape[1] < together:
+        raise ModelError(
+            "nothing holds the bodies, and a bolt that keeps its length does not pull along the line through "
+            "the middles of its two places, so that it resists a turn of all bodies together: let its "
+            "direction be that of the line, or hold the bodies, if only by soft springs"
+        )
     raise ModelError(
         f"{loose.shape[1]} rigid motions meet no support, no spring and no other body; the bodies that "
         f"move are {', '.join(names)}: hold them, tie them, or give them springs"

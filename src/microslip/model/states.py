@@ -1,8 +1,10 @@
 """Linear states of a structure in contact: sliding and stuck.
 
 *Sliding*: normal motion bonded over the given pairs, tangential motion free (the K of the equation of
-motion). *Stuck*: both directions bonded. In each the mode that a given load excites most (largest
-static response) is the one the reduced models are built on.
+motion). *Stuck*: both directions bonded. Reduced models are built on the stuck mode that a given load
+excites most (largest static response), and on the sliding mode that is most like it, of the largest modal
+assurance ``(Phi_sl^T M Phi_st)²``. Were both picked by the load, they could be two modes that have nothing
+to do with each other: in space several close ones bend this way and that, and twist.
 """
 
 from __future__ import annotations
@@ -19,7 +21,7 @@ from microslip.typing import Array, Indices
 
 @dataclass(frozen=True, repr=False)
 class LinearStates(Brief):
-    """Sliding and stuck mode on every degree of freedom, mass-normalised, positive under the load.
+    """Sliding and stuck mode on every degree of freedom, mass-normalised; the load works on the stuck one.
 
     Attributes
     ----------
@@ -28,9 +30,11 @@ class LinearStates(Brief):
     sliding_omega, stuck_omega : float
         rad/s.
     overlap : float
-        ``Phi_sl^T M Phi_st``.
+        ``Phi_sl^T M Phi_st``, >= 0.
     pairs : (b,) int array
         The bonded pairs.
+    drifting : float
+        Share of the stuck mode, as assurance, that is motions in which sliding bodies drift held by nothing.
     """
 
     sliding: Array
@@ -39,6 +43,7 @@ class LinearStates(Brief):
     stuck_omega: float
     overlap: float
     pairs: Indices
+    drifting: float = 0.0
 
     def ports(self, structure: Structure) -> dict[str, Array]:
         """Modal inertia loads ``M Phi``, as ports ``sliding`` and ``stuck``."""
@@ -66,7 +71,7 @@ def linear_states(
     bonded : pair of int arrays
         Their components that the sliding and the stuck state hold: the normal ones, and all.
     load : str
-        The load whose static response picks the mode.
+        The load whose static response picks the stuck mode.
     search : int
         How many modes to look at.
     least : float
@@ -74,18 +79,19 @@ def linear_states(
         holds have motions below it.
     """
     p = structure.loads[load]
-    found = []
-    for held in bonded:
-        modes = linear_modes(structure, held, search, align=load)
-        work = np.abs(modes.shapes.T @ p) / np.maximum(modes.omega, 1e-6 * modes.omega[-1]) ** 2
-        k = int(np.argmax(np.where(modes.omega >= least * modes.omega[-1], work, -1.0)))
-        found.append((modes.shapes[:, k], float(modes.omega[k])))
-    (sliding, sliding_omega), (stuck, stuck_omega) = found
+    sliding, stuck = (linear_modes(structure, held, search, align=load) for held in bonded)
+    work = np.abs(stuck.shapes.T @ p) / np.maximum(stuck.omega, 1e-6 * stuck.omega[-1]) ** 2
+    k = int(np.argmax(np.where(stuck.omega >= least * stuck.omega[-1], work, -1.0)))
+    overlap = sliding.shapes.T @ (structure.mass @ stuck.shapes[:, k])
+    vibrates = sliding.omega >= least * sliding.omega[-1]
+    partner = int(np.argmax(np.where(vibrates, overlap**2, -1.0)))
+    sign = 1.0 if overlap[partner] >= 0 else -1.0
     return LinearStates(
-        sliding=sliding,
-        stuck=stuck,
-        sliding_omega=sliding_omega,
-        stuck_omega=stuck_omega,
-        overlap=float(sliding @ (structure.mass @ stuck)),
+        sliding=sign * sliding.shapes[:, partner],
+        stuck=stuck.shapes[:, k],
+        sliding_omega=float(sliding.omega[partner]),
+        stuck_omega=float(stuck.omega[k]),
+        overlap=float(abs(overlap[partner])),
         pairs=np.asarray(pairs),
+        drifting=float((overlap[~vibrates] ** 2).sum()),
     )

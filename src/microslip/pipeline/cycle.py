@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from microslip.analyses.prepared.scales import load_scale
 from microslip.analyses.reduced.table import EquivalentTable, equivalent_table
 from microslip.analyses.statics.cycle import Cycle, quasi_static_cycle
 from microslip.brief import Brief
@@ -111,20 +112,21 @@ def cycle_loads(assembly: Assembly, drive: str) -> tuple[Array, Array]:
     Raises
     ------
     MicroslipError
-        Where amplitudes are over the one that opens the joint, and none does.
+        Where amplitudes are over a scale (`load_scale`), and there is none.
     """
-    joint, opening = assembly.joint, assembly.opening_moment
+    joint = assembly.joint
     moments = np.asarray(joint.cycle_amplitudes())
     asked = joint.analysis.cycle
     if joint.driven_by_end_moments:
         moments = moments * assembly.moment_unit
     elif asked is None or asked.listed is None:
-        if not np.isfinite(opening):
+        scale = load_scale(assembly.prepared, assembly.prepared.drive)
+        if not np.isfinite(scale):
             raise MicroslipError(
-                f"no amplitude of the port {joint.driven.name!r} opens the joint, so that none "
-                f"follows: list them as analysis.cycle.{joint.driven.load.key}"
+                f"the interface does not feel the port {joint.driven.name!r}, so that no amplitudes "
+                f"follow: list them as analysis.cycle.{joint.driven.load.key}"
             )
-        moments = moments * opening
+        moments = moments * scale
     return np.asarray(on_port(assembly, drive, moments)), moments
 
 

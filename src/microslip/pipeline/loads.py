@@ -20,6 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from microslip.analyses.prepared.prestress import opening_load
+from microslip.analyses.prepared.scales import load_scale
 from microslip.analyses.reduced.resonance import linear_resonance
 from microslip.analyses.reduced.response import Response, forced_response
 from microslip.analyses.reduced.table import EquivalentTable
@@ -102,27 +103,29 @@ def port_of(assembly: Assembly, drive: str) -> str:
 def on_port(assembly: Assembly, drive: str, load: Array | float) -> Array | float:
     """Amplitude on the port of a drive that is as close to opening the joint as a load.
 
+    Where one of them opens it at no amplitude, that which is the same part of its `load_scale`.
+
     Raises
     ------
     MicroslipError
-        Where the load or the inertia of the mode does not open the joint, so that nothing compares
-        them.
+        Where the interface does not feel one of them, so that nothing compares them.
     """
     if drive != "mode":
         return load
-    opening = opening_of(assembly, assembly.mode.port)
-    if not (np.isfinite(opening) and np.isfinite(assembly.opening_moment)):
+    p = assembly.prepared
+    scales = load_scale(p, assembly.mode.port), load_scale(p, p.drive)
+    if not np.isfinite(scales).all():
         raise MicroslipError(
-            "the load or the inertia of the mode opens the joint at no amplitude, so that nothing "
-            'says which inertia is as much as a load: drive by "load" alone'
+            "the interface does not feel the load or the inertia of the mode, so that nothing says "
+            'which inertia is as much as a load: drive by "load" alone'
         )
-    return load * opening / assembly.opening_moment
+    return load * scales[0] / scales[1]
 
 
 def opening_of(assembly: Assembly, port: str) -> float:
     """Amplitude of a port that opens the joint."""
     p = assembly.prepared
-    return opening_load(p.model, p.prestress, port)
+    return opening_load(p.model, p.prestress, port, p.law.friction)
 
 
 # without friction ----------------------------------------------------------------------------------
@@ -150,6 +153,12 @@ def opening_amplitude(assembly: Assembly) -> float:
     return opening_of(assembly, mode.port) / mode.sliding_omega**2
 
 
+def amplitude_scale(assembly: Assembly) -> float:
+    """Modal amplitude whose inertia opens the joint, or that the contact feels as much as the preload."""
+    mode = assembly.mode
+    return load_scale(assembly.prepared, mode.port) / mode.sliding_omega**2
+
+
 def gentle_moment(assembly: Assembly, tables: Mapping[str, EquivalentTable]) -> float:
     """End moment that stands for rho = 0: small, so that the joint without friction stays closed.
 
@@ -164,9 +173,9 @@ def gentle_moment(assembly: Assembly, tables: Mapping[str, EquivalentTable]) -> 
     """
     peak = frictionless_resonance(assembly)[1]
     if not np.isfinite(peak):
-        return GENTLE * assembly.opening_moment
+        return GENTLE * load_scale(assembly.prepared, assembly.prepared.drive)
     if tables:
         amplitude = float(min(table.amplitude[0] for table in tables.values()))
     else:
-        amplitude = GENTLE * opening_amplitude(assembly)
+        amplitude = GENTLE * amplitude_scale(assembly)
     return amplitude / peak

@@ -19,7 +19,6 @@ from microslip.analyses.prepared.tightening import Tightened, tighten
 from microslip.contact.pairs import normal_rows
 from microslip.describe.joint import Joint
 from microslip.describe.saved_model import ModelJoint
-from microslip.describe.units import readable
 from microslip.describe.units_of_the_whole import in_whole
 from microslip.errors import Caution, ContactError, InputError, ModelError
 from microslip.model.damping import RATIOS, FittedDamping, rayleigh_of, rayleigh_through
@@ -32,6 +31,14 @@ from microslip.model.states import LinearStates, linear_states
 from microslip.model.structure import Structure
 from microslip.model.symmetry import with_half_turn
 from microslip.pipeline.excitation import Prepared, prepare_histories
+from microslip.pipeline.fitness import (
+    check_loads,
+    check_positions,
+    check_scales,
+    check_vibrates,
+    crushed,
+    soft_contact,
+)
 from microslip.pipeline.measures import Measures, measures_of
 from microslip.pipeline.saved_model import modal_states, modal_structure, read_saved
 from microslip.pipeline.sources import Source, law_of, source_of
@@ -108,7 +115,7 @@ class Assembly:
         if self.imported is None:
             return ()
         fitted = () if self.damping is None else self.damping.cautions
-        found = *fitted, *_soft_contact(self.prepared), *_crushed(self.prestress)
+        found = *fitted, *soft_contact(self.prepared), *crushed(self.prestress)
         return (*self.imported.cautions, *found)
 
     @property
@@ -233,12 +240,12 @@ def _assembly(
         alone.
     """
     model, start, mode = prepared.model, prepared.prestress, prepared.principal()
-    opening = opening_load(model, start, prepared.drive)
-    _check_loads(joint, opening)
-    _check_positions(joint, model)
-    _check_scales(opening, mode)
+    opening = opening_load(model, start, prepared.drive, prepared.law.friction)
+    check_loads(joint, opening)
+    check_positions(joint, model)
+    check_scales(opening, mode)
     if vibrates:
-        _check_vibrates(joint, mode)
+        check_vibrates(joint, mode, states.drifting)
     return Assembly(
         joint=joint,
         structure=structure,
@@ -362,108 +369,3 @@ def _presses_turned(model: JointModel, flexibility: Flexibility, source: Source)
         return bool(prestress(model, turned, source.held).touching.any())
     except ContactError:
         return False
-
-
-def _check_loads(joint: Joint, opening: float) -> None:
-    """Raise `InputError` where a load of the file opens the joint."""
-    given = [("load", value) for value in joint.load_amplitudes()]
-    for entry in joint.analysis.history:
-        amplitude = joint.history_load(entry)
-        if amplitude is not None:
-            given.append((f"analysis.history {entry.label!r}", amplitude))
-    said = joint.driven.load
-    for where, value in given:
-        if value >= opening:
-            raise InputError(
-                f"{where}: {said.named(value)} opens the joint: the clamp holds less than "
-                f"{opening:.4g} {said.unit}; lower it, or raise {joint.preload_key}"
-            )
-
-
-def _check_positions(joint: Joint, model: JointModel) -> None:
-    """Raise `InputError` where a position lies off the interface by more than half of its length."""
-    x = model.position
-    half = 0.5 * float(np.ptp(x))
-    asked: list[tuple[str, tuple[float, ...] | None]] = [
-        (f"analysis.history {entry.label!r}", entry.positions) for entry in joint.analysis.history
-    ]
-    if joint.analysis.time is not None:
-        asked.append(("analysis.time", joint.analysis.time.positions))
-    for where, positions in asked:
-        for position in positions or ():
-            if not x.min() - half <= position <= x.max() + half:
-                raise InputError(
-                    f"{where}.positions: {position:g} m lies off the interface, which reaches from "
-                    f"{x.min():g} to {x.max():g} m"
-                )
-
-
-SOFTER = 1e3
-"""Compliance of the contact, over that of the structure at the pairs, that is a matter of units."""
-
-
-def _crushed(start: Prestress) -> tuple[Caution, ...]:
-    """That no surface bears what the preload presses with, as where areas are in other units."""
-    largest = float(start.pressure.max(initial=0.0))
-    if largest <= HARDEST:
-        return ()
-    return (
-        Caution(
-            "input",
-            f"preload {', '.join(start.preload)}",
-            f"the largest pressure in the contact is {readable(largest, 'Pa', 3)}; no metal bears more than "
-            f"{readable(HARDEST, 'Pa')}",
-            "are the units of length and force right, and the areas of the pairs?",
-        ),
-    )
-
-
-HARDEST = 1e10
-"""Pressure that no metal bears, Pa: above the hardness of hardened steel."""
-
-
-def _soft_contact(prepared: PreparedJoint) -> tuple[Caution, ...]:
-    """That the contact is so soft that nothing would be seen of the structure."""
-    compliance = prepared.law.compliance
-    own = np.diag(prepared.flexibility.W) - compliance
-    ratio = float(np.median(compliance)) / float(np.median(own))
-    if not ratio > SOFTER:
-        return ()
-    reason = f"the contact is {ratio:.2g} times softer than the structure at its pairs"
-    remedy = "is the stiffness per area, Pa/m, and are the areas right?"
-    return (Caution("input", "contact.tangential_stiffness", reason, remedy),)
-
-
-LOWERED = 1e-3
-"""Share by which bonding may lower the frequency of a mode: it never does, but for rounding."""
-
-
-def _check_vibrates(joint: Joint, mode: JointMode) -> None:
-    """Raise `InputError` where a response is asked for in a direction that friction alone holds: the sliding
-    joint drifts that way, and no mode of it becomes the stuck one."""
-    if joint.analysis.response is None:
-        return
-    if mode.sliding_omega <= (1 + LOWERED) * mode.stuck_omega:
-        return
-    raise InputError(
-        f"analysis.response: against the port {joint.driven.name!r} friction alone holds the bodies: stuck "
-        f"they vibrate at {mode.stuck_frequency:.4g} Hz, and sliding they drift, so that no reduced model is "
-        "made of both; take another port, hold the bodies, or ask for cycles alone"
-    )
-
-
-def _check_scales(opening: float, mode: JointMode) -> None:
-    """Raise `ModelError` where the numbers that all analyses scale with are none; the load that opens
-    the joint may be infinite."""
-    sliding, stuck = mode.sliding_omega, mode.stuck_omega
-    scales = (
-        ("the load that opens the joint", opening, opening > 0),
-        ("the circular frequency of the sliding state", sliding, 0 < sliding < np.inf),
-        ("the circular frequency of the stuck state", stuck, 0 < stuck < np.inf),
-    )
-    for name, value, usable in scales:
-        if not usable:
-            raise ModelError(
-                f"{name} is {value:g}: check the dimensions, the material and the supports, and "
-                "their units"
-            )

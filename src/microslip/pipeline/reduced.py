@@ -17,7 +17,7 @@ from microslip.analyses.statics.prescribed import cycle_at
 from microslip.brief import Brief
 from microslip.describe.requests import MOST_OF_OPENING
 from microslip.errors import Caution, ContactError, MicroslipError
-from microslip.pipeline.loads import GENTLE, opening_amplitude
+from microslip.pipeline.loads import GENTLE, amplitude_scale, opening_amplitude
 from microslip.pipeline.outcome import Outcome, value_of
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.progress import Progress
@@ -32,15 +32,11 @@ ROOM = 1.1
 """The table is made to hold the resonance of this many times the largest load."""
 
 
+MOST_DOUBLINGS = 5
+"""Times that the range is doubled at most where no amplitude opens the joint."""
+
 OFF = 1e-3
 """Relative error of the stuck resonance in the table from which on it is said."""
-
-WITHOUT_RANGE = (
-    "vibrating in this mode opens the joint at no amplitude, of which those of the table are shares; list "
-    "the amplitudes of cycles under [analysis.cycle], ask for [analysis.harmonic] or [[analysis.history]], "
-    "or drive it by a load that moves the bodies against each other"
-)
-"""What is said where there is no range of amplitudes."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -86,7 +82,8 @@ def table_range(assembly: Assembly, driven: EquivalentTable | None) -> tuple[flo
     """Modal amplitudes between which to tabulate: from sticking up to where the loads resonate.
 
     Upward it ends with the mode-driven cycles, or where there are none at `MOST_OF_OPENING` of the
-    amplitude whose inertia opens the joint; at `ALMOST` of it where the largest load needs more.
+    amplitude whose inertia opens the joint; at `ALMOST` of it where the largest load needs more. Where
+    none opens it, `load_scale` takes its place, and the largest load has what it needs.
 
     Parameters
     ----------
@@ -97,18 +94,31 @@ def table_range(assembly: Assembly, driven: EquivalentTable | None) -> tuple[flo
     Raises
     ------
     MicroslipError
-        Where no amplitude opens the joint.
+        Where the interface does not feel the mode.
     """
-    opening = opening_amplitude(assembly)
-    if not 0 < opening < np.inf:
-        raise MicroslipError(WITHOUT_RANGE)
-    smallest, largest = GENTLE * opening, MOST_OF_OPENING * opening
+    scale, opening = amplitude_scale(assembly), opening_amplitude(assembly)
+    if not 0 < scale < np.inf:
+        raise MicroslipError(
+            f"the amplitude that the interface feels is {scale:g}: the range of amplitudes is not known"
+        )
+    smallest, largest = GENTLE * scale, MOST_OF_OPENING * scale
     if driven is not None:
         smallest, largest = float(driven.amplitude[0]), float(driven.amplitude[-1])
     needed = ROOM * max(assembly.joint.load_amplitudes(), default=0.0)
+    if np.isinf(opening):
+        return BELOW * smallest, _holding(assembly, largest, needed)
     if largest < ALMOST * opening and _resonant_load(assembly, largest) < needed:
         largest = ALMOST * opening
     return BELOW * smallest, largest
+
+
+def _holding(assembly: Assembly, largest: float, needed: float) -> float:
+    """An amplitude whose resonance takes the load that is needed, of a joint that no amplitude opens."""
+    for _ in range(MOST_DOUBLINGS):
+        if _resonant_load(assembly, largest) >= needed:
+            break
+        largest *= 2
+    return largest
 
 
 def _resonant_load(assembly: Assembly, amplitude: float) -> float:

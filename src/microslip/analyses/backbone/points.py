@@ -109,7 +109,7 @@ def amplitude_scale(joint: PreparedJoint, mode: JointMode) -> float:
     """
     model, start = joint.model, joint.prestress
     wide = with_mode_port(model, mode)
-    limit = opening_load(wide, start, mode.port) / mode.sliding_omega**2
+    limit = opening_load(wide, start, mode.port, joint.law.friction) / mode.sliding_omega**2
     if np.isfinite(limit):
         return float(limit)
     bonded = start.bonded(model.dimension)

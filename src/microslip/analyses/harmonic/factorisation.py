@@ -38,7 +38,12 @@ class Factorisation:
         self.lu = []
         for group in self.groups:
             # rows become columns, as LAPACK has them, and the transposed system is solved
-            lu, pivots, _ = sl.lapack.sgetrf(_matrix(equations, group).T, overwrite_a=True)
+            matrix = _matrix(equations, group)
+            # LAPACK complains of no unknowns on the terminal
+            if not matrix.size:
+                self.lu.append((matrix, np.empty(0, dtype=np.int32)))
+                continue
+            lu, pivots, _ = sl.lapack.sgetrf(matrix.T, overwrite_a=True)
             self.lu.append((lu, pivots))
 
     def solve(self, right: Array) -> Array:

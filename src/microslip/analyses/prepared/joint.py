@@ -151,10 +151,10 @@ def with_principal_mode(prepared: PreparedJoint) -> PreparedJoint:
     modes = joint_modes(prepared.model, prepared.prestress, prepared.law)
     if not modes:
         raise ModelError("no mode of this joint model deforms the joint")
-    work = [abs(m.load_on_sliding[prepared.drive]) / m.sliding_omega**2 for m in modes]
+    work = [abs(m.load_on_stuck[prepared.drive]) / m.stuck_omega**2 for m in modes]
     found = modes[int(np.argmax(work))]
-    sign = 1.0 if found.load_on_sliding[prepared.drive] >= 0 else -1.0
-    other = sign * (1.0 if found.overlap >= 0 else -1.0)
+    other = 1.0 if found.load_on_stuck[prepared.drive] >= 0 else -1.0
+    sign = other * (1.0 if found.overlap >= 0 else -1.0)
     mode = replace(
         found,
         sliding=sign * found.sliding,

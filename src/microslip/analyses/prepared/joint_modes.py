@@ -2,7 +2,8 @@
 
 Both are modes with the pairs that touch at prestress bonded, in the normal direction or in all of
 them. Modes that only move the bodies on their supports do not count. Partners are those with the
-largest modal assurance, ``(Phi_sl^T M Phi_st)²``.
+largest modal assurance, ``(Phi_sl^T M Phi_st)²``; where several sliding modes are most like the same stuck
+one, as close modes in space are, each has one of its own, so that the sum of all assurances is largest.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import linear_sum_assignment
 
 from microslip.analyses.prepared.prestress import Prestress
 from microslip.brief import Brief
@@ -24,6 +26,9 @@ from microslip.typing import Array, Mask
 
 ON_SUPPORTS = 0.5
 """Share of the strain energy in the supports beyond which a mode does not deform the joint."""
+
+UNLIKE = 0.2
+"""Assurance, over the largest of a sliding mode, up to which a stuck mode is not its partner."""
 
 MODE_PORT = "joint mode"
 """Port of a mode that the model has no port for yet, see `with_mode_port`."""
@@ -135,8 +140,8 @@ def joint_modes(model: JointModel, start: Prestress, law: ContactLaw) -> tuple[J
         return dict(zip(model.ports, map(float, shape @ model.port_modes), strict=True))
 
     found = []
-    for number, k in enumerate(deforming, 1):
-        partner = int(np.argmax(overlap[k] ** 2))
+    partners = _partners(overlap[deforming] ** 2)
+    for number, (k, partner) in enumerate(zip(deforming, partners, strict=True), 1):
         found.append(
             JointMode(
                 number=number,
@@ -152,6 +157,27 @@ def joint_modes(model: JointModel, start: Prestress, law: ContactLaw) -> tuple[J
             )
         )
     return tuple(found)
+
+
+def _partners(assurance: Array) -> list[int]:
+    """The stuck mode (column) of each sliding mode (row): one of its own, or, where what is left is unlike
+    it, the one most like it.
+
+    Examples
+    --------
+    >>> _partners(np.array([[0.6, 0.3], [0.5, 0.1]]))
+    [1, 0]
+    >>> _partners(np.array([[0.9, 0.0], [0.8, 0.1]]))
+    [0, 0]
+    """
+    rows, columns = linear_sum_assignment(assurance, maximize=True)
+    own = dict(zip(rows.tolist(), columns.tolist(), strict=True))
+    found = []
+    for row, each in enumerate(assurance):
+        column = own.get(row, -1)
+        like = column >= 0 and each[column] > UNLIKE * each.max(initial=0.0)
+        found.append(column if like else int(np.argmax(each)))
+    return found
 
 
 def _support_energy(model: JointModel, shapes: Array) -> Array:

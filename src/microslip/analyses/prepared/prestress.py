@@ -12,7 +12,15 @@ import numpy as np
 from scipy.optimize import linprog
 
 from microslip.brief import Brief
-from microslip.contact.pairs import FORWARD, at_rest, normal, normal_rows, slip_history, touches
+from microslip.contact.pairs import (
+    FORWARD,
+    at_rest,
+    by_pair,
+    normal,
+    normal_rows,
+    slip_history,
+    touches,
+)
 from microslip.contact.solver import ContactSolver, Solution
 from microslip.errors import ContactError
 from microslip.model.flexibility import Flexibility
@@ -21,6 +29,15 @@ from microslip.typing import Array, Indices, Mask, Status
 
 ROUNDING = 1e-9
 """Of the largest singular value: directions with a smaller one are rounding."""
+
+SLIDING = 0.2
+"""Share of a motion along the normals of the pairs up to which it slides the bodies past each other."""
+
+ACROSS = 1e-6
+"""Share of a load's work on motions that slide, up to which what it does on those that part is none."""
+
+FACETS = 16
+"""Edges of what stands for a round cone of friction."""
 
 SOLVED, UNBOUNDED = 0, 3
 """Outcomes of a linear program."""
@@ -135,14 +152,29 @@ def without_friction(
     return solver.solve(v_free, q_free, slip_history(np.zeros(len(v_free)), model.dimension))
 
 
-def opening_load(model: JointModel, start: Prestress, port: str) -> float:
+def opening_load(
+    model: JointModel, start: Prestress, port: str, friction: Array | float = 0.0
+) -> float:
     """Largest amplitude of a port that the preloaded contact can balance (limit analysis).
 
-    Maximises ``A`` over compressive reactions that keep the rigid bodies in equilibrium with the
-    preload and ``±A`` on the port. Springs that support the bodies are left out, whatever their
-    stiffness: they hold where the bodies are, not the joint together. Beyond ``A`` the contact alone
-    does not hold and the joint opens; infinite where the load does not move the bodies against each
-    other, or where their motions are not known.
+    Maximises ``A`` over reactions within the cones of friction, ``|r_t| <= mu r_n``, that keep the rigid
+    bodies in equilibrium with the preload and ``±A`` on the port, but for motions in which they slide past
+    each other. Springs that support the bodies are left out, whatever their stiffness: they hold where the
+    bodies are, not the joint together. Beyond ``A`` the contact alone does not hold and the joint opens;
+    infinite where the load does not move the bodies against each other, or where their motions are not
+    known.
+
+    A flat interface has no shear against opening: friction does not matter. Where bodies turn about an edge
+    that lies beside the interface, or this is bent, it does.
+
+    Parameters
+    ----------
+    model : JointModel
+    start : Prestress
+    port : str
+    friction : (m,) array or float
+        Coefficient of every pair; left out, the contact is without friction. Round cones are taken 2 % too
+        wide at most.
 
     Raises
     ------
@@ -151,25 +183,22 @@ def opening_load(model: JointModel, start: Prestress, port: str) -> float:
     """
     if model.bodies is None or not model.bodies.v.shape[1]:
         return float("inf")
-    relative = _relative_motions(model.bodies.v)
-    motions, ports = model.bodies.v @ relative, model.bodies.ports @ relative
+    parting, relative = _opening_motions(model.bodies.v, model.dimension)
+    motions, ports = model.bodies.v @ parting, model.bodies.ports @ parting
     held = (model.amplitudes(start.preload) / start.force) @ ports
     load = ports[model.port(port)]
     size = np.abs(load).max(initial=0.0)
-    if not size > 1e-12 * np.abs(ports).max(initial=0.0):
+    slides = np.abs(model.bodies.ports[model.port(port)] @ relative).max(initial=0.0)
+    if not size > max(1e-12 * np.abs(ports).max(initial=0.0), ACROSS * slides):
         return float("inf")
-    d, m = model.dimension, model.pairs
-    rest = np.delete(np.arange(d * m), normal_rows(d))
-    shear = _range(motions[rest].T)
-    columns = [motions[normal_rows(d)].T, shear]
-    bounds = [(0, None)] * m + [(None, None)] * shear.shape[1] + [(0, None)]
+    work = _within_cones(motions, np.broadcast_to(friction, model.pairs), model.dimension)
     limits = []
     for sign in (1.0, -1.0):
         found = linprog(
-            np.r_[np.zeros(m + shear.shape[1]), -1.0],
-            A_eq=np.hstack([*columns, -sign * load[:, None] / size]),
+            np.r_[np.zeros(work.shape[1]), -1.0],
+            A_eq=np.hstack([work, -sign * load[:, None] / size]),
             b_eq=held,
-            bounds=bounds,
+            bounds=(0, None),
             method="highs",
         )
         if found.status not in (SOLVED, UNBOUNDED):
@@ -180,18 +209,37 @@ def opening_load(model: JointModel, start: Prestress, port: str) -> float:
     return float(min(limits))
 
 
-def _range(work: Array) -> Array:
-    """Orthonormal basis of the columns of a matrix, without what is rounding.
+def _within_cones(motions: Array, friction: Array, dimension: int) -> Array:
+    """(f, c) work on motions of reactions whose sums with weights >= 0 are the cones of friction.
 
-    Tangential reactions of a flat interface do no work on motions across it. Unbounded as they are, they
-    would by the rounding of their coefficients.
+    In space these have `FACETS` edges around the round cone.
     """
-    directions, size, _ = np.linalg.svd(work, full_matrices=False)
-    return np.asarray(directions[:, size > ROUNDING * size.max(initial=1e-300)])
+    v = by_pair(motions.T, dimension)
+    normal_work, slid = v[..., 0], v[..., 1:]
+    if np.abs(slid).max(initial=0.0) <= ROUNDING * np.abs(v).max(initial=0.0):
+        return normal_work
+    if dimension == 2:
+        edges, wider = np.array([[1.0], [-1.0]]), 1.0
+    else:
+        angles = 2 * np.pi * np.arange(FACETS) / FACETS
+        edges = np.column_stack([np.cos(angles), np.sin(angles)])
+        wider = 1 / np.cos(np.pi / FACETS)
+    return np.hstack([normal_work + wider * friction * (slid @ edge) for edge in edges])
 
 
-def _relative_motions(v: Array) -> Array:
-    """(e, f) combinations of rigid motions that move pairs against each other; the others, of all
-    bodies together, the supports alone hold."""
-    _, size, directions = np.linalg.svd(v, full_matrices=False)
-    return np.asarray(directions[size > ROUNDING * size.max(initial=1e-300)].T)
+def _opening_motions(v: Array, dimension: int) -> tuple[Array, Array]:
+    """Combinations (columns) of rigid motions that part the sides of pairs, and all that move these against
+    each other; the others move all bodies together.
+
+    Of orthonormal motions of the pairs those that move them less than `SLIDING` along their normals slide;
+    the rest is orthogonal to these in the tangential directions too, so that shear of a flat interface does
+    no work on it.
+    """
+    moved, size, directions = np.linalg.svd(v, full_matrices=False)
+    known = size > ROUNDING * size.max(initial=1e-300)
+    if not known.any():
+        return np.zeros((v.shape[1], 0)), np.zeros((v.shape[1], 0))
+    _, share, mixed = np.linalg.svd(moved[normal_rows(dimension)][:, known], full_matrices=False)
+    parting = mixed[share > SLIDING].T
+    relative = directions[known].T / size[known]
+    return np.asarray(relative @ parting), np.asarray(relative)

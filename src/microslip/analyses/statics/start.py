@@ -15,7 +15,7 @@ def check_stays_closed(joint: PreparedJoint, port: str, largest: float) -> None:
 
     Beyond it only the supports hold, with motions that mean nothing.
     """
-    limit = opening_load(joint.model, joint.prestress, port)
+    limit = opening_load(joint.model, joint.prestress, port, joint.law.friction)
     if largest >= limit:
         raise JointOpensError(
             f"the load {largest:.4g} on {port!r} opens the joint: the preload holds less than "

@@ -1,0 +1,118 @@
+"""Whether a joint that is prepared can answer what its description asks for, and what of it is doubtful."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from microslip.analyses.prepared.joint import PreparedJoint
+from microslip.analyses.prepared.joint_modes import JointMode
+from microslip.analyses.prepared.prestress import Prestress
+from microslip.describe.joint import Joint
+from microslip.describe.units import readable
+from microslip.errors import Caution, InputError, ModelError
+from microslip.model.joint import JointModel
+
+
+def check_loads(joint: Joint, opening: float) -> None:
+    """Raise `InputError` where a load of the file opens the joint."""
+    given = [("load", value) for value in joint.load_amplitudes()]
+    for entry in joint.analysis.history:
+        amplitude = joint.history_load(entry)
+        if amplitude is not None:
+            given.append((f"analysis.history {entry.label!r}", amplitude))
+    said = joint.driven.load
+    for where, value in given:
+        if value >= opening:
+            raise InputError(
+                f"{where}: {said.named(value)} opens the joint: the clamp holds less than "
+                f"{opening:.4g} {said.unit}; lower it, or raise {joint.preload_key}"
+            )
+
+
+def check_positions(joint: Joint, model: JointModel) -> None:
+    """Raise `InputError` where a position lies off the interface by more than half of its length."""
+    x = model.position
+    half = 0.5 * float(np.ptp(x))
+    asked: list[tuple[str, tuple[float, ...] | None]] = [
+        (f"analysis.history {entry.label!r}", entry.positions) for entry in joint.analysis.history
+    ]
+    if joint.analysis.time is not None:
+        asked.append(("analysis.time", joint.analysis.time.positions))
+    for where, positions in asked:
+        for position in positions or ():
+            if not x.min() - half <= position <= x.max() + half:
+                raise InputError(
+                    f"{where}.positions: {position:g} m lies off the interface, which reaches from "
+                    f"{x.min():g} to {x.max():g} m"
+                )
+
+
+SOFTER = 1e3
+"""Compliance of the contact, over that of the structure at the pairs, that is a matter of units."""
+
+
+def crushed(start: Prestress) -> tuple[Caution, ...]:
+    """That no surface bears what the preload presses with, as where areas are in other units."""
+    largest = float(start.pressure.max(initial=0.0))
+    if largest <= HARDEST:
+        return ()
+    return (
+        Caution(
+            "input",
+            f"preload {', '.join(start.preload)}",
+            f"the largest pressure in the contact is {readable(largest, 'Pa', 3)}; no metal bears more than "
+            f"{readable(HARDEST, 'Pa')}",
+            "are the units of length and force right, and the areas of the pairs?",
+        ),
+    )
+
+
+HARDEST = 1e10
+"""Pressure that no metal bears, Pa: above the hardness of hardened steel."""
+
+
+def soft_contact(prepared: PreparedJoint) -> tuple[Caution, ...]:
+    """That the contact is so soft that nothing would be seen of the structure."""
+    compliance = prepared.law.compliance
+    own = np.diag(prepared.flexibility.W) - compliance
+    ratio = float(np.median(compliance)) / float(np.median(own))
+    if not ratio > SOFTER:
+        return ()
+    reason = f"the contact is {ratio:.2g} times softer than the structure at its pairs"
+    remedy = "is the stiffness per area, Pa/m, and are the areas right?"
+    return (Caution("input", "contact.tangential_stiffness", reason, remedy),)
+
+
+LOWERED = 1e-3
+"""Share by which bonding may lower the frequency of a mode: it never does, but for rounding."""
+
+
+def check_vibrates(joint: Joint, mode: JointMode, drifting: float) -> None:
+    """Raise `InputError` where a response is asked for in a direction that friction alone holds: the sliding
+    joint drifts that way, and no mode of it becomes the stuck one."""
+    if joint.analysis.response is None:
+        return
+    if drifting <= mode.assurance and mode.sliding_omega <= (1 + LOWERED) * mode.stuck_omega:
+        return
+    raise InputError(
+        f"analysis.response: against the port {joint.driven.name!r} friction alone holds the bodies: stuck "
+        f"they vibrate at {mode.stuck_frequency:.4g} Hz, and sliding they drift, so that no reduced model is "
+        "made of both; take another port, hold the bodies, or ask for cycles alone"
+    )
+
+
+def check_scales(opening: float, mode: JointMode) -> None:
+    """Raise `ModelError` where the numbers that all analyses scale with are none; the load that opens
+    the joint may be infinite."""
+    sliding, stuck = mode.sliding_omega, mode.stuck_omega
+    scales = (
+        ("the load that opens the joint", opening, opening > 0),
+        ("the circular frequency of the sliding state", sliding, 0 < sliding < np.inf),
+        ("the circular frequency of the stuck state", stuck, 0 < stuck < np.inf),
+    )
+    for name, value, usable in scales:
+        if not usable:
+            raise ModelError(
+                f"{name} is {value:g}: check the dimensions, the material and the supports, and "
+                "their units"
+            )
