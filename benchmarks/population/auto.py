@@ -201,6 +201,7 @@ def measured(done: Run, seconds: float, rng: np.random.Generator) -> dict:
         "causes": causes(curve),
         "stated": float(np.median(stated)),
         "opens": bool(np.isfinite(curve.opening_load)),
+        "checks": [check.error for check in curve.checks],
         "points": points,
     }
 

@@ -97,7 +97,7 @@ def test_what_is_not_asked_for_costs_nothing():
 
 
 def test_contact_costs_go_with_the_square_of_the_pairs():
-    """Of 51 and 201 pairs; a response of the reduced model does not know its pairs."""
+    """Of 51 and 201 pairs; a response of the reduced model that is not checked does not know its pairs."""
     time, harmonic = (load_joint(EXAMPLES / f"lap_joint_{n}.toml") for n in ("time", "harmonic"))
     for joint, cost in (
         (time, cycle_seconds),
@@ -106,8 +106,14 @@ def test_contact_costs_go_with_the_square_of_the_pairs():
     ):
         few, many = (cost(with_pairs(joint, pairs)) for pairs in (51, 201))
         assert many / few == pytest.approx((201 / 51) ** 2, rel=1e-12)
-    few, many = (response_seconds(with_pairs(time, pairs)) for pairs in (51, 201))
+    checked = (response_seconds(with_pairs(time, pairs)) for pairs in (51, 201))
+    response = time.analysis.response.model_copy(update={"checks": 0})
+    analysis = time.analysis.model_copy(update={"response": response})
+    bare = time.model_copy(update={"analysis": analysis})
+    few, many = (response_seconds(with_pairs(bare, pairs)) for pairs in (51, 201))
     assert few == many > 0
+    few, many = (seconds - few for seconds in checked)
+    assert many / few == pytest.approx((201 / 51) ** 2, rel=1e-9)
 
 
 def test_frictionless_joint_needs_no_refined_table():

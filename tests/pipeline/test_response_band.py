@@ -133,7 +133,7 @@ def test_a_resonance_that_opens_the_joint_says_from_which_moment_on() -> None:
     assert not below.failures
     assert len(below.responses[0].unconverged) == 0
     assert summary(below)["response"][0]["opens_from_load"] is None
-    assert not below.cautions
+    assert not [caution for caution in below.cautions if "opens" in caution.reason]
     twice = asked({"moment": 400}, clamp={"force": "2 MN/m", "half_length": "25 mm"})
     assert limit_of(twice) == pytest.approx(2 * limit, rel=1e-3)
     assert "raise clamp.force more than" in twice.cautions[0].remedy

@@ -92,8 +92,8 @@ def size(equations: Linearised) -> float:
     return float(np.abs(equations.F).max())
 
 
-TANGENT_ACCURACY = 1e-3
-STEP_ACCURACY = 1e-3
+TANGENT_ACCURACY = 1e-5
+STEP_ACCURACY = 3e-4
 
 LEAST_ACCURACY = 0.03
 """Relative residual of the linear equations of a step, where those of the steps before have not shrunk."""

@@ -87,7 +87,7 @@ def not_as_in_time(place: str, response: Response) -> list[Caution]:
     if off:
         worst = max(off, key=lambda check: abs(check.error))
         reason = (
-            f"held against time integration at {len(response.checks)} frequencies its amplitude is off by "
+            f"held against time integration at {len(response.checks)} frequencies, its amplitude is off by "
             f"more than {AGREES:.0%} at {len(off)}, most at {worst.frequency:.6g} Hz: {worst.error:+.1%}"
         )
         found.append(Caution("response", place, reason, remedy))

@@ -27,8 +27,9 @@ from microslip.model.flexibility import Flexibility
 from microslip.model.joint import JointModel
 from microslip.typing import Array, Indices, Mask, Status
 
-ROUNDING = 1e-9
-"""Of the largest singular value: directions with a smaller one are rounding."""
+ROUNDING = 1e-6
+"""Of the largest singular value: directions with a smaller one are rounding. Rigid motions that come from
+eigenvectors, or were fitted to reduced coordinates, are known to the root of the machine's."""
 
 SLIDING = 0.2
 """Share of a motion along the normals of the pairs up to which it slides the bodies past each other."""
