@@ -188,9 +188,14 @@ def test_what_is_planted_in_the_house_itself_is_found(copy):
             "model/long.py": LONG,
         }
     )
-    assert_found(copy, "show/thief.py", "private name microslip.results.planted._hidden")
-    assert_found(copy, "model/late.py", "imports math inside a function")
-    assert_found(copy, "model/long.py", "451 lines")
+    code, output = copy.house()
+    assert code == 1
+    for parts in (
+        ("show/thief.py", "private name microslip.results.planted._hidden"),
+        ("model/late.py", "imports math inside a function"),
+        ("model/long.py", "451 lines"),
+    ):
+        assert any(all(part in line for part in parts) for line in output.splitlines()), parts
 
 
 @pytest.mark.parametrize(

@@ -453,6 +453,7 @@ def _lifted(found):
 # -- through the command line ----------------------------------------------------------------------
 
 
+@pytest.mark.validate  # its run and figures are those of `tests/docs/test_examples.py`
 def test_the_example_is_checked_run_and_read_again(tmp_path):
     out = tmp_path / "out"
     shutil.copytree(EXAMPLE.with_suffix(""), tmp_path / "mesh_plates")
