@@ -23,7 +23,7 @@ Lap joints of populations that it was not developed on, each under the load that
 forced response by `method = "corrected"`, defaults, against steady states of time integration at its
 peak, its flanks and five frequencies at random, as on [the page of method "auto"](population-auto.md)
 (`python benchmarks/population/corrected.py`, {pairs} contact pairs). *Claimed*: the response states an
-error of at most 1 %; the rest is *flagged*. A steady state that did not settle within 400 cycles is no
+error of at most 1 %; the rest is *flagged*. A motion that is not steady after 4,000 cycles is no
 truth, and is counted apart.
 
 """

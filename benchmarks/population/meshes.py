@@ -98,7 +98,7 @@ supports, forces, moments, pressures and moving bases. Loads are what resonates 
 the joint. *Refused in words*: the run ends with one message that says what is wrong; one joint in twelve is
 drawn to be none, and the others refused are listed. *Some of it failed*: the run gives an answer and says
 of some points that there is none. *Cautioned*: the run says that the refined model misses the resonance of
-the stuck joint, and to take harmonic balance or time integration beside it.
+the stuck joint, and to take method "corrected", or backbones by prescribed cycles.
 
 """
 

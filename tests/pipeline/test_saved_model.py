@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from mesh_files import plates_document
 from typer.testing import CliRunner
 
 import microslip
-from microslip.analyses.prepared.saved import load_model
+from microslip.analyses.prepared.saved import load_model, save_model
 from microslip.cli.main import app
 from microslip.describe.reading import load_joint, parse_joint
 from microslip.errors import InputError
@@ -259,3 +260,33 @@ def test_outputs_are_any_port(folder):
     assert [output.port for output in joint.outputs] == ["output tip", "output edge", "moment"]
     with pytest.raises(InputError, match="two outputs are called"):
         parse_joint({**joint.model_dump(exclude_none=True), "output": [{"name": "a"}] * 2})
+
+
+@pytest.mark.parametrize("other", ["x", "y"])
+def test_another_port_in_space_picks_the_mode_that_the_structure_has(tmp_path, other):
+    """Plates saved for a load across them, driven along them or sideways: as assembled for that."""
+    document = plates_document(tmp_path)
+    document["mesh"] = document["mesh"] | {"modes": 60}
+    document["port"] = [
+        {"name": name, "kind": "force", "on": "right", "direction": name} for name in ("z", other)
+    ]
+    cycles = {"cycle": {"force": [1.0], "steps": 20}}
+    given = document | {"load": {"port": "z", "force": [50.0]}, "analysis": cycles}
+    assembly = assemble(parse_joint(given, "saved", tmp_path))
+    save_model(assembly.prepared, tmp_path / "joint.npz")
+    driven = {"load": {"port": other, "force": [50.0]}}
+    asked = driven | {"kind": "model", "model": {"file": "joint.npz"}, "port": [{"name": other}]}
+    found, refused = {}, {}
+    for name, joint in (("structure", document | driven), ("model", asked)):
+        found[name] = assemble(parse_joint(joint | {"analysis": cycles}, name, tmp_path)).mode
+        try:
+            assemble(parse_joint(joint | {"analysis": {"response": {"count": 5}}}, name, tmp_path))
+        except InputError as error:
+            refused[name] = "friction alone holds" in str(error)
+    assert found["model"].stuck_frequency == pytest.approx(
+        found["structure"].stuck_frequency, rel=1e-2
+    )
+    assert found["model"].sliding_frequency == pytest.approx(
+        found["structure"].sliding_frequency, rel=1e-2
+    )
+    assert refused.get("model") == refused.get("structure")

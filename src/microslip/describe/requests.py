@@ -173,7 +173,7 @@ class ResponseAnalysis(Section):
     corrections: Count = Field(default=40, ge=7, le=1000)
     """Of method "corrected": steady states at most, per load. A tenth of a second each where they settle."""
     checks: Count = Field(default=3, ge=0, le=3)
-    """Of method "reduced": motions of the full joint to hold it against, a load. A tenth of a second each."""
+    """Of method "reduced": motions of the full joint to hold it against, a load. Some tenths of a second."""
     points: Count = Field(default=200, ge=8, le=10_000)
     """Of method "auto": steady states at most, per load, and eighty cycles and 0.6 s of processor time each
     on average; 160 cycles more where motions creep. Some tenths of a second each where the motion settles."""

@@ -39,7 +39,7 @@ from microslip.describe.requests import (
 from microslip.pipeline.band import Curve
 from microslip.pipeline.creep import raised_and_marched
 from microslip.pipeline.prepare import Assembly
-from microslip.pipeline.walk import TOLERANCE, Found, Lost, Target, sought, what_it_is
+from microslip.pipeline.walk import DOUBTFUL, TOLERANCE, Found, Lost, Target, sought, what_it_is
 from microslip.typing import Array
 
 FIRST = (0.0, -1.2, 1.2)
@@ -139,7 +139,7 @@ class _Search:
         self.tried.add(k)
         self.marched += answer.cycles
         self.opens = self.opens or answer.opens
-        if isinstance(answer, Lost):
+        if isinstance(answer, Lost) or not answer.doubt <= DOUBTFUL:
             return
         own = [self.anchors[k]] if k in self.anchors else self.beside(k)
         apart = [abs(np.log(abs(answer.amplitude) / abs(one.amplitude))) for one in own]
@@ -305,7 +305,8 @@ def _least_known(search: _Search, guess: Contours, wanted: float) -> list[Target
 
 def _to_march(search: _Search, wanted: float) -> list[Target]:
     """Steady states that are not known well, far from those marched so far, then what is flagged between."""
-    if search.marched >= MARCHED_EACH * search.points or search.count >= search.points:
+    slow = search.seconds >= 2 * SECONDS_EACH * search.points
+    if slow or search.marched >= MARCHED_EACH * search.points or search.count >= search.points:
         return []
     marched = sorted(search.tried)
     left = sorted((search.blurred(wanted) | set(search.lost)) - search.tried)

@@ -82,8 +82,8 @@ def worst_of(response: Response) -> float:
 
 def not_as_in_time(place: str, response: Response) -> list[Caution]:
     """Where a response differs from the full joint, or could not be held against it."""
-    remedy, found = 'take method = "corrected" in [analysis.response]', []
-    off = [check for check in response.checks if abs(check.error) > AGREES]
+    remedy, found = 'take method = "corrected" or "auto" in [analysis.response]', []
+    off = [check for check in response.checks if abs(check.error) > AGREES + check.doubt]
     if off:
         worst = max(off, key=lambda check: abs(check.error))
         reason = (

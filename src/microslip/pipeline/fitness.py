@@ -10,6 +10,7 @@ from microslip.analyses.prepared.prestress import Prestress
 from microslip.describe.joint import Joint
 from microslip.describe.units import readable
 from microslip.errors import Caution, InputError, ModelError
+from microslip.model.imported import GAP
 from microslip.model.joint import JointModel
 
 
@@ -59,7 +60,7 @@ def crushed(start: Prestress) -> tuple[Caution, ...]:
     return (
         Caution(
             "input",
-            f"preload {', '.join(start.preload)}",
+            f"preload {', '.join(name for name in start.preload if name != GAP)}",
             f"the largest pressure in the contact is {readable(largest, 'Pa', 3)}; no metal bears more than "
             f"{readable(HARDEST, 'Pa')}",
             "are the units of length and force right, and the areas of the pairs?",

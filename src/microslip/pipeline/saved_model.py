@@ -10,6 +10,7 @@ nodes are not known.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
 
@@ -17,6 +18,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from microslip.analyses.prepared.joint import PreparedJoint, with_principal_mode
+from microslip.analyses.prepared.joint_modes import drifting
 from microslip.analyses.prepared.saved import load_with_units
 from microslip.describe.saved_model import ModelJoint
 from microslip.errors import InputError
@@ -61,7 +63,22 @@ def read_saved(joint: ModelJoint) -> PreparedJoint:
     if drive == prepared.drive and prepared.mode is not None:
         return prepared
     bare = replace(prepared.with_model(without_ports(model, MODAL)), drive=drive, mode=None)
-    return with_principal_mode(bare)
+    found = with_principal_mode(bare)
+    if prepared.mode is None:
+        return found
+    # reactions are no loads: their ports have none on a mode
+    names = {*prepared.mode.load_on_sliding, drive}
+    mode = found.principal()
+
+    def known(loads: Mapping[str, float]) -> dict[str, float]:
+        return {name: amplitude for name, amplitude in loads.items() if name in names}
+
+    own = replace(
+        mode,
+        load_on_sliding=known(mode.load_on_sliding),
+        load_on_stuck=known(mode.load_on_stuck),
+    )
+    return replace(found, mode=own)
 
 
 @lru_cache(maxsize=4)
@@ -112,4 +129,5 @@ def modal_states(prepared: PreparedJoint) -> LinearStates:
         stuck_omega=mode.stuck_omega,
         overlap=mode.overlap,
         pairs=np.flatnonzero(prepared.prestress.touching),
+        drifting=drifting(prepared.model, prepared.prestress, prepared.law, mode.stuck),
     )

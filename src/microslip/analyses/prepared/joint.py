@@ -10,9 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-import numpy as np
-
-from microslip.analyses.prepared.joint_modes import JointMode, joint_modes
+from microslip.analyses.prepared.joint_modes import JointMode, driven_mode
 from microslip.analyses.prepared.prestress import Prestress, prestress
 from microslip.contact.law import ContactLaw
 from microslip.errors import ModelError
@@ -148,11 +146,7 @@ def with_principal_mode(prepared: PreparedJoint) -> PreparedJoint:
     The modes are those of the joint model; a structure's own are more exact by the error of the
     reduction.
     """
-    modes = joint_modes(prepared.model, prepared.prestress, prepared.law)
-    if not modes:
-        raise ModelError("no mode of this joint model deforms the joint")
-    work = [abs(m.load_on_stuck[prepared.drive]) / m.stuck_omega**2 for m in modes]
-    found = modes[int(np.argmax(work))]
+    found = driven_mode(prepared.model, prepared.prestress, prepared.law, prepared.drive)
     other = 1.0 if found.load_on_stuck[prepared.drive] >= 0 else -1.0
     sign = other * (1.0 if found.overlap >= 0 else -1.0)
     mode = replace(

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -130,33 +131,78 @@ def joint_modes(model: JointModel, start: Prestress, law: ContactLaw) -> tuple[J
     law : ContactLaw
         The bond is behind the compliance of the contact.
     """
-    omega, shapes = bonded_modes(model, start.bonded(1), law.compliance)
-    stuck_omega, stuck = bonded_modes(model, start.bonded(model.dimension), law.compliance)
-    held = _support_energy(model, shapes)
-    deforming = np.flatnonzero(held <= ON_SUPPORTS * omega**2)
-    overlap = shapes.T @ stuck
+    sliding, stuck = _states(model, start, law)
+    deforming = np.flatnonzero(sliding.deforms)
+    partners = _partners((sliding.shapes[:, deforming].T @ stuck.shapes) ** 2)
+    pairs = zip(deforming.tolist(), partners, strict=True)
+    return tuple(_pair(model, sliding, stuck, *pair, n) for n, pair in enumerate(pairs, 1))
+
+
+def driven_mode(model: JointModel, start: Prestress, law: ContactLaw, drive: str) -> JointMode:
+    """The mode that a port drives: the stuck one that its static load excites most, and the sliding one most
+    like it, as `microslip.model.states.linear_states` picks those of a structure.
+
+    Raises
+    ------
+    ModelError
+        Where no mode of the joint model deforms the joint.
+    """
+    sliding, stuck = _states(model, start, law)
+    if not (sliding.deforms.any() and stuck.deforms.any()):
+        raise ModelError("no mode of this joint model deforms the joint")
+    load = model.port_modes[:, model.port(drive)]
+    size = np.maximum(stuck.omega, 1e-300) ** 2
+    work = np.where(stuck.deforms, np.abs(stuck.shapes.T @ load) / size, -1.0)
+    partner = int(np.argmax(work))
+    like = np.where(sliding.deforms, (sliding.shapes.T @ stuck.shapes[:, partner]) ** 2, -1.0)
+    return _pair(model, sliding, stuck, int(np.argmax(like)), partner, 1)
+
+
+def drifting(model: JointModel, start: Prestress, law: ContactLaw, shape: Array) -> float:
+    """Share of a shape in sliding motions that deform the supports more than the joint."""
+    sliding, _ = _states(model, start, law)
+    return float(((sliding.shapes[:, ~sliding.deforms].T @ shape) ** 2).sum())
+
+
+class _State(NamedTuple):
+    """Modes of the sliding or the stuck state, and whether each deforms the joint."""
+
+    omega: Array
+    shapes: Array
+    deforms: Mask
+
+
+def _states(model: JointModel, start: Prestress, law: ContactLaw) -> tuple[_State, _State]:
+    """The sliding and the stuck state."""
+    found = []
+    for held in (start.bonded(1), start.bonded(model.dimension)):
+        omega, shapes = bonded_modes(model, held, law.compliance)
+        deforms = _support_energy(model, shapes) <= ON_SUPPORTS * omega**2
+        found.append(_State(omega, shapes, deforms))
+    return found[0], found[1]
+
+
+def _pair(
+    model: JointModel, sliding: _State, stuck: _State, own: int, partner: int, number: int
+) -> JointMode:
+    """A sliding mode and its stuck partner, by index."""
 
     def loads(shape: Array) -> dict[str, float]:
         return dict(zip(model.ports, map(float, shape @ model.port_modes), strict=True))
 
-    found = []
-    partners = _partners(overlap[deforming] ** 2)
-    for number, (k, partner) in enumerate(zip(deforming, partners, strict=True), 1):
-        found.append(
-            JointMode(
-                number=number,
-                sliding_omega=float(omega[k]),
-                stuck_omega=float(stuck_omega[partner]),
-                sliding=shapes[:, k],
-                stuck=stuck[:, partner],
-                overlap=float(overlap[k, partner]),
-                load_on_sliding=loads(shapes[:, k]),
-                load_on_stuck=loads(stuck[:, partner]),
-                port=MODE_PORT,
-                stuck_port=f"stuck {MODE_PORT}",
-            )
-        )
-    return tuple(found)
+    shape, other = sliding.shapes[:, own], stuck.shapes[:, partner]
+    return JointMode(
+        number=number,
+        sliding_omega=float(sliding.omega[own]),
+        stuck_omega=float(stuck.omega[partner]),
+        sliding=shape,
+        stuck=other,
+        overlap=float(shape @ other),
+        load_on_sliding=loads(shape),
+        load_on_stuck=loads(other),
+        port=MODE_PORT,
+        stuck_port=f"stuck {MODE_PORT}",
+    )
 
 
 def _partners(assurance: Array) -> list[int]:

@@ -38,7 +38,7 @@ ACROSS = 1e-6
 """Share of a load's work on motions that slide, up to which what it does on those that part is none."""
 
 FACETS = 16
-"""Edges of what stands for a round cone of friction."""
+"""Edges of the pyramid that stands for a round cone of friction, on it."""
 
 SOLVED, UNBOUNDED = 0, 3
 """Outcomes of a linear program."""
@@ -175,7 +175,7 @@ def opening_load(
     port : str
     friction : (m,) array or float
         Coefficient of every pair; left out, the contact is without friction. Round cones are taken 2 % too
-        wide at most.
+        narrow between their `FACETS` edges: what is said to hold holds.
 
     Raises
     ------
@@ -213,19 +213,18 @@ def opening_load(
 def _within_cones(motions: Array, friction: Array, dimension: int) -> Array:
     """(f, c) work on motions of reactions whose sums with weights >= 0 are the cones of friction.
 
-    In space these have `FACETS` edges around the round cone.
+    In space these have `FACETS` edges on the round cone.
     """
     v = by_pair(motions.T, dimension)
     normal_work, slid = v[..., 0], v[..., 1:]
     if np.abs(slid).max(initial=0.0) <= ROUNDING * np.abs(v).max(initial=0.0):
         return normal_work
     if dimension == 2:
-        edges, wider = np.array([[1.0], [-1.0]]), 1.0
+        edges = np.array([[1.0], [-1.0]])
     else:
         angles = 2 * np.pi * np.arange(FACETS) / FACETS
         edges = np.column_stack([np.cos(angles), np.sin(angles)])
-        wider = 1 / np.cos(np.pi / FACETS)
-    return np.hstack([normal_work + wider * friction * (slid @ edge) for edge in edges])
+    return np.hstack([normal_work + friction * (slid @ edge) for edge in edges])
 
 
 def _opening_motions(v: Array, dimension: int) -> tuple[Array, Array]:

@@ -139,6 +139,9 @@ def _prestress(joint: PreparedJoint) -> Iterator[str]:
         )
     p, v = normal(s.r, d), normal(s.v, d)
     most = np.abs(s.r).max(initial=0.0)
+    if not most > 0:
+        yield "prestress_r presses nowhere"
+        return
     if (p < -CLOSE * most).any():
         yield "prestress_r pulls: normal reactions are positive where the sides press"
     if (v > CLOSE * reach).any():

@@ -6,6 +6,7 @@ import numpy as np
 
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.prepared.prestress import opening_load
+from microslip.errors import ContactError
 from microslip.typing import Array
 
 
@@ -31,7 +32,7 @@ def load_scale(joint: PreparedJoint, port: str) -> float:
     Raises
     ------
     ContactError
-        Where limit analysis fails.
+        Where limit analysis fails, or the flexibility of the bonded pairs is singular.
 
     Examples
     --------
@@ -52,9 +53,15 @@ def _change_of_reactions(joint: PreparedJoint, port: str) -> Array:
     f, column = joint.flexibility, joint.model.port(port)
     bonded = joint.prestress.bonded(joint.model.dimension)
     W, R = f.W[np.ix_(bonded, bonded)], f.R[bonded]
-    give = np.linalg.solve(W, np.column_stack([f.loads_v[bonded, column], R]))
-    r, held = give[:, 0], give[:, 1:]
-    if not R.shape[1]:
-        return r
-    q = np.linalg.solve(np.diag(f.stiffness) + R.T @ held, f.loads_q[:, column] - R.T @ r)
+    try:
+        give = np.linalg.solve(W, np.column_stack([f.loads_v[bonded, column], R]))
+        r, held = give[:, 0], give[:, 1:]
+        if not R.shape[1]:
+            return r
+        q = np.linalg.solve(np.diag(f.stiffness) + R.T @ held, f.loads_q[:, column] - R.T @ r)
+    except np.linalg.LinAlgError:
+        raise ContactError(
+            f"how the interface feels the port {port!r} is not known: its flexibility with all touching "
+            "pairs bonded is singular; make the contact elastic, or keep more modes"
+        ) from None
     return np.asarray(r + held @ q)

@@ -192,13 +192,22 @@ def _between(solved: Sequence[PrescribedCycle], count: int) -> list[float]:
     return [float(np.sqrt(size[i] * size[i + 1])) for i in chosen]
 
 
+FELT = 0.1
+"""Of what other modes feel of a load, at least, that which its size is chosen by."""
+
+
 def load_offset(held: HeldMode, amplitude: float) -> float:
     """``c``: amplitude of the mode that bends the interface as a unit load does directly.
 
     From two cycles at an amplitude small enough to stick, without and with a load.
     """
     alone = prescribed_cycle(held, amplitude, steps=40, cycles=2)
-    load = 0.5 * amplitude * held.sliding_omega**2 / held.load_on_sliding
+    model, own = held.model, held.load_on_sliding
+    give = np.minimum(held.sliding_omega / np.maximum(model.omega, held.sliding_omega), 1.0) ** 2
+    others = np.abs(model.port_modes[:, model.port(held.drive)]) * give
+    # a load that the mode hardly feels must not make the joint slip through the other modes
+    felt = max(abs(own), FELT * float(others.max(initial=0.0)))
+    load = float(np.copysign(0.5 * amplitude * held.sliding_omega**2 / felt, own))
     both = prescribed_cycle(held, amplitude, steps=40, cycles=2, load=load)
     coefficient = alone.force / alone.q
     return float(((both.force - coefficient * both.q) / (coefficient * load)).real)
