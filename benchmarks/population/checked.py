@@ -49,7 +49,7 @@ def text_of(rows: dict[str, dict]) -> str:
             lines.append(f"| {name} | {len(mine)} | 0 | – | – | – |")
             continue
         shares = " | ".join(f"{100 * np.mean(errors <= limit):.0f} %" for limit in (0.01, 0.03))
-        most = f"{100 * errors.max():.2g} %"
+        most = f"{100 * errors.max():.0f} %"
         lines.append(f"| {name} | {len(mine)} | {len(errors)} | {shares} | {most} |")
     head = HEAD.format(
         pairs=" and ".join(map(str, sorted({row["pairs"] for row in rows.values()}))),
