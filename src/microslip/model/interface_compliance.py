@@ -21,9 +21,8 @@ from collections.abc import Sequence
 import numpy as np
 import scipy.linalg as sl
 import scipy.sparse as sp
-import scipy.sparse.linalg as spla
 
-from microslip.errors import ModelError
+from microslip.numerics.factors import trailing_inverse
 from microslip.typing import Array, Indices
 
 
@@ -69,15 +68,9 @@ def interface_compliance(
     for order in orders:
         boundary = order[felt[order]]
         own = np.concatenate([order[~felt[order]], boundary])
-        lu = spla.splu(
-            stiff[own][:, own].tocsc(),
-            permc_spec="NATURAL",
-            diag_pivot_thresh=0.0,
-            options={"SymmetricMode": True},
-        )
-        answer[own] = lu.solve(border[own])
+        inverse, answer[own] = trailing_inverse(stiff[own][:, own], len(boundary), border[own])
         local = relative[:, boundary]
-        total += _sandwich(local, _trailing_inverse(lu, len(boundary)))
+        total += _sandwich(local, inverse)
     of_border = np.asarray(relative @ answer)
     small = border.T @ answer
     # unknowns lambda and s: x = x_f - X_U lambda + k X_E s
@@ -90,17 +83,3 @@ def interface_compliance(
 def _sandwich(relative: sp.csr_matrix, compliance: Array) -> Array:
     """``B C B^T``."""
     return np.asarray(relative @ np.asarray(relative @ compliance.T).T)
-
-
-def _trailing_inverse(lu: spla.SuperLU, count: int) -> Array:
-    """Last block of the inverse, in the order before factorising."""
-    n = lu.shape[0]
-    first = n - count
-    columns = lu.perm_c[first:]
-    if not (np.array_equal(lu.perm_r, lu.perm_c) and (columns >= first).all()):
-        raise ModelError("the factors of the stiffness do not keep the interface last")
-    upper = np.asarray(lu.U[first:, first:].toarray())
-    lower = np.asarray(lu.L[first:, first:].toarray())
-    inverse = np.linalg.inv(lower @ upper)
-    own = columns - first
-    return np.asarray(0.5 * (inverse + inverse.T)[np.ix_(own, own)])

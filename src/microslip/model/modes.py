@@ -6,7 +6,6 @@ modes are mass-normalised, ``phi^T M phi = 1``.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +16,7 @@ import scipy.sparse.linalg as spla
 from microslip.brief import Brief
 from microslip.errors import ModelError
 from microslip.model.structure import Structure
+from microslip.numerics.factors import factorise
 from microslip.typing import Array, Indices
 
 
@@ -44,20 +44,6 @@ class LinearModes(Brief):
         return self.omega / (2 * np.pi)
 
 
-def factorise(matrix: sp.csc_matrix) -> Callable[[Array], Array]:
-    """Return a function that solves with a symmetric matrix (sparse LU, symmetric ordering)."""
-    return _factors(matrix).solve
-
-
-def _factors(matrix: sp.csc_matrix) -> spla.SuperLU:
-    return spla.splu(
-        matrix.tocsc(),
-        permc_spec="MMD_AT_PLUS_A",
-        diag_pivot_thresh=0.0,
-        options={"SymmetricMode": True},
-    )
-
-
 class PartFactors:
     """Factors of a symmetric matrix, one for each of its connected parts.
 
@@ -82,23 +68,25 @@ class PartFactors:
             if large
             else [np.arange(matrix.shape[0])]
         )
-        self._lu = [_factors(matrix[part][:, part]) for part in self.parts]
+        self._factors = [factorise(matrix[part][:, part]) for part in self.parts]
 
     def solve(self, right: Array) -> Array:
         """Solution of the whole system."""
         out = np.empty(right.shape)
-        for part, lu in zip(self.parts, self._lu, strict=True):
-            out[part] = lu.solve(np.ascontiguousarray(right[part]))
+        for part, factors in zip(self.parts, self._factors, strict=True):
+            out[part] = factors.solve(np.ascontiguousarray(right[part]))
         return out
 
     def solve_part(self, number: int, right: Array) -> Array:
         """Solution of one part."""
-        return np.asarray(self._lu[number].solve(right))
+        return self._factors[number].solve(right)
 
     @property
     def orders(self) -> list[Indices]:
         """Order in which the degrees of freedom of each part were eliminated."""
-        return [part[np.argsort(lu.perm_c)] for part, lu in zip(self.parts, self._lu, strict=True)]
+        return [
+            part[factors.order] for part, factors in zip(self.parts, self._factors, strict=True)
+        ]
 
 
 MOST_PARTS, LEAST_PART = 4, 400
@@ -158,7 +146,7 @@ def static_shape(structure: Structure, bonded: Indices, load: str) -> Array:
     """
     basis = bonding(structure.interface.relative, np.asarray(bonded, dtype=np.int64))
     stiffness = (basis.T @ structure.stiffness @ basis).tocsc()
-    return np.asarray(basis @ factorise(stiffness)(basis.T @ structure.loads[load]))
+    return np.asarray(basis @ factorise(stiffness).solve(basis.T @ structure.loads[load]))
 
 
 def linear_modes(

@@ -16,12 +16,12 @@ import scipy.sparse.linalg as spla
 from microslip.brief import Brief
 from microslip.describe.matrices import MatricesJoint
 from microslip.errors import Caution, InputError
-from microslip.model.modes import factorise
 from microslip.model.numbering import OUT_OF_PLANE, Numbering
 from microslip.model.pair_soundness import check_pairs
 from microslip.model.pair_table import Pairs
 from microslip.model.readers.found import said
 from microslip.model.structure import Structure
+from microslip.numerics.factors import factorise
 from microslip.typing import Array
 
 ASYMMETRY = 1e-8
@@ -127,14 +127,9 @@ def negative_directions(matrix: sp.csc_matrix) -> int:
     >>> negative_directions(sp.csc_matrix(np.diag([2.0, -1.0, 3.0])))
     1
     """
-    lu = spla.splu(
-        matrix.tocsc(),
-        permc_spec="MMD_AT_PLUS_A",
-        diag_pivot_thresh=0.0,
-        options={"SymmetricMode": True},
-    )
-    if np.array_equal(lu.perm_r, lu.perm_c):
-        return int((lu.U.diagonal() < 0).sum())
+    found = factorise(matrix).negative
+    if found is not None:
+        return found
     return 0 if matrix.shape[0] > 2000 else int((np.linalg.eigvalsh(matrix.toarray()) < 0).sum())
 
 
@@ -215,7 +210,7 @@ def _lowest(
 ) -> tuple[Array, Array]:
     """Lowest eigenvalues, (rad/s)², and mass-normalised shapes."""
     n = stiffness.shape[0]
-    solve = factorise((stiffness + shift * mass).tocsc())
+    solve = factorise(stiffness + shift * mass).solve
     operator = spla.LinearOperator((n, n), matvec=solve, dtype=float)
     start = np.sin(1.0 + np.arange(n) ** 1.5)
     values, shapes = spla.eigsh(

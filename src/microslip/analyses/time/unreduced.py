@@ -23,7 +23,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-import scipy.sparse as sp
 
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.brief import Brief
@@ -31,8 +30,9 @@ from microslip.contact.pairs import by_pair, normal, slip_history
 from microslip.contact.solver import ContactSolver
 from microslip.errors import ContactError, ModelError
 from microslip.model.flexibility import Flexibility
-from microslip.model.modes import factorise, linear_modes, spectral_shift
+from microslip.model.modes import linear_modes, spectral_shift
 from microslip.model.structure import Structure
+from microslip.numerics.factors import factorise
 from microslip.typing import Array, Status
 
 ALPHA = 0.05
@@ -184,9 +184,7 @@ def full_scheme(
     gamma, beta, a = scheme_constants(alpha)
     mass_share = 1 + a * gamma * dt * rayleigh[0]
     stiffness_share = a * (gamma * dt * rayleigh[1] + beta * dt**2)
-    solve = factorise(
-        sp.csc_matrix(mass_share * structure.mass + stiffness_share * structure.stiffness)
-    )
+    solve = factorise(mass_share * structure.mass + stiffness_share * structure.stiffness).solve
     B = structure.interface.relative
     W = a * beta * dt**2 * (B @ solve(B.T.toarray()))
     return FullScheme(
@@ -220,7 +218,7 @@ def prestressed_full_state(scheme: FullScheme, rate: Array | None = None) -> Ful
     rigid = linear_modes(s, np.array([], dtype=np.int64), max(count, 1)).shapes[:, :count]
     momentum = s.mass @ rigid
     elastic_force = force - momentum @ (rigid.T @ force)
-    solve = factorise(s.stiffness + spectral_shift(s) * s.mass)
+    solve = factorise(s.stiffness + spectral_shift(s) * s.mass).solve
     x = np.zeros(s.dofs)
     for _ in range(8):
         x += solve(elastic_force - s.stiffness @ x)
