@@ -22,7 +22,7 @@ LAZY = {
 }
 """Modules that may import while they run."""
 
-OPTIONAL = {"ansys", "meshio", "pint", "pyuff", "pyvista", "pyyeti", "vtkmodules"}
+OPTIONAL = {"ansys", "meshio", "pint", "pypardiso", "pyuff", "pyvista", "pyyeti", "vtkmodules"}
 """Packages that may be imported inside a function: slow to import, and rarely needed."""
 
 STRIDES = {
