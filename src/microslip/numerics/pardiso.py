@@ -53,7 +53,7 @@ class _Problem:
         for number, value in settings.items():
             self.settings[number - 1] = value
 
-    def call(self, phase: int, right: Array, out: Array, marked: Indices) -> None:
+    def call(self, phase: int, right: Array, out: Array, marked: np.ndarray) -> None:
         """Call the library for as many right-hand sides as there are columns."""
         error = ctypes.c_int32(0)
         numbers = (1, 1, INDEFINITE, phase, self.rows)
@@ -145,5 +145,5 @@ def _upper(matrix: sp.spmatrix) -> sp.csr_matrix:
     return stored
 
 
-def _integers(array: Indices) -> Any:
+def _integers(array: np.ndarray) -> Any:
     return array.ctypes.data_as(ctypes.POINTER(ctypes.c_int32))
