@@ -6,6 +6,7 @@ from dataclasses import fields, is_dataclass
 
 import numpy as np
 import pytest
+from short_lap import SHORT_LAP
 from spatial_twin import spatial_joint
 from typer.testing import CliRunner
 
@@ -125,26 +126,7 @@ def test_other_files_are_refused_by_name(planar, tmp_path):
 
 def test_the_command_writes_the_joint_of_a_file(tmp_path):
     joint = tmp_path / "joint.toml"
-    joint.write_text(
-        """
-[beams]
-length = "250 mm"
-thickness = "12 mm"
-overlap_half_length = "37 mm"
-[material]
-youngs_modulus = "70 GPa"
-poissons_ratio = 0.3
-density = "2 g/cm^3"
-[contact]
-friction = 0.3
-pairs = 21
-[clamp]
-force = "1 MN/m"
-half_length = "25 mm"
-[load]
-moment = "50 N*m/m"
-"""
-    )
+    joint.write_text(SHORT_LAP + '[load]\nmoment = "50 N*m/m"\n')
     run = CliRunner()
     done = run.invoke(app, [str(joint)])
     assert done.exit_code == 0, done.output

@@ -8,6 +8,7 @@ import tomllib
 import numpy as np
 import pytest
 from matrices_files import as_matrices
+from short_lap import SHORT_LAP
 from typer.testing import CliRunner
 
 import microslip
@@ -16,23 +17,6 @@ from microslip.describe.reading import parse_joint
 from microslip.model.lap import structure_of
 from microslip.pipeline.outputs import columns, harmonics_by_name
 from microslip.pipeline.prepare import assemble
-
-BEAMS = """
-[beams]
-length = "250 mm"
-thickness = "12 mm"
-overlap_half_length = "37 mm"
-[material]
-youngs_modulus = "70 GPa"
-poissons_ratio = 0.3
-density = "2 g/cm^3"
-[contact]
-friction = 0.3
-pairs = 21
-[clamp]
-force = "1 MN/m"
-half_length = "25 mm"
-"""
 
 ALL = [
     {"name": f"{what}_{end}", "quantity": quantity, "x": f"{end} end"} | way
@@ -50,7 +34,7 @@ WEAK = 1e-6
 
 def joint(ends, port, outputs=ALL, **more):
     unit = {"base": "acceleration", "moment": "moment"}.get(port["kind"], "force")
-    given = tomllib.loads(BEAMS) | {
+    given = tomllib.loads(SHORT_LAP) | {
         "support": dict(zip(("left", "right"), ends, strict=True)),
         "port": port,
         "load": {"port": port["name"], unit: 10.0},
@@ -123,7 +107,7 @@ def test_reactions_and_inertia_balance_in_vibration(alpha, beta):
         {"name": "tip", "kind": "force", "at": "right", "direction": "y"},
         {"name": "base", "kind": "base", "direction": "y"},
     ]
-    given = tomllib.loads(BEAMS) | {
+    given = tomllib.loads(SHORT_LAP) | {
         "support": {"left": "clamped", "right": "free"},
         "port": port,
         "load": {"port": "tip", "force": 10.0},
@@ -214,7 +198,9 @@ def test_reactions_of_nothing_are_refused_by_the_command_line(tmp_path, output, 
     own = {"name": "hold", "quantity": "reaction"} | output
     rows = "\n".join(f"{key} = {json.dumps(value)}" for key, value in own.items())
     text = (
-        BEAMS + '[support]\nleft = "clamped"\nright = "free"\n[analysis.cycle]\n[[output]]\n' + rows
+        SHORT_LAP
+        + '[support]\nleft = "clamped"\nright = "free"\n[analysis.cycle]\n[[output]]\n'
+        + rows
     )
     text += (
         '\n[[port]]\nname = "tip"\nkind = "force"\nat = "right"\n[load]\nport = "tip"\nforce = 1\n'

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from mesh_files import plates_document
+from short_lap import SHORT_LAP
 from typer.testing import CliRunner
 
 import microslip
@@ -15,21 +16,9 @@ from microslip.errors import InputError
 from microslip.pipeline.prepare import assemble
 from microslip.pipeline.run import run
 
-LAP = """
-[beams]
-length = "250 mm"
-thickness = "12 mm"
-overlap_half_length = "37 mm"
-[material]
-youngs_modulus = "70 GPa"
-poissons_ratio = 0.3
-density = "2 g/cm^3"
-[contact]
-friction = 0.3
-pairs = 21
-[clamp]
-force = "1 MN/m"
-half_length = "25 mm"
+LAP = (
+    SHORT_LAP
+    + """
 [support]
 left = "clamped"
 right = "free"
@@ -48,6 +37,7 @@ name = "edge"
 quantity = "slip"
 x = "clamp edge"
 """
+)
 
 ASKED = """
 [load]
