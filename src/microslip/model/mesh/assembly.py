@@ -66,25 +66,25 @@ def assemble(
     lam, mu = np.array([m.lame() for m in given]).T
     density = np.array([m.density for m in given])
     d, n = mesh.dimension, mesh.dimension * len(mesh.points)
-    rows, columns, stiff, heavy = [], [], [], []
+    K, M = sp.csc_matrix((n, n)), sp.csc_matrix((n, n))
     for block, start in zip(mesh.blocks, mesh.starts[:-1], strict=True):
         sign = orientation(mesh, block)
         chunk = max(1, AT_ONCE // (d * block.type.size) ** 2)
         for first in range(0, block.count, chunk):
             part = slice(first, first + chunk)
             own = of[start : start + block.count][part]
-            nodes = block.nodes[part]
-            K, M = _element_matrices(
+            nodes = block.nodes[part].astype(np.int32)
+            stiff, heavy = _element_matrices(
                 mesh.points[nodes], block, sign, lam[own], mu[own], density[own]
             )
-            dofs = (d * nodes[:, :, None] + np.arange(d)).reshape(len(nodes), -1)
-            rows.append(np.repeat(dofs, dofs.shape[1], axis=1).ravel())
-            columns.append(np.tile(dofs, dofs.shape[1]).ravel())
-            stiff.append(K.ravel())
-            heavy.append(M.ravel())
-    place = np.concatenate(rows), np.concatenate(columns)
-    K = sp.coo_matrix((np.concatenate(stiff), place), shape=(n, n)).tocsc()
-    M = sp.coo_matrix((np.concatenate(heavy), place), shape=(n, n)).tocsc()
+            dofs = (d * nodes[:, :, None] + np.arange(d, dtype=np.int32)).reshape(len(nodes), -1)
+            place = (
+                np.repeat(dofs, dofs.shape[1], axis=1).ravel(),
+                np.tile(dofs, dofs.shape[1]).ravel(),
+            )
+            # summed as they come: the entries of all elements are several times those of the matrix
+            K = K + sp.coo_matrix((stiff.ravel(), place), shape=(n, n)).tocsc()
+            M = M + sp.coo_matrix((heavy.ravel(), place), shape=(n, n)).tocsc()
     M.eliminate_zeros()
     points = [(d * node + i, m) for node, m in mesh.masses.items() for i in range(d)]
     if points:
