@@ -15,12 +15,16 @@ computed again: stop it at any time, and go on with the same command.
 
 from __future__ import annotations
 
+import argparse
 import sys
 import time
 import tomllib
+from collections.abc import Iterator
+from functools import partial
+from itertools import chain
 
 import numpy as np
-from resumed import joints_left, keep_row, kept_rows, study
+from resumed import answered, drawn_joints, study
 
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.reduced.response import Response
@@ -282,8 +286,9 @@ def page(rows: dict[str, dict]) -> str:
     return PAGE.format(pairs=" and ".join(map(str, pairs))) + "\n".join(lines) + "\n"
 
 
-def row_of(text: str, load: float, rng: np.random.Generator, method: str = "auto") -> dict:
+def row_of(text: str, seed: int, pairs: int, method: str = "auto", load: float = 1.0) -> dict:
     """What one joint says under a share of its own load, or why it says nothing."""
+    rng = np.random.default_rng(seed)
     described = tomllib.loads(text) | {"analysis": {"response": {"method": method}}}
     key = "moment_over_clamp_force_length"
     described["load"][key] = [load * value for value in described["load"][key]]
@@ -296,7 +301,14 @@ def row_of(text: str, load: float, rng: np.random.Generator, method: str = "auto
         row = {**measured(done, done.timings["response"], rng), "processor": worked}
     except MicroslipError as error:
         row = {"failed": str(error)}
-    return {"wall": time.perf_counter() - began, **row}
+    return {"pairs": pairs, "wall": time.perf_counter() - began, **row}
+
+
+def cases_of(asked: argparse.Namespace, method: str, load: float = 1.0) -> Iterator[tuple]:
+    """Every joint of the populations under a share of its own load, and what computes its row."""
+    case = "" if load == 1 else f" load x {load:g}"
+    for name, seed, text in drawn_joints(asked):
+        yield name + case, partial(row_of, text, seed, asked.pairs, method, load)
 
 
 def main() -> int:
@@ -304,18 +316,8 @@ def main() -> int:
     parser = study(__doc__, [21, 22, 23], 101, "population-auto.jsonl")
     parser.add_argument("--loads", type=float, nargs="+", default=[1.0], help="over its own")
     asked = parser.parse_args()
-    rows = {row["joint"]: row for row in kept_rows(asked.out)}
-    for load in asked.loads:
-        for name, seed, text in joints_left(asked, rows, "" if load == 1 else f" load x {load:g}"):
-            found = row_of(text, load, np.random.default_rng(seed))
-            rows[name] = {"joint": name, "pairs": asked.pairs, **found}
-            keep_row(asked.out, rows[name])
-            print(name, f"{rows[name]['wall']:.1f} s", flush=True)
-    table = page(rows)
-    print(table[table.index("| |") :])
-    if asked.page:
-        asked.page.write_text(table)
-    return 0
+    cases = chain.from_iterable(cases_of(asked, "auto", load) for load in asked.loads)
+    return answered(asked, cases, page)
 
 
 if __name__ == "__main__":
