@@ -109,8 +109,8 @@ def marched(
     try:
         state = raised_state(scheme, f, load, RAISED) if state is None else state
         for count in range(1, MOST // PART + 1):
-            Q, state = watched(scheme, load, state, PART, phase)
-            size = np.abs(Q)
+            Q, states = watched(scheme, load, state, PART, phase)
+            size, state = np.abs(Q), states[-1]
             left = 2 * count * abs(size.mean() / before - 1) + np.ptp(size) / size.mean()
             if left <= SETTLED:
                 return float(size[-1])

@@ -8,6 +8,9 @@ off shows.
 
 from __future__ import annotations
 
+import threading
+from collections.abc import Sequence
+
 import numpy as np
 
 from microslip.analyses.reduced.response import Check, Response
@@ -48,7 +51,9 @@ def checked_at(response: Response, count: int) -> list[int]:
     return chosen[:count]
 
 
-def checks(assembly: Assembly, response: Response, count: int) -> tuple[Check, ...]:
+def checks(
+    assembly: Assembly, response: Response, count: int, stop: threading.Event
+) -> tuple[Check, ...]:
     """A response held against motions of the full joint, by frequency.
 
     Parameters
@@ -58,6 +63,8 @@ def checks(assembly: Assembly, response: Response, count: int) -> tuple[Check, .
         Of the refined model.
     count : int
         At how many frequencies at most: the peak, then half power.
+    stop : Event
+        Set on Ctrl-C; then there are none.
     """
     joint = assembly.prepared
 
@@ -70,14 +77,21 @@ def checks(assembly: Assembly, response: Response, count: int) -> tuple[Check, .
         known = found.doubt <= DOUBTFUL
         return Check(f, modelled, found.amplitude, found.doubt if known else np.nan)
 
-    return tuple(each(work, sorted(checked_at(response, count)), threads()))
+    try:
+        return tuple(each(work, sorted(checked_at(response, count)), threads()))
+    except KeyboardInterrupt:
+        stop.set()
+        return ()
 
 
 def worst_of(response: Response) -> float:
     """Signed error of the check that differs most; nan where there is none."""
-    errors = np.array([check.error for check in response.checks])
-    errors = errors[np.isfinite(errors)]
-    return float(errors[np.argmax(np.abs(errors))]) if len(errors) else np.nan
+    known = [check for check in response.checks if np.isfinite(check.error)]
+    return _worst(known).error if known else np.nan
+
+
+def _worst(known: Sequence[Check]) -> Check:
+    return max(known, key=lambda check: abs(check.error))
 
 
 def not_as_in_time(place: str, response: Response) -> list[Caution]:
@@ -85,7 +99,7 @@ def not_as_in_time(place: str, response: Response) -> list[Caution]:
     remedy, found = 'take method = "corrected" or "auto" in [analysis.response]', []
     off = [check for check in response.checks if abs(check.error) > AGREES + check.doubt]
     if off:
-        worst = max(off, key=lambda check: abs(check.error))
+        worst = _worst(off)
         reason = (
             f"held against time integration at {len(response.checks)} frequencies, its amplitude is off by "
             f"more than {AGREES:.0%} at {len(off)}, most at {worst.frequency:.6g} Hz: {worst.error:+.1%}"

@@ -29,21 +29,13 @@ import numpy as np
 
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.time.deviations import StateSpace
-from microslip.analyses.time.scheme import (
-    ContactMemory,
-    State,
-    TimeScheme,
-    contact_memory,
-    march,
-    time_scheme,
-)
+from microslip.analyses.time.scheme import State, TimeScheme, contact_memory, time_scheme
 from microslip.analyses.time.starts import end_of
 from microslip.analyses.time.steady import raised_state
 from microslip.errors import JointOpensError, MicroslipError
 from microslip.numerics.execute import each, threads
-from microslip.numerics.fourier import harmonic
-from microslip.pipeline.walk import RAISED, RAISED_AGAIN, STEPS, Found, Lost, Target
-from microslip.typing import Array, Complex
+from microslip.pipeline.walk import RAISED, RAISED_AGAIN, STEPS, Found, Lost, Target, watched
+from microslip.typing import Array
 
 WINDOW, STEP = 40, 20
 """Cycles of a window, and from one to the next: what repeats in 20 cycles or fewer leaves no trace."""
@@ -128,7 +120,8 @@ def crept(scheme: TimeScheme, load: float, state: State, blocks: int = BLOCKS) -
     reached, leap, leapt = 0.0, LEAP, 0.0
     drifts: list[float] = []
     for count in range(1, blocks + 1):
-        Q, vectors, state = _marched(scheme, load, state, block, memory, space)
+        Q, states = watched(scheme, load, state, block, memory=memory)
+        vectors, state = np.array([space.vector(one) for one in states]), states[-1]
         reached += block
         first, last = taper @ vectors[:WINDOW], taper @ vectors[STEP:]
         begin, end = taper @ Q[:WINDOW], taper @ Q[STEP:]
@@ -167,26 +160,6 @@ def _next_leap(leap: float, before: Array, u: Array) -> float:
     if alike > ALIKE and along > KEPT * size:
         return min(2 * leap, FARTHEST)
     return max(0.5 * leap, LEAP) if alike > 0 else LEAP
-
-
-def _marched(
-    scheme: TimeScheme,
-    load: float,
-    state: State,
-    cycles: int,
-    memory: ContactMemory,
-    space: StateSpace,
-) -> tuple[Complex, Array, State]:
-    """First harmonic and state of every cycle, and the last."""
-    theta = 2 * np.pi * np.arange(STEPS + 1) / STEPS
-    wave, port = load * np.sin(theta), scheme.joint.model.port(scheme.joint.coordinate)
-    Q, vectors = [], []
-    for _ in range(cycles):
-        cycle = march(scheme, state, wave, memory=memory)
-        state = cycle.state
-        Q.append(harmonic(cycle.output[:, port], theta))
-        vectors.append(space.vector(state))
-    return np.array(Q), np.array(vectors), state
 
 
 def raised_and_marched(joint: PreparedJoint, targets: Sequence[Target]) -> Iterator[Found | Lost]:
