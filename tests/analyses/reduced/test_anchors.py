@@ -147,6 +147,31 @@ def test_a_jump_between_neighbours_parts_two_branches(flawed):
     assert [run.tolist() for run in branches(anchors, [15])] == [[0, 9], [20, 29], [30, 50]]
 
 
+def test_nothing_is_claimed_between_steady_states_on_either_side_of_a_jump(refined):
+    """A fold of the table itself: it errs nowhere, but where one of its motions ends it cannot tell."""
+    _, model, table = refined
+    frequency, load = np.linspace(168.0, 176.0, 161), 3 * LOAD
+    surface = load_surface(model, table, frequency)
+    found = contours(surface, load)
+    count = np.bincount(found.point, minlength=len(frequency))
+    several = np.flatnonzero(count > 1)
+    assert len(several) > 10, "folded"
+    order = np.argsort(found.size)
+    larger, smaller = np.zeros((2, len(frequency)), complex)
+    larger[found.point[order]] = found.amplitude[order]
+    smaller[found.point[order[::-1]]] = found.amplitude[order[::-1]]
+    # the larger motion ends, or the smaller begins, anywhere between two of those that were sought
+    end = several[len(several) // 2]
+    before, after = np.arange(end - 4, end - 24, -4)[::-1], np.arange(end + 4, end + 24, 4)
+    assert before[0] >= 0
+    for left, right in ((smaller, larger), (larger, smaller)):
+        sizes = {**{k: left[k] for k in before}, **{k: right[k] for k in after}}
+        anchors = {int(k): anchor_at(surface, frequency[k], load, Q) for k, Q in sizes.items()}
+        error = held(surface, load, anchors).error
+        assert np.isinf(error[before[-1] + 1 : after[0]]).all()
+        assert np.isfinite(error[[*before, *after]]).all()
+
+
 def test_the_doubt_of_an_anchor_is_part_of_the_error(flawed):
     surface, exact = flawed
     anchors = {

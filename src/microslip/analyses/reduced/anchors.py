@@ -9,6 +9,8 @@ What the table misses of it, ``correction = kappa - kappa_table(|A|, omega)``, i
 the response. On a branch, which has one answer at a frequency, it is interpolated over the frequency
 (monotone cubics), so that the model passes through every anchor and is right in between. A branch ends where
 the search found no steady state, and where the size jumps from one frequency of the response to the next.
+Where the response jumps from one answer of the table to another between two anchors farther apart, nothing is
+said between them.
 
 How right is measured by leaving anchors out: the correction of each is predicted from the others, at
 the ends of a branch by a straight line. That spans twice the distance; those close by on the other side are
@@ -30,6 +32,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -178,6 +181,40 @@ def branches(anchors: Mapping[int, Anchor], lost: Iterable[int]) -> Iterator[Ind
         yield np.array(run)
 
 
+def jumped_across(run: Indices, size: Array, folded: Array) -> Indices:
+    """Frequencies between two anchors between which the response jumps, by index.
+
+    Two branches that the table has may agree with the full joint where they were seen, but on which of them a
+    motion between is, and whether there it still exists, neither anchor tells.
+
+    Parameters
+    ----------
+    run : (k,) int array
+        Indices of the anchors of a branch, ascending.
+    size : (n,) array
+        Of the response through them; nan where there is none.
+    folded : (n,) bool array
+        Where the table has several answers. A resonance without these is steep, and all of it is one branch.
+
+    Examples
+    --------
+    >>> size = np.array([1.0, 1.05, 1.1, 1.1, 1.5, 1.5])
+    >>> folded = np.array([False, False, True, True, True, False])
+    >>> jumped_across(np.array([0, 2, 5]), size, folded)
+    array([3, 4])
+    >>> jumped_across(np.array([0, 2, 5]), size, np.zeros(6, bool))
+    array([], dtype=int64)
+    """
+    with np.errstate(divide="ignore"):
+        broken = ~(np.abs(np.diff(np.log(size))) <= JUMP)
+    stretches = [
+        np.arange(i + 1, k)
+        for i, k in pairwise(run)
+        if broken[i:k].any() and folded[i : k + 1].any()
+    ]
+    return np.concatenate([*stretches, run[:0]])
+
+
 def step_of(one: Anchor, other: Anchor) -> float:
     """Difference of the logarithms of two sizes."""
     return abs(float(np.log(abs(one.amplitude) / abs(other.amplitude))))
@@ -272,12 +309,13 @@ def held(
         Relative error of the anchors' own amplitudes, part of the bound.
     """
     n, lost = len(surface.frequency), set(lost)
-    amplitude, error = np.full(n, np.nan, complex), np.full(n, np.inf)
+    amplitude, error, folded = np.full(n, np.nan, complex), np.full(n, np.inf), np.zeros(n, bool)
     for run in branches(anchors, lost):
         inside = np.arange(run[0], run[-1] + 1)
         known = [anchors[int(k)] for k in run]
         part, x = surface.between(run[0], run[-1]), surface.frequency[run]
-        found = (_over_table(part, load, x, known), _alone(part, load, x, known))
+        over, folded[inside] = _over_table(part, load, x, known)
+        found = (over, _alone(part, load, x, known))
         share = np.array([one.error for one in found])
         better = np.argmin(share, axis=0)
         columns = np.arange(len(inside))
@@ -292,11 +330,14 @@ def held(
         amplitude[run] = [one.amplitude for one in known]
         own = np.maximum(scatter, _nearly_most(scatter))
         error[run] = np.where(known_scatter, own, bound[run - run[0]]) + doubt + accuracy
+        error[jumped_across(run, np.abs(amplitude), folded)] = np.inf
     return Held(amplitude, np.where(np.isfinite(amplitude), error, np.inf))
 
 
-def _over_table(surface: LoadSurface, load: float, x: Array, known: Sequence[Anchor]) -> Held:
-    """A branch as the table has it, with what that misses interpolated."""
+def _over_table(
+    surface: LoadSurface, load: float, x: Array, known: Sequence[Anchor]
+) -> tuple[Held, Array]:
+    """A branch as the table has it, with what that misses interpolated, and where it has others too."""
     f = surface.frequency
     y = np.array([one.correction for one in known])
     A, Z = _motion(surface.model, load, x, known)
@@ -315,7 +356,7 @@ def _over_table(surface: LoadSurface, load: float, x: Array, known: Sequence[Anc
     with np.errstate(divide="ignore"):
         grown = found.size[closest] / np.abs(amplitude[at]) / np.minimum(np.abs(slope), 1.0)
     error[at] = np.where(slope > 0, bound * grown, np.inf)
-    return Held(amplitude, error)
+    return Held(amplitude, error), np.bincount(found.point, minlength=len(f)) > 1
 
 
 def _alone(surface: LoadSurface, load: float, x: Array, known: Sequence[Anchor]) -> Held:
