@@ -46,13 +46,15 @@ def test_the_state_is_one_of_the_motion(scheme, raised):
     np.testing.assert_allclose(np.abs(Q), abs(found.amplitude), rtol=found.doubt + 1e-6)
 
 
-def test_leaps_grow_while_the_drift_stays_and_are_short_again_after_it_turned():
+def test_leaps_grow_while_the_drift_stays_and_end_where_it_turns():
     drift = np.array([1.0, 0.5])
+    assert creep._next_leap(0.0, drift, 0.8 * drift) == creep.LEAP
+    assert creep._next_leap(0.0, drift, 0.1 * drift) == 0.0, "it settles by itself"
     grown = creep._next_leap(100.0, drift, 0.8 * drift)
     assert grown == 200.0
     assert creep._next_leap(creep.FARTHEST, drift, drift) == creep.FARTHEST
     assert creep._next_leap(200.0, drift, 0.1 * drift) == 100.0
-    assert creep._next_leap(200.0, drift, -drift) == creep.LEAP
+    assert creep._next_leap(200.0, drift, -drift) == 0.0
 
 
 def test_two_ramps_tell_how_well_an_end_is_known(scheme):

@@ -13,8 +13,10 @@ Sci. Comput. 24 (2003) 1091):
     x(n + g) = x(n) + g d,        d = (<x>_2 - <x>_1)/STEP,
 
 with the mean states of two windows of a block of cycles, tapered so that what oscillates about the drift
-leaves no trace. A leap is twice as long as that before it where the drift has kept its direction and most of
-its size across that one, and short again where it has not.
+leaves no trace. The first leap waits for two blocks between which the drift has kept its direction and most
+of its size, so that what settles by itself is left alone: a leap along a transient that decays would stir
+another. A leap is twice as long as that before it where the drift has kept both across that one, half as long
+where it has kept its direction alone, and none where it has kept neither.
 
 What is left to come is no more than the drift would make in as many cycles again as have passed, where it
 decays with a time no longer than that. A faster decay says nothing: the first transient may hide another.
@@ -55,8 +57,8 @@ ALIKE, KEPT = 0.7, 0.3
 LOST = 5.0
 """Times as large a drift as before a leap is one that the leap has made."""
 
-SETTLING = 3
-"""Last blocks without a leap between them."""
+SETTLING = 4
+"""Last blocks without a leap between them: what the last leap stirred goes, then drifts are taken."""
 
 STILL = 5e-4
 """Doubt of the amplitude at which a motion creeps no more."""
@@ -116,8 +118,8 @@ def crept(scheme: TimeScheme, load: float, state: State, blocks: int = BLOCKS) -
     taper /= taper.sum()
     space = StateSpace(scheme, 2 * np.pi / (scheme.dt * STEPS))
     before: Array | None = None
-    kept: State | None = None
-    reached, leap, leapt = 0.0, LEAP, 0.0
+    kept = state
+    reached, leap, leapt = 0.0, 0.0, 0.0
     drifts: list[float] = []
     for count in range(1, blocks + 1):
         Q, states = watched(scheme, load, state, block, memory=memory)
@@ -135,31 +137,27 @@ def crept(scheme: TimeScheme, load: float, state: State, blocks: int = BLOCKS) -
             continue
         way = (last - first) / STEP
         u = space.measure(way)
-        if (
-            before is not None
-            and kept is not None
-            and np.linalg.norm(u) > LOST * np.linalg.norm(before)
-        ):
+        if before is not None and leapt and np.linalg.norm(u) > LOST * np.linalg.norm(before):
             # the leap has gone astray: from where it began, marched on
-            state, reached, leap, before, kept = kept, reached - leapt - block, LEAP, None, None
+            state, reached, leap, leapt, before = kept, reached - leapt - block, 0.0, 0.0, None
             drifts.pop()
             continue
-        if before is not None:
-            leap = _next_leap(leap, before, u)
+        leap = 0.0 if before is None else _next_leap(leap, before, u)
         before, kept = u, state
         leapt = min(leap, AT_MOST / max(abs(drift), 1e-300))
-        state = space.state(vectors[-1] + leapt * way, state)
-        reached += leapt
+        if leapt:
+            state = space.state(vectors[-1] + leapt * way, state)
+            reached += leapt
     return Crept(complex(end), drift, doubt, state, count * block, reached)
 
 
 def _next_leap(leap: float, before: Array, u: Array) -> float:
-    """Length of the next leap, from the drifts before and after the last."""
+    """Length of the next leap, from the drifts before and after the last; zero where none is due."""
     along, size = float(u @ before), float(before @ before)
     alike = along / max(float(np.sqrt(size * (u @ u))), 1e-300)
     if alike > ALIKE and along > KEPT * size:
-        return min(2 * leap, FARTHEST)
-    return max(0.5 * leap, LEAP) if alike > 0 else LEAP
+        return min(max(2 * leap, LEAP), FARTHEST)
+    return 0.5 * leap if alike > 0 and leap > LEAP else 0.0
 
 
 def raised_and_marched(joint: PreparedJoint, targets: Sequence[Target]) -> Iterator[Found | Lost]:
