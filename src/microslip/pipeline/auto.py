@@ -110,29 +110,13 @@ class _Search:
         return now
 
     def doubted(self) -> dict[int, Anchor]:
-        """The anchors, each with how far its amplitude scatters with its past.
-
-        Where that could not be measured, as far as those next to either side do.
-        """
-        marks = sorted(self.anchors)
-        scatter = np.array([self.found[k].scatter for k in marks])
-        known = np.flatnonzero(np.isfinite(scatter))
-        if len(known):
-            after = np.searchsorted(known, np.arange(len(marks)))
-            sides = (np.maximum(after - 1, 0), np.minimum(after, len(known) - 1))
-            beside = np.maximum(*(scatter[known[side]] for side in sides))
-            scatter = np.where(np.isfinite(scatter), scatter, beside)
-        scatter = np.nan_to_num(scatter)
-        return {
-            k: replace(self.anchors[k], scatter=float(own))
-            for k, own in zip(marks, scatter, strict=True)
-        }
+        """The anchors, each with how far its amplitude scatters with its past."""
+        return {k: replace(one, scatter=self.found[k].scatter) for k, one in self.anchors.items()}
 
     def blurred(self, wanted: float) -> set[int]:
         """Steady states that are themselves not known as well as is wanted."""
-        return {
-            k for k, one in self.doubted().items() if one.doubt + one.scatter + ACCURACY > wanted
-        }
+        now = held(self.surface, self.base.load, self.doubted(), self.lost, ACCURACY)
+        return {k for k in self.anchors if not now.error[k] <= wanted}
 
     def keep_end(self, target: Target, answer: Found | Lost) -> None:
         """Learn where a motion ends that was marched, if that is on the branch that is known there."""
