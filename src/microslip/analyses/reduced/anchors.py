@@ -65,6 +65,9 @@ SETTLED = 1e-5
 """Change over a cycle above which a motion may be on its way: where it is not known how that scatters, what
 the others miss of it is its doubt."""
 
+STEP = 1e-4
+"""Relative step of a size over which the slope of the load is taken."""
+
 STRAY = 0.25
 """Answers of the surface farther, in logarithm, from the size between two anchors are others than theirs."""
 
@@ -356,9 +359,17 @@ def _missed_of(surface: LoadSurface, load: float, x: Array, known: Sequence[Anch
     """Relative error of the size that all others would make of each anchor; infinite of too few."""
     if len(x) < FEWEST:
         return np.full(len(x), np.inf)
-    _, Z = _motion(surface.model, load, x, known)
+    model, omega = surface.model, 2 * np.pi * x
+    A, Z = _motion(model, load, x, known)
     missed = missed_by_others(x, np.array([one.correction for one in known]))
-    return _grown(missed * surface.model.omega**2 / Z)
+    table, larger = (
+        stiffness(model, surface.curve, surface.preload, size, omega)
+        for size in (np.abs(A), (1 + STEP) * np.abs(A))
+    )
+    slope = 1 + ((larger - table) / (STEP * Z)).real
+    with np.errstate(divide="ignore"):
+        grown = _grown(missed * model.omega**2 / Z) / np.clip(slope, 0.0, 1.0)
+    return np.asarray(grown)
 
 
 def _usual(missed: Array) -> Array:
