@@ -58,7 +58,7 @@ ALIKE, SETTLES = 0.7, 1.0
 """Cosine between two drifts above which there is a leap, and decay over a block, in logarithm, above which a
 drift is left to settle by itself."""
 
-OFF, SHORTER = 1e-3, 0.5
+OFF, SHORTER = 5e-4, 0.5
 """What a leap may miss of the amplitude, relative: its length times the difference between the drift after it
 and what was to be left of that before. Above, it is taken back, and the next one has this share of that.
 Friction does not forget where a leap too long has led: pairs that it has made slip stay there."""
