@@ -10,6 +10,7 @@ from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.steady import raised_state, steady_state
 from microslip.errors import ContactError
 from microslip.pipeline import creep
+from microslip.pipeline.corrected import patient_motion
 from microslip.pipeline.creep import crept, raised_and_marched
 from microslip.pipeline.walk import STEPS, Found, Lost, Target, watched
 
@@ -91,21 +92,37 @@ moment_over_clamp_force_length = [0.00134723]
 """
 
 
-def test_a_motion_that_creeps_is_followed_to_where_marching_alone_leads():
-    """Three per cent in two thousand cycles; the last third of a march tells what is still to come of it."""
+@pytest.fixture(scope="module")
+def creeping():
+    """A scheme, its raised state, sizes when marched alone, and where these lead.
+
+    Three per cent in two thousand cycles, ever more slowly; the last third tells what is still to come.
+    """
     frequency, load = 632.323, 81.002
     joint = microslip.prepare(microslip.parse_joint(tomllib.loads(CREEPS)))
     scheme = time_scheme(joint, 1 / (frequency * STEPS), frequency=frequency)
     raised = raised_state(scheme, frequency, load, 10)
     size = np.abs(watched(scheme, load, raised, 2100)[0])
     early, late, last = size[[699, 1399, 2099]]
-    assert abs(size[99] / last - 1) > 0.02, "it creeps"
     to_come = (last - late) ** 2 / ((late - early) - (last - late))
+    assert abs(size[99] / last - 1) > 0.02, "it creeps"
+    return scheme, raised, frequency, load, size, last + to_come
+
+
+def test_a_motion_that_creeps_is_followed_to_where_marching_alone_leads(creeping):
+    scheme, raised, _, load, size, end = creeping
     found = crept(scheme, load, raised)
-    assert found.cycles < 2100 < found.reached
+    assert found.cycles < len(size) < found.reached
     assert found.doubt < 5e-3
-    assert abs(found.amplitude) == pytest.approx(last + to_come, rel=found.doubt)
-    assert abs(last + to_come - abs(found.amplitude)) < 0.1 * (last - size[99])
+    assert abs(found.amplitude) == pytest.approx(end, rel=found.doubt)
+    assert abs(end - abs(found.amplitude)) < 0.1 * (size[-1] - size[99])
+
+
+@pytest.mark.parametrize("share", [0.94, 1.0])
+def test_a_short_motion_says_how_far_it_may_still_creep(creeping, share):
+    scheme, _, frequency, load, _, end = creeping
+    found = patient_motion(scheme.joint, load, frequency, share * end + 0j)
+    assert abs(abs(found.amplitude) / end - 1) <= found.doubt < 0.1
 
 
 def test_two_ramps_tell_how_well_an_end_is_known(scheme):

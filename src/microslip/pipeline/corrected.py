@@ -39,7 +39,15 @@ from microslip.pipeline.auto import ACCURACY, AT_A_TIME, BRANCH
 from microslip.pipeline.band import Curve
 from microslip.pipeline.creep import crept
 from microslip.pipeline.prepare import Assembly
-from microslip.pipeline.walk import DOUBTFUL, RAISED, STEPS, TOLERANCE, lasting, watched
+from microslip.pipeline.walk import (
+    DOUBTFUL,
+    LONGEST,
+    RAISED,
+    STEPS,
+    TOLERANCE,
+    lasting,
+    watched,
+)
 from microslip.typing import Array
 
 FIRST = (-0.9, 0.9, -1.8, 1.8, -2.9, 2.9, -4.0, 4.0, -5.1, 5.1)
@@ -248,9 +256,10 @@ def patient_motion(
 ) -> BriefMotion:
     """As `brief_motion`; what that leaves open is marched, with leaps, after the load was raised from rest.
 
-    For `PATIENCE` blocks of cycles, where what the search ends with is known no better than to `OPEN`. Where
-    that is a motion of the branch of the search, or else of the guess, it is the answer: known no better than
-    it may still creep, nor than it differs from what was found.
+    For `PATIENCE` blocks of cycles, where the search has not settled, as a small change may go on for long,
+    or what it ends with is known no better than to `OPEN`. Where that is a motion of the branch of the
+    search, or else of the guess, it is the answer: known no better than its drift would make in `LONGEST`
+    cycles, nor than it differs from what was found.
 
     Parameters
     ----------
@@ -263,7 +272,7 @@ def patient_motion(
         As there.
     """
     found = brief_motion(joint, load, frequency, guess)
-    if found.opens or found.doubt <= OPEN:
+    if found.opens or (found.doubt <= OPEN and found.change <= TOLERANCE):
         return found
     scheme = time_scheme(joint, 1 / (frequency * STEPS), frequency=frequency)
     try:
@@ -275,7 +284,8 @@ def patient_motion(
     if abs(np.log(max(ratio, 1e-300))) > BRANCH:
         return found
     apart = abs(1 / ratio - 1) if known else 0.0
-    return BriefMotion(end.amplitude, abs(end.drift), max(end.doubt, apart))
+    to_come = LONGEST * abs(end.drift)
+    return BriefMotion(end.amplitude, abs(end.drift), max(end.doubt, to_come, apart))
 
 
 def _first(guess: Contours, count: int) -> list[int]:
