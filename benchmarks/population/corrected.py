@@ -13,9 +13,8 @@ from __future__ import annotations
 
 import sys
 
-import numpy as np
-from auto import page, row_of
-from resumed import joints_left, keep_row, kept_rows, study
+from auto import cases_of, page
+from resumed import answered, study
 
 HEAD = """# Method "corrected" on lap joints at random
 
@@ -39,17 +38,7 @@ def text_of(rows: dict[str, dict]) -> str:
 def main() -> int:
     """Compute what is missing and print the table."""
     asked = study(__doc__, [69, 70], 41, "population-corrected.jsonl").parse_args()
-    rows = {row["joint"]: row for row in kept_rows(asked.out)}
-    for name, seed, text in joints_left(asked, rows):
-        found = row_of(text, 1.0, np.random.default_rng(seed), "corrected")
-        rows[name] = {"joint": name, "pairs": asked.pairs, **found}
-        keep_row(asked.out, rows[name])
-        print(name, f"{rows[name]['wall']:.1f} s", flush=True)
-    text = text_of(rows)
-    print(text[text.index("| |") :])
-    if asked.page:
-        asked.page.write_text(text)
-    return 0
+    return answered(asked, cases_of(asked, "corrected"), text_of)
 
 
 if __name__ == "__main__":

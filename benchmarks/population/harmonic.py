@@ -16,9 +16,10 @@ from __future__ import annotations
 import sys
 import time
 import tomllib
+from functools import partial
 
 import numpy as np
-from resumed import joints_left, keep_row, kept_rows, study
+from resumed import answered, drawn_joints, study
 from time_points import frequencies
 
 from microslip.analyses.harmonic.adaptive import Adaptive
@@ -197,30 +198,33 @@ def page(rows: dict[str, dict]) -> str:
     return PAGE + "\n".join(lines) + "\n"
 
 
+def row_of(text: str) -> dict:
+    """What one joint says under its own load, or why it says nothing."""
+    began = time.perf_counter()
+    try:
+        a = assemble(parse_joint(tomllib.loads(text)))
+        load = a.joint.load.moment_over_clamp_force_length[0] * a.moment_unit
+        row = measured(a.prepared, load)
+    except MicroslipError as error:
+        row = {"failed": str(error)}
+    return {"wall": time.perf_counter() - began, **row}
+
+
+def told(row: dict) -> str:
+    """Difference, stated error and harmonics of every response of a joint."""
+    points = [
+        f"{100 * p['error']:.2f}%({100 * p['stated']:.2f}%,{p['harmonics']})"
+        + ("" if p["near"] else " left")
+        for p in row.get("points", [])
+    ]
+    return " ".join([*points, row.get("failed", "")])
+
+
 def main() -> int:
     """Compute what is missing and print the table."""
     asked = study(__doc__, [31, 32, 33], 51, "population-harmonic.jsonl").parse_args()
-    rows = {row["joint"]: row for row in kept_rows(asked.out)}
-    for name, _, text in joints_left(asked, rows):
-        began = time.perf_counter()
-        try:
-            a = assemble(parse_joint(tomllib.loads(text)))
-            load = a.joint.load.moment_over_clamp_force_length[0] * a.moment_unit
-            row = measured(a.prepared, load)
-        except MicroslipError as error:
-            row = {"failed": str(error)}
-        rows[name] = {"joint": name, "wall": time.perf_counter() - began, **row}
-        keep_row(asked.out, rows[name])
-        told = [
-            f"{100 * p['error']:.2f}%({100 * p['stated']:.2f}%,{p['harmonics']})"
-            + ("" if p["near"] else " left")
-            for p in rows[name].get("points", [])
-        ]
-        print(name, f"{rows[name]['wall']:.1f} s", *told, row.get("failed", ""), flush=True)
-    print(page(rows).removeprefix(PAGE))
-    if asked.page:
-        asked.page.write_text(page(rows))
-    return 0
+    cases = ((name, partial(row_of, text)) for name, _, text in drawn_joints(asked))
+    return answered(asked, cases, page, told)
 
 
 if __name__ == "__main__":

@@ -12,18 +12,20 @@ the normal of its interfaces. Lines in FILE (JSON, one a joint) are not computed
 
 from __future__ import annotations
 
+import argparse
 import math
 import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from harmonic import compared
 from meshed_joints import MeshedJoint, joints
-from resumed import keep_row, kept_rows, study
+from resumed import answered, study
 
 import microslip
 from microslip.analyses.backbone.points import amplitude_scale
@@ -350,46 +352,36 @@ def _range(values: Iterable[int]) -> str:
     return f"{min(found)} to {max(found)}" if found else "–"
 
 
+def cases_of(asked: argparse.Namespace) -> Iterator[tuple]:
+    """Every joint of the populations with the same joint turned, and what computes its row."""
+    for seed in asked.seeds:
+        both = zip(joints(seed, asked.count), joints(seed, asked.count, TURNED), strict=True)
+        for number, (joint, twin) in enumerate(both):
+            files = asked.files / f"{seed}_{number:03d}" if asked.files else None
+            yield f"{seed}/{number:03d}", partial(counted, joint, twin, files)
+
+
+def counted(joint: MeshedJoint, twin: MeshedJoint, files: Path | None) -> dict:
+    """What one joint says; a fault of the program is counted, and the study goes on."""
+    began = time.process_time()
+    with tempfile.TemporaryDirectory() as spare:
+        try:
+            row = row_of(joint, twin, files or Path(spare))
+        except Exception as error:
+            said = f"{type(error).__name__}: {error}"
+            row = {"unsound": joint.unsound, "kind": FAILED, "said": said}
+    return {"wall": time.process_time() - began, **row}
+
+
 def main() -> int:
     """Compute what is missing and print the table."""
     parser = study(__doc__, [11, 12, 13], 0, "population-meshes.jsonl")
     parser.set_defaults(count=10)
     parser.add_argument("--files", type=Path, help="keep joint files and meshes there")
     asked = parser.parse_args()
-    rows = {row["joint"]: row for row in kept_rows(asked.out)}
-    for seed in asked.seeds:
-        both = zip(joints(seed, asked.count), joints(seed, asked.count, TURNED), strict=True)
-        for number, (joint, twin) in enumerate(both):
-            name = f"{seed}/{number:03d}"
-            if name in rows:
-                continue
-            began = time.process_time()
-            with tempfile.TemporaryDirectory() as spare:
-                folder = asked.files / f"{seed}_{number:03d}" if asked.files else Path(spare)
-                try:
-                    row = row_of(joint, twin, folder)
-                except (
-                    Exception
-                ) as error:  # a fault of the program is counted, and the study goes on
-                    row = {
-                        "unsound": joint.unsound,
-                        "kind": FAILED,
-                        "said": f"{type(error).__name__}: {error}",
-                    }
-            rows[name] = {"joint": name, "wall": time.process_time() - began, **row}
-            keep_row(asked.out, rows[name])
-            print(
-                name,
-                row["kind"],
-                f"{rows[name]['wall']:.1f} s",
-                row.get("said", "")[:200],
-                flush=True,
-            )
-    text = page(rows)
-    print(text[text.index("| |") :])
-    if asked.page:
-        asked.page.write_text(text)
-    return 0
+    return answered(
+        asked, cases_of(asked), page, lambda row: f"{row['kind']} {row.get('said', '')[:200]}"
+    )
 
 
 if __name__ == "__main__":

@@ -1,14 +1,20 @@
-"""Studies of a population, their rows in a file, one JSON object a line: what is there is kept."""
+"""Studies of a population, their rows in a file, one JSON object a line: what is there is kept.
+
+A study says what its cases are, what one of them says, and what is written of all; `answered` does the rest.
+"""
 
 from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Container, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
 from lap_joints import joints
+
+Row = dict[str, Any]
+"""What one case says."""
 
 
 def study(doc: str, seeds: list[int], pairs: int, out: str) -> argparse.ArgumentParser:
@@ -22,25 +28,54 @@ def study(doc: str, seeds: list[int], pairs: int, out: str) -> argparse.Argument
     return parser
 
 
-def joints_left(
-    asked: argparse.Namespace, rows: Container[str], case: str = ""
-) -> Iterator[tuple[str, int, str]]:
-    """Name, seed of its own and text of every joint that has no row; a case of it is named behind."""
+def drawn_joints(asked: argparse.Namespace) -> Iterator[tuple[str, int, str]]:
+    """Name, seed of its own and text of every lap joint of the populations."""
     for seed in asked.seeds:
         for number, text in enumerate(joints(seed, asked.count, asked.pairs)):
-            name = f"{seed}/{number:03d}{case}"
-            if name not in rows:
-                yield name, 1000 * seed + number, text
+            yield f"{seed}/{number:03d}", 1000 * seed + number, text
 
 
-def kept_rows(file: Path) -> list[dict[str, Any]]:
+def answered(
+    asked: argparse.Namespace,
+    cases: Iterable[tuple[str, Callable[[], Row]]],
+    page: Callable[[dict[str, Row]], str],
+    said: Callable[[Row], str] = lambda row: "",
+) -> int:
+    """Compute the rows that are missing, print the table and write the page; the exit code.
+
+    Parameters
+    ----------
+    asked : Namespace
+        Of `study`.
+    cases : iterable of (str, callable)
+        Name of each, and what computes its row, ``wall`` seconds among it.
+    page : callable
+        From all rows, by name, to Markdown; the table begins with its first line that begins with a bar.
+    said : callable
+        Of a row, behind its name and seconds.
+    """
+    rows = {row["joint"]: row for row in kept_rows(asked.out)}
+    for name, row_of in cases:
+        if name in rows:
+            continue
+        rows[name] = {"joint": name, **row_of()}
+        keep_row(asked.out, rows[name])
+        print(name, f"{rows[name]['wall']:.1f} s", said(rows[name]), flush=True)
+    text = page(rows)
+    print(text[text.index("\n|") + 1 :])
+    if asked.page:
+        asked.page.write_text(text)
+    return 0
+
+
+def kept_rows(file: Path) -> list[Row]:
     """Rows of an earlier run; none where there is no file."""
     if not file.is_file():
         return []
     return [json.loads(line) for line in file.read_text().splitlines()]
 
 
-def keep_row(file: Path, row: dict[str, Any]) -> None:
+def keep_row(file: Path, row: Row) -> None:
     """Add one row."""
     with file.open("a") as out:
         out.write(json.dumps(row) + "\n")

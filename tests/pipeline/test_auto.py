@@ -168,9 +168,22 @@ def test_what_has_not_settled_beside_a_jump_may_be_leaving():
             for k, j in enumerate(order)
         }
 
-    assert sorted(method.leaving(anchors(range(7)))) == [11, 12, 13]
-    assert sorted(method.leaving(anchors(range(6, -1, -1)))) == [13, 14, 15]
-    assert method.leaving({k: one for k, one in anchors(range(7)).items() if k != 14}) == []
+    bound = np.zeros(18)
+    assert method.leaving(anchors(range(7)), bound) == [11, 12, 13]
+    assert method.leaving(anchors(range(6, -1, -1)), bound) == [13, 14, 15]
+
+
+def test_a_jump_may_lie_between_steady_states_that_are_no_neighbours():
+    """What lies between those that may be leaving is not known either; a bound between is no jump."""
+    sizes, changes = [1.0, 1.02, 1.03, 0.2], [1e-7, 1e-4, 1e-3, 1e-7]
+    anchors = {
+        10 + 3 * j: Anchor(100.0 + 3 * j, complex(size), 0j, change)
+        for j, (size, change) in enumerate(zip(sizes, changes, strict=True))
+    }
+    bound = np.zeros(22)
+    assert method.leaving(anchors, bound) == []
+    bound[18] = np.inf
+    assert method.leaving(anchors, bound) == [11, 12, 13, 14, 15, 16]
 
 
 def joint_with_a_fold(asked):

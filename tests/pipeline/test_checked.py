@@ -93,6 +93,13 @@ def test_no_check_without_a_peak():
     assert checked_at(replace(missing, flag=np.full(6, OUTSIDE)), 3) == []
 
 
+def test_a_motion_that_creeps_is_said_with_what_the_check_is_worth():
+    curve = replace(bell([1, 10, 1]), checks=(Check(2.0, 10 + 0j, 9.9 + 0j, 0.03),))
+    (said,) = not_as_in_time("refined, F = 1 N", curve)
+    assert "creeping" in said.reason
+    assert "2 Hz, its amplitude known to 3%" in said.reason
+
+
 def test_a_motion_that_is_not_steady_is_said():
     curve = replace(
         bell([1, 10, 1]), checks=(Check(2.0, 10 + 0j, 0j, np.nan), Check(3.0, 1 + 0j, 1 + 0j, 0.0))

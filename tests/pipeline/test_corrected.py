@@ -87,13 +87,13 @@ def test_amplitudes_scale_with_clamp_force_and_load_together(done):
 
 def test_beside_a_motion_that_is_not_steady_the_bound_says_so(done, monkeypatch):
     (curve,) = done.responses
-    middle, true = curve.peak_frequency, method.brief_motion
+    middle, true = curve.peak_frequency, method.patient_motion
 
     def wandering(joint, load, frequency, guess):
         found = true(joint, load, frequency, guess)
         return found._replace(doubt=0.2) if abs(frequency - middle) < 0.02 else found
 
-    monkeypatch.setattr(method, "brief_motion", wandering)
+    monkeypatch.setattr(method, "patient_motion", wandering)
     again = corrected(30.0, corrections=12)
     (other,) = again.responses
     beside = np.abs(other.frequency - middle) < 0.02

@@ -104,33 +104,19 @@ class _Search:
         return sorted({*self.anchors, *self.lost})
 
     def held(self) -> Held:
-        """The response through the anchors so far."""
-        return held(self.surface, self.base.load, self.doubted(), self.lost, ACCURACY)
+        """The response through the anchors so far; of what may be on its way out nothing is known."""
+        now = held(self.surface, self.base.load, self.doubted(), self.lost, ACCURACY)
+        now.error[leaving(self.anchors, now.error)] = np.inf
+        return now
 
     def doubted(self) -> dict[int, Anchor]:
-        """The anchors, each with how far its amplitude scatters with its past.
-
-        Where that could not be measured, as far as those next to either side do.
-        """
-        marks = sorted(self.anchors)
-        scatter = np.array([self.found[k].scatter for k in marks])
-        known = np.flatnonzero(np.isfinite(scatter))
-        if len(known):
-            after = np.searchsorted(known, np.arange(len(marks)))
-            sides = (np.maximum(after - 1, 0), np.minimum(after, len(known) - 1))
-            beside = np.maximum(*(scatter[known[side]] for side in sides))
-            scatter = np.where(np.isfinite(scatter), scatter, beside)
-        scatter = np.nan_to_num(scatter)
-        return {
-            k: replace(self.anchors[k], scatter=float(own))
-            for k, own in zip(marks, scatter, strict=True)
-        }
+        """The anchors, each with how far its amplitude scatters with its past."""
+        return {k: replace(one, scatter=self.found[k].scatter) for k, one in self.anchors.items()}
 
     def blurred(self, wanted: float) -> set[int]:
         """Steady states that are themselves not known as well as is wanted."""
-        return {
-            k for k, one in self.doubted().items() if one.doubt + one.scatter + ACCURACY > wanted
-        }
+        now = held(self.surface, self.base.load, self.doubted(), self.lost, ACCURACY)
+        return {k for k in self.anchors if not now.error[k] <= wanted}
 
     def keep_end(self, target: Target, answer: Found | Lost) -> None:
         """Learn where a motion ends that was marched, if that is on the branch that is known there."""
@@ -380,28 +366,37 @@ def _target(
     )
 
 
-def leaving(anchors: Mapping[int, Anchor]) -> list[int]:
-    """Steady states that may be on their way out, by index of the frequency.
+def leaving(anchors: Mapping[int, Anchor], error: Array) -> list[int]:
+    """Where motions may be on their way out, by index of the frequency.
 
     Past the end of a branch a motion lingers near where its states were, and falls to another branch after
     any number of cycles. So what has not settled is not known next to a jump, nor beyond up to the first that
-    has.
+    has, and neither is what lies between such states.
+
+    Parameters
+    ----------
+    anchors : mapping of int to Anchor
+        Steady states, by index of the frequency.
+    error : (n,) array
+        Bound between them. Sizes jump from one to the next where these are neighbours, or where nothing
+        bounds what lies between.
     """
-    found = []
-    for k in sorted(anchors):
-        if k + 1 not in anchors or step_of(anchors[k], anchors[k + 1]) <= JUMP:
+    marks, found = sorted(anchors), set[int]()
+    for i, (left, right) in enumerate(pairwise(marks)):
+        near = right == left + 1 or not np.isfinite(error[left + 1 : right]).all()
+        if not near or step_of(anchors[left], anchors[right]) <= JUMP:
             continue
-        larger = abs(anchors[k + 1].amplitude) > abs(anchors[k].amplitude)
-        j, step = (k + 1, 1) if larger else (k, -1)
-        while j in anchors and anchors[j].change > TOLERANCE:
-            found.append(j)
-            j += step
-    return found
+        rises = abs(anchors[right].amplitude) > abs(anchors[left].amplitude)
+        outward = marks[i + 1 :] if rises else marks[i::-1]
+        settled = next((k for k in outward if anchors[k].change <= TOLERANCE), None)
+        if settled is None:
+            settled = len(error) if rises else -1
+        found.update(range(outward[0], settled, 1 if rises else -1))
+    return sorted(found)
 
 
 def _response(search: _Search) -> Response:
     base, now = search.base, search.held()
-    now.error[leaving(search.anchors)] = np.inf
     response = held_to(base, "auto", now, search.doubted())
     marks = np.array(sorted(search.anchors), dtype=int)
     if not len(marks):

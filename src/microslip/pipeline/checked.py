@@ -8,13 +8,16 @@ off shows.
 
 from __future__ import annotations
 
+import threading
+from collections.abc import Sequence
+
 import numpy as np
 
 from microslip.analyses.reduced.response import Check, Response
 from microslip.analyses.reduced.sweep import CONVERGED
 from microslip.errors import Caution, MicroslipError
 from microslip.numerics.execute import each, threads
-from microslip.pipeline.corrected import brief_motion
+from microslip.pipeline.corrected import patient_motion
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.walk import DOUBTFUL
 
@@ -48,7 +51,9 @@ def checked_at(response: Response, count: int) -> list[int]:
     return chosen[:count]
 
 
-def checks(assembly: Assembly, response: Response, count: int) -> tuple[Check, ...]:
+def checks(
+    assembly: Assembly, response: Response, count: int, stop: threading.Event
+) -> tuple[Check, ...]:
     """A response held against motions of the full joint, by frequency.
 
     Parameters
@@ -58,26 +63,35 @@ def checks(assembly: Assembly, response: Response, count: int) -> tuple[Check, .
         Of the refined model.
     count : int
         At how many frequencies at most: the peak, then half power.
+    stop : Event
+        Set on Ctrl-C; then there are none.
     """
     joint = assembly.prepared
 
     def work(k: int) -> Check:
         f, modelled = float(response.frequency[k]), complex(response.amplitude[k])
         try:
-            found = brief_motion(joint, response.load, f, modelled)
+            found = patient_motion(joint, response.load, f, modelled)
         except MicroslipError:
             return Check(f, modelled, 0j, np.nan)
         known = found.doubt <= DOUBTFUL
         return Check(f, modelled, found.amplitude, found.doubt if known else np.nan)
 
-    return tuple(each(work, sorted(checked_at(response, count)), threads()))
+    try:
+        return tuple(each(work, sorted(checked_at(response, count)), threads()))
+    except KeyboardInterrupt:
+        stop.set()
+        return ()
 
 
 def worst_of(response: Response) -> float:
     """Signed error of the check that differs most; nan where there is none."""
-    errors = np.array([check.error for check in response.checks])
-    errors = errors[np.isfinite(errors)]
-    return float(errors[np.argmax(np.abs(errors))]) if len(errors) else np.nan
+    known = [check for check in response.checks if np.isfinite(check.error)]
+    return _worst(known).error if known else np.nan
+
+
+def _worst(known: Sequence[Check]) -> Check:
+    return max(known, key=lambda check: abs(check.error))
 
 
 def not_as_in_time(place: str, response: Response) -> list[Caution]:
@@ -85,10 +99,19 @@ def not_as_in_time(place: str, response: Response) -> list[Caution]:
     remedy, found = 'take method = "corrected" or "auto" in [analysis.response]', []
     off = [check for check in response.checks if abs(check.error) > AGREES + check.doubt]
     if off:
-        worst = max(off, key=lambda check: abs(check.error))
+        worst = _worst(off)
         reason = (
             f"held against time integration at {len(response.checks)} frequencies, its amplitude is off by "
             f"more than {AGREES:.0%} at {len(off)}, most at {worst.frequency:.6g} Hz: {worst.error:+.1%}"
+        )
+        found.append(Caution("response", place, reason, remedy))
+    open_ = [check for check in response.checks if check.doubt > AGREES and check not in off]
+    if open_:
+        worst = max(open_, key=lambda check: check.doubt)
+        reason = (
+            "the motion of the full joint was still creeping after hundreds of cycles at "
+            + ", ".join(f"{check.frequency:.6g}" for check in open_)
+            + f" Hz, its amplitude known to {worst.doubt:.0%}: the model was held against it no better"
         )
         found.append(Caution("response", place, reason, remedy))
     lost = [check.frequency for check in response.checks if np.isnan(check.error)]

@@ -4,9 +4,9 @@ What the refined table misses, ``correction = kappa - kappa_table(|A|, omega)``,
 a response (`analyses.reduced.anchors`). Here it is tabulated: steady states of the full joint by time
 integration at the resonance, about half power, farther out and at the ends of the band, then in the middle
 of those stretches of the response that the others predict worst, as many as the file allows and no more. Each
-begins at rest with the velocity of the motion that the corrected model has there, and is sought once. What
-its past may do to it is not measured, as method ``"auto"`` does: only what of that scatters from one steady
-state to the next is in the bound.
+begins at rest with the velocity of the motion that the corrected model has there, and is sought once; what
+then is still open is marched for some hundred cycles. What its past may do to it is not measured, as method
+``"auto"`` does: only what of that scatters from one steady state to the next is in the bound.
 """
 
 from __future__ import annotations
@@ -31,14 +31,23 @@ from microslip.analyses.reduced.surface import (
 )
 from microslip.analyses.time.readings import opening_of
 from microslip.analyses.time.scheme import time_scheme
-from microslip.analyses.time.steady import steady_state
+from microslip.analyses.time.steady import raised_state, steady_state
 from microslip.describe.requests import ResponseAnalysis
 from microslip.errors import JointOpensError, MicroslipError
 from microslip.numerics.execute import each, threads
-from microslip.pipeline.auto import ACCURACY, AT_A_TIME
+from microslip.pipeline.auto import ACCURACY, AT_A_TIME, BRANCH
 from microslip.pipeline.band import Curve
+from microslip.pipeline.creep import crept
 from microslip.pipeline.prepare import Assembly
-from microslip.pipeline.walk import DOUBTFUL, STEPS, TOLERANCE, lasting, watched
+from microslip.pipeline.walk import (
+    DOUBTFUL,
+    LONGEST,
+    RAISED,
+    STEPS,
+    TOLERANCE,
+    lasting,
+    watched,
+)
 from microslip.typing import Array
 
 FIRST = (-0.9, 0.9, -1.8, 1.8, -2.9, 2.9, -4.0, 4.0, -5.1, 5.1)
@@ -56,6 +65,10 @@ LASTS = 10.0
 
 SLOWEST = 0.99
 """Multiplier of the slowest transient, at most, that a drift is taken to go on with."""
+
+OPEN, PATIENCE = 5e-3, 8
+"""Doubt of an amplitude above which its motion is marched, and blocks of cycles at most: where a motion
+creeps a search stops on its way."""
 
 SURE = 2e-3
 """Doubt of an amplitude below which a motion is not looked at any longer."""
@@ -165,7 +178,7 @@ def _learn(joint: PreparedJoint, table: _Table, picks: list[int], guess: Contour
 
     def work(task: tuple[float, complex]) -> BriefMotion:
         try:
-            return brief_motion(joint, table.load, *task)
+            return patient_motion(joint, table.load, *task)
         except MicroslipError as error:
             return BriefMotion(0j, np.inf, np.inf, isinstance(error, JointOpensError))
 
@@ -236,6 +249,43 @@ def brief_motion(
     kept = min(slowest, SLOWEST) ** (WATCHED // 2)
     to_come = abs(second.mean() - first.mean()) * kept / (1 - kept)
     return BriefMotion(mean, found.change, float(np.ptp(size) + to_come) / max(abs(mean), 1e-300))
+
+
+def patient_motion(
+    joint: PreparedJoint, load: float, frequency: float, guess: complex
+) -> BriefMotion:
+    """As `brief_motion`; what that leaves open is marched, with leaps, after the load was raised from rest.
+
+    For `PATIENCE` blocks of cycles, where the search has not settled, as a small change may go on for long,
+    or what it ends with is known no better than to `OPEN`. Where that is a motion of the branch of the
+    search, or else of the guess, it is the answer: known no better than its drift would make in `LONGEST`
+    cycles, nor than it differs from what was found.
+
+    Parameters
+    ----------
+    joint, load, frequency, guess
+        As there.
+
+    Raises
+    ------
+    MicroslipError
+        As there.
+    """
+    found = brief_motion(joint, load, frequency, guess)
+    if found.opens or (found.doubt <= OPEN and found.change <= TOLERANCE):
+        return found
+    scheme = time_scheme(joint, 1 / (frequency * STEPS), frequency=frequency)
+    try:
+        end = crept(scheme, load, raised_state(scheme, frequency, load, RAISED), PATIENCE)
+    except MicroslipError:
+        return found
+    known = found.doubt <= DOUBTFUL
+    ratio = abs(end.amplitude) / max(abs(found.amplitude if known else guess), 1e-300)
+    if abs(np.log(max(ratio, 1e-300))) > BRANCH:
+        return found
+    apart = abs(1 / ratio - 1) if known else 0.0
+    to_come = LONGEST * abs(end.drift)
+    return BriefMotion(end.amplitude, abs(end.drift), max(end.doubt, to_come, apart))
 
 
 def _first(guess: Contours, count: int) -> list[int]:

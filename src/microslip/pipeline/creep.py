@@ -10,11 +10,15 @@ fourth digit.
 So it is marched, and where its drift is steady it leaps (projective integration; Gear & Kevrekidis, SIAM J.
 Sci. Comput. 24 (2003) 1091):
 
-    x(n + g) = x(n) + g d,        d = (<x>_2 - <x>_1)/STEP,
+    x(n + g) = x(n) + d exp(-c B/2) (1 - exp(-c g))/c,        d = (<x>_2 - <x>_1)/STEP,
 
-with the mean states of two windows of a block of cycles, tapered so that what oscillates about the drift
-leaves no trace. A leap is twice as long as that before it where the drift has kept its direction and most of
-its size across that one, and short again where it has not.
+with the mean states of two windows of a block of B cycles, tapered so that what oscillates about the drift
+leaves no trace, and the rate c at which the drift decays from block to block. The first leap waits for two
+blocks between which the drift has kept its direction and some of its size, so that what settles by itself is
+left alone: a leap along a transient would stir another. After each the drift is held against what was to be
+left of it. What the leap has missed is its length times the difference; where that is too much it is taken
+back and a shorter one made, since friction keeps what a leap too long has done. What all of them have missed
+is in the doubt.
 
 What is left to come is no more than the drift would make in as many cycles again as have passed, where it
 decays with a time no longer than that. A faster decay says nothing: the first transient may hide another.
@@ -23,51 +27,47 @@ decays with a time no longer than that. A faster decay says nothing: the first t
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.time.deviations import StateSpace
-from microslip.analyses.time.scheme import (
-    ContactMemory,
-    State,
-    TimeScheme,
-    contact_memory,
-    march,
-    time_scheme,
-)
+from microslip.analyses.time.scheme import State, TimeScheme, contact_memory, time_scheme
 from microslip.analyses.time.starts import end_of
 from microslip.analyses.time.steady import raised_state
 from microslip.errors import JointOpensError, MicroslipError
 from microslip.numerics.execute import each, threads
-from microslip.numerics.fourier import harmonic
-from microslip.pipeline.walk import RAISED, RAISED_AGAIN, STEPS, Found, Lost, Target
-from microslip.typing import Array, Complex
+from microslip.pipeline.walk import RAISED, RAISED_AGAIN, STEPS, Found, Lost, Target, watched
+from microslip.typing import Array
 
 WINDOW, STEP = 40, 20
 """Cycles of a window, and from one to the next: what repeats in 20 cycles or fewer leaves no trace."""
 
-BLOCKS = 20
+BLOCKS = 30
 """Blocks of cycles at most."""
 
-LEAP, FARTHEST = 40.0, 1280.0
-"""Cycles of the first leap and of the longest."""
+LEAP, FARTHEST = 60.0, 1280.0
+"""Cycles of the shortest leap and of the longest."""
 
 AT_MOST = 0.02
 """Relative change of the amplitude that a leap may be expected to make."""
 
-ALIKE, KEPT = 0.7, 0.3
-"""Cosine between two drifts, and share of the first that the second has along it, above which leaps grow."""
+ALIKE, SETTLES = 0.7, 1.0
+"""Cosine between two drifts above which there is a leap, and decay over a block, in logarithm, above which a
+drift is left to settle by itself."""
 
-LOST = 5.0
-"""Times as large a drift as before a leap is one that the leap has made."""
+OFF, SHORTER = 5e-4, 0.5
+"""What a leap may miss of the amplitude, relative: its length times the difference between the drift after it
+and what was to be left of that before. Above, it is taken back, and the next one has this share of that.
+Friction does not forget where a leap too long has led: pairs that it has made slip stay there."""
 
-SETTLING = 3
-"""Last blocks without a leap between them."""
+SETTLING = 4
+"""Last blocks without a leap between them: what the last leap stirred goes, then drifts are taken."""
 
 STILL = 5e-4
-"""Doubt of the amplitude at which a motion creeps no more."""
+"""What is left to come of the amplitude at which a motion creeps no more."""
 
 LAST = 3
 """Blocks of which the largest drift counts: a drift that turns is none for an instant."""
@@ -123,70 +123,90 @@ def crept(scheme: TimeScheme, load: float, state: State, blocks: int = BLOCKS) -
     taper = np.hanning(WINDOW + 2)[1:-1]
     taper /= taper.sum()
     space = StateSpace(scheme, 2 * np.pi / (scheme.dt * STEPS))
-    before: Array | None = None
-    kept: State | None = None
-    reached, leap, leapt = 0.0, LEAP, 0.0
+    before: _Drift | None = None
+    reached, leapt, missed = 0.0, 0.0, 0.0
     drifts: list[float] = []
     for count in range(1, blocks + 1):
-        Q, vectors, state = _marched(scheme, load, state, block, memory, space)
+        Q, states = watched(scheme, load, state, block, memory=memory)
+        vectors, state = np.array([space.vector(one) for one in states]), states[-1]
         reached += block
-        first, last = taper @ vectors[:WINDOW], taper @ vectors[STEP:]
         begin, end = taper @ Q[:WINDOW], taper @ Q[STEP:]
-        drift = float(abs(end) / abs(begin) - 1) / STEP
+        own = float(abs(end) / abs(begin) - 1) / STEP
         stray = float(np.abs(np.abs(Q[-STEP:]) / abs(end) - 1).max())
-        drifts.append(abs(drift))
-        doubt = max(drifts[-LAST:]) * reached + stray
-        if count == blocks or (count >= LAST and doubt <= STILL):
+        drifts.append(abs(own))
+        left = max(drifts[-LAST:]) * reached + stray
+        if count == blocks or (count >= LAST and left <= STILL):
             break
         if count >= blocks - SETTLING:
             continue
-        way = (last - first) / STEP
-        u = space.measure(way)
-        if (
-            before is not None
-            and kept is not None
-            and np.linalg.norm(u) > LOST * np.linalg.norm(before)
-        ):
-            # the leap has gone astray: from where it began, marched on
-            state, reached, leap, before, kept = kept, reached - leapt - block, LEAP, None, None
+        way = taper @ (vectors[STEP:] - vectors[:WINDOW]) / STEP
+        now = _Drift(state, way, space.measure(way), own)
+        off = leapt * abs(own - before.drift * before.kept(leapt + block)) if before else 0.0
+        if before is not None and off > OFF:
+            # the drift was another than it was to be: from where the leap began, shorter
+            reached -= leapt + block
+            now, leapt = before, SHORTER * leapt
             drifts.pop()
-            continue
-        if before is not None:
-            leap = _next_leap(leap, before, u)
-        before, kept = u, state
-        leapt = min(leap, AT_MOST / max(abs(drift), 1e-300))
-        state = space.state(vectors[-1] + leapt * way, state)
-        reached += leapt
-    return Crept(complex(end), drift, doubt, state, count * block, reached)
+        elif before is not None:
+            missed += off
+            now = now.after(before, leapt + block)
+            leapt = _next_leap(leapt, now)
+        before, state = now, now.state
+        leapt = min(leapt, AT_MOST / max(abs(now.drift), 1e-300))
+        leapt = leapt if leapt >= LEAP else 0.0
+        if leapt:
+            state = space.state(space.vector(state) + now.summed(leapt, block) * now.way, state)
+            reached += leapt
+    return Crept(complex(end), own, left + missed, state, count * block, reached)
 
 
-def _next_leap(leap: float, before: Array, u: Array) -> float:
-    """Length of the next leap, from the drifts before and after the last."""
-    along, size = float(u @ before), float(before @ before)
-    alike = along / max(float(np.sqrt(size * (u @ u))), 1e-300)
-    if alike > ALIKE and along > KEPT * size:
-        return min(2 * leap, FARTHEST)
-    return max(0.5 * leap, LEAP) if alike > 0 else LEAP
+@dataclass(frozen=True)
+class _Drift:
+    """A drift of the state, where a leap may begin.
+
+    Attributes
+    ----------
+    state : State
+        The last of a block.
+    way, measure : arrays
+        Change of the state per cycle, in the middle of the block, and in the energy norm.
+    drift : float
+        Of the amplitude, relative, per cycle.
+    alike : float
+        Cosine between it and that before.
+    rate : float
+        At which it decays, per cycle; negative where it grows.
+    """
+
+    state: State
+    way: Array
+    measure: Array
+    drift: float
+    alike: float = -1.0
+    rate: float = np.inf
+
+    def after(self, before: _Drift, cycles: float) -> _Drift:
+        """The same, with what it has kept of that so many cycles before."""
+        along, size = float(self.measure @ before.measure), float(before.measure @ before.measure)
+        alike = along / max(float(np.sqrt(size * (self.measure @ self.measure))), 1e-300)
+        rate = -np.log(along / size) / cycles if along > 0 else np.inf
+        return replace(self, alike=alike, rate=float(rate))
+
+    def kept(self, cycles: float) -> float:
+        """Share of it that is left after so many cycles."""
+        return float(np.exp(-max(self.rate, 0.0) * cycles))
+
+    def summed(self, cycles: float, block: int) -> float:
+        """Sum over so many cycles after a block of what is left of it."""
+        rate = max(self.rate, 1e-12)
+        return self.kept(block / 2) * float(-np.expm1(-rate * cycles) / rate)
 
 
-def _marched(
-    scheme: TimeScheme,
-    load: float,
-    state: State,
-    cycles: int,
-    memory: ContactMemory,
-    space: StateSpace,
-) -> tuple[Complex, Array, State]:
-    """First harmonic and state of every cycle, and the last."""
-    theta = 2 * np.pi * np.arange(STEPS + 1) / STEPS
-    wave, port = load * np.sin(theta), scheme.joint.model.port(scheme.joint.coordinate)
-    Q, vectors = [], []
-    for _ in range(cycles):
-        cycle = march(scheme, state, wave, memory=memory)
-        state = cycle.state
-        Q.append(harmonic(cycle.output[:, port], theta))
-        vectors.append(space.vector(state))
-    return np.array(Q), np.array(vectors), state
+def _next_leap(leap: float, now: _Drift) -> float:
+    """Length of the next leap; zero where the drift has turned, or settles by itself."""
+    if now.alike > ALIKE and now.rate * (WINDOW + STEP) < SETTLES:
+        return min(max(2 * leap, LEAP), FARTHEST)
+    return 0.5 * leap if now.alike > 0 else 0.0
 
 
 def raised_and_marched(joint: PreparedJoint, targets: Sequence[Target]) -> Iterator[Found | Lost]:

@@ -105,12 +105,9 @@ def run_responses(
                 else:
                     curve = _judged(base, models)
                     if _corrigible(case):
-                        try:
-                            found_by_time = checks(assembly, curve, settings.checks)
-                        except KeyboardInterrupt:
-                            found_by_time = ()
-                            stop.set()
-                        curve = replace(curve, checks=found_by_time)
+                        curve = replace(
+                            curve, checks=checks(assembly, curve, settings.checks, stop)
+                        )
                         cautions += not_as_in_time(f"refined, {case.load}", curve)
                 curve = with_outputs(assembly, models, curve)
                 curve = with_opening(assembly, curve, case) if opens else curve

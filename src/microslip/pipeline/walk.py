@@ -30,6 +30,7 @@ from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.time.classify import motion_of
 from microslip.analyses.time.readings import opening_of
 from microslip.analyses.time.scheme import (
+    ContactMemory,
     State,
     TimeScheme,
     contact_memory,
@@ -376,7 +377,7 @@ def _weighed(scheme: TimeScheme, target: Target, steady: SteadyState) -> Found:
     if steady.converged and slowest <= UNSTABLE:
         end = end_of(state, 0.0, scheme, target.frequency)
         return Found(steady.amplitude, steady.change, left, end, spent)
-    Q, last = watched(scheme, target.load, state, WATCHED)
+    Q, states = watched(scheme, target.load, state, WATCHED)
     spent += len(Q)
     size, mean = np.abs(Q), complex(Q.mean())
     spread = float(np.abs(size / abs(mean) - 1).max())
@@ -384,7 +385,9 @@ def _weighed(scheme: TimeScheme, target: Target, steady: SteadyState) -> Found:
         end = end_of(state, 0.0, scheme, target.frequency)
         return Found(steady.amplitude, steady.change, max(left, spread), end, spent)
     doubt = spread + _to_come(size) / abs(mean)
-    return Found(mean, steady.change, doubt, end_of(last, 0.0, scheme, target.frequency), spent)
+    return Found(
+        mean, steady.change, doubt, end_of(states[-1], 0.0, scheme, target.frequency), spent
+    )
 
 
 def _again(scheme: TimeScheme, target: Target, found: Found) -> tuple[Found, int]:
@@ -417,18 +420,23 @@ def lasting(slowest: float, least: float = LASTS) -> float:
 
 
 def watched(
-    scheme: TimeScheme, load: float, state: State, cycles: int, phase: float = 0.0
-) -> tuple[Complex, State]:
-    """First harmonic of every cycle of a motion from a state at a phase of the load, and its last state."""
+    scheme: TimeScheme,
+    load: float,
+    state: State,
+    cycles: int,
+    phase: float = 0.0,
+    memory: ContactMemory | None = None,
+) -> tuple[Complex, list[State]]:
+    """First harmonic of every cycle of a motion from a state at a phase of the load, and its end."""
     theta = phase + 2 * np.pi * np.arange(STEPS + 1) / STEPS
-    wave, memory = load * np.sin(theta), contact_memory(scheme)
+    wave, memory = load * np.sin(theta), memory or contact_memory(scheme)
     port = scheme.joint.model.port(scheme.joint.coordinate)
-    Q = []
+    Q, ends = [], [state]
     for _ in range(cycles):
-        cycle = march(scheme, state, wave, memory=memory)
+        cycle = march(scheme, ends[-1], wave, memory=memory)
         Q.append(harmonic(cycle.output[:, port], theta))
-        state = cycle.state
-    return np.array(Q), state
+        ends.append(cycle.state)
+    return np.array(Q), ends[1:]
 
 
 def _at_phase_0(scheme: TimeScheme, steady: SteadyState) -> State:

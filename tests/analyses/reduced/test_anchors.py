@@ -6,13 +6,8 @@ import numpy as np
 import pytest
 
 import microslip
-from microslip.analyses.reduced.anchors import (
-    anchor_at,
-    branches,
-    correction,
-    held,
-    missed_by_others,
-)
+from microslip.analyses.reduced.anchors import anchor_at, branches, held
+from microslip.analyses.reduced.missed import correction, missed_by_others
 from microslip.analyses.reduced.refined import load_offset, refined_table
 from microslip.analyses.reduced.response import answers, forced_response
 from microslip.analyses.reduced.surface import contours, load_surface
@@ -147,6 +142,31 @@ def test_a_jump_between_neighbours_parts_two_branches(flawed):
     assert [run.tolist() for run in branches(anchors, [15])] == [[0, 9], [20, 29], [30, 50]]
 
 
+def test_nothing_is_claimed_between_steady_states_on_either_side_of_a_jump(refined):
+    """A fold of the table itself: it errs nowhere, but where one of its motions ends it cannot tell."""
+    _, model, table = refined
+    frequency, load = np.linspace(168.0, 176.0, 161), 3 * LOAD
+    surface = load_surface(model, table, frequency)
+    found = contours(surface, load)
+    count = np.bincount(found.point, minlength=len(frequency))
+    several = np.flatnonzero(count > 1)
+    assert len(several) > 10, "folded"
+    order = np.argsort(found.size)
+    larger, smaller = np.zeros((2, len(frequency)), complex)
+    larger[found.point[order]] = found.amplitude[order]
+    smaller[found.point[order[::-1]]] = found.amplitude[order[::-1]]
+    # the larger motion ends, or the smaller begins, anywhere between two of those that were sought
+    end = several[len(several) // 2]
+    before, after = np.arange(end - 4, end - 24, -4)[::-1], np.arange(end + 4, end + 24, 4)
+    assert before[0] >= 0
+    for left, right in ((smaller, larger), (larger, smaller)):
+        sizes = {**{k: left[k] for k in before}, **{k: right[k] for k in after}}
+        anchors = {int(k): anchor_at(surface, frequency[k], load, Q) for k, Q in sizes.items()}
+        error = held(surface, load, anchors).error
+        assert np.isinf(error[before[-1] + 1 : after[0]]).all()
+        assert np.isfinite(error[[*before, *after]]).all()
+
+
 def test_the_doubt_of_an_anchor_is_part_of_the_error(flawed):
     surface, exact = flawed
     anchors = {
@@ -224,6 +244,37 @@ def test_a_steady_state_of_unknown_scatter_is_doubted_by_what_others_miss_of_it(
     assert np.median(error) > 5e-3
     few = {k: anchors[k] for k in list(anchors)[:3]}
     assert np.isinf(held(surface, LOAD, few).error).all()
+
+
+def test_one_motion_that_stopped_on_its_way_is_doubted_by_what_all_others_miss_of_it(flawed):
+    """Two per cent too small among many that are right: what is usual about it would not tell."""
+    surface, exact = flawed
+    off, k = 0.98, 30
+    anchors = {
+        j: replace(anchor_at(surface, FREQUENCY[j], LOAD, exact[j]), scatter=np.nan)
+        for j in range(len(FREQUENCY))
+    }
+    short = anchor_at(surface, FREQUENCY[k], LOAD, off * exact[k], change=1e-4)
+    errors = [
+        held(surface, LOAD, anchors | {k: replace(short, scatter=np.nan, change=change)}).error[k]
+        for change in (1e-4, 1e-7)
+    ]
+    assert errors[0] > 0.9 * (1 / off - 1)
+    assert errors[1] < 2e-3, "settled, it is a motion of its own"
+
+
+def test_one_that_scatters_says_no_more_beside_others_of_which_it_is_not_known(flawed):
+    """One in nine may by chance, whether the others between were looked at or not."""
+    surface, exact = flawed
+    every = range(0, len(FREQUENCY), 2)
+    known = {k: anchor_at(surface, FREQUENCY[k], LOAD, exact[k]) for k in every}
+    known = {k: replace(one, scatter=0.02 if k == 32 else 1e-4) for k, one in known.items()}
+    error = held(surface, LOAD, known).error
+    half = {k: replace(one, scatter=np.nan if k % 4 else one.scatter) for k, one in known.items()}
+    fewer = held(surface, LOAD, half).error
+    for found in (error, fewer):
+        assert found[32] == 0.02
+        assert found[[20, 24, 28, 36, 40]].max() < 1e-3
 
 
 def test_what_is_rough_far_away_does_not_widen_the_bound_here(flawed):

@@ -9,6 +9,8 @@ What the table misses of it, ``correction = kappa - kappa_table(|A|, omega)``, i
 the response. On a branch, which has one answer at a frequency, it is interpolated over the frequency
 (monotone cubics), so that the model passes through every anchor and is right in between. A branch ends where
 the search found no steady state, and where the size jumps from one frequency of the response to the next.
+Where the response jumps from one answer of the table to another between two anchors farther apart, nothing is
+said between them.
 
 How right is measured by leaving anchors out: the correction of each is predicted from the others, at
 the ends of a branch by a straight line. That spans twice the distance; those close by on the other side are
@@ -30,16 +32,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
-from scipy.interpolate import PchipInterpolator
 
+from microslip.analyses.reduced.missed import correction, missed_across, missed_by_others
 from microslip.analyses.reduced.surface import LoadSurface, contours, stiffness
 from microslip.analyses.reduced.two_mode import TwoModeModel
 from microslip.brief import Brief
 from microslip.errors import MicroslipError
-from microslip.typing import Array, Complex, Indices
+from microslip.typing import Array, Complex, Indices, Mask
 
 FEWEST = 4
 """Anchors of a branch below which nothing is said of the error between them."""
@@ -47,9 +50,6 @@ FEWEST = 4
 JUMP = 0.1
 """Neighbouring frequencies whose sizes differ by more, in logarithm, lie on different branches or so far
 apart that neither tells of the other."""
-
-AROUND = 4
-"""Anchors to either side that the monotone cubics are laid through: more change nothing in between."""
 
 PARTS = ("doubt", "scatter")
 """What bounds the error of an anchor itself."""
@@ -61,8 +61,12 @@ WIDER = 2.0
 """Times what one in nine scatters by more than: where pasts scatter as a normal distribution does, a third
 differs from the first by more at one in forty."""
 
-HALF = 0.5
-"""Others that are nearer to the end of a stretch, over its length, say nothing of it."""
+SETTLED = 1e-5
+"""Change over a cycle above which a motion may be on its way: where it is not known how that scatters, what
+the others miss of it is its doubt."""
+
+STEP = 1e-4
+"""Relative step of a size over which the slope of the load is taken."""
 
 STRAY = 0.25
 """Answers of the surface farther, in logarithm, from the size between two anchors are others than theirs."""
@@ -89,7 +93,8 @@ class Anchor:
         none ended in this motion.
     scatter : float
         Relative difference of amplitudes after the load was raised in different ways; nan where that is not
-        known, and what its neighbours miss of it stands for it.
+        known, and what its neighbours usually miss, or of a motion that has not settled what they miss of it,
+        stands for it.
     """
 
     frequency: float
@@ -178,77 +183,43 @@ def branches(anchors: Mapping[int, Anchor], lost: Iterable[int]) -> Iterator[Ind
         yield np.array(run)
 
 
-def step_of(one: Anchor, other: Anchor) -> float:
-    """Difference of the logarithms of two sizes."""
-    return abs(float(np.log(abs(one.amplitude) / abs(other.amplitude))))
+def jumped_across(run: Indices, size: Array, folded: Mask) -> Indices:
+    """Frequencies between two anchors between which the response jumps, by index.
 
-
-def correction(x: Array, y: Complex, at: Array) -> Complex:
-    """What the table misses at frequencies, from that at ascending others; constant beyond them."""
-    if len(x) < 2:
-        return np.full(np.shape(at), y[0] if len(x) else 0.0, complex)
-    inside = np.clip(at, x[0], x[-1])
-    return PchipInterpolator(x, y.real)(inside) + 1j * PchipInterpolator(x, y.imag)(inside)
-
-
-def missed_by_others(x: Array, y: Complex) -> Complex:
-    """What the others make of the correction at each of ascending frequencies, less what it is."""
-    every = np.arange(len(x))
-    return np.array([_missed(x, y, i, every[every != i]) for i in range(len(x))], np.complex128)
-
-
-def missed_across(x: Array, y: Complex, missed: Complex) -> tuple[Complex, Complex]:
-    """What the others make of both ends of every stretch between two ascending frequencies.
-
-    As `missed_by_others`, but of others that are at least half as far away as the stretch is long: those that
-    stand close beyond an end would tell what is there, and nothing of the stretch.
+    Two branches that the table has may agree with the full joint where they were seen, but on which of them a
+    motion between is, and whether there it still exists, neither anchor tells.
 
     Parameters
     ----------
-    x, y : (n,) arrays
-    missed : (n,) array
-        Of all others.
-
-    Returns
-    -------
-    left, right : (n - 1,) arrays
+    run : (k,) int array
+        Indices of the anchors of a branch, ascending.
+    size : (n,) array
+        Of the response through them; nan where there is none.
+    folded : (n,) bool array
+        Where the table has several answers. A resonance without these is steep, and all of it is one branch.
 
     Examples
     --------
-    A curve with a kink, and two frequencies close beyond it:
-
-    >>> x = np.array([0.0, 1.0, 2.0, 3.0, 5.0, 5.01, 5.02])
-    >>> y = np.maximum(x - 4.9, 0.0).astype(complex)
-    >>> missed = missed_by_others(x, y)
-    >>> left, right = missed_across(x, y, missed)
-    >>> bool(abs(missed[4]) < 0.03), bool(abs(right[3]) > 0.09)
-    (True, True)
+    >>> size = np.array([1.0, 1.05, 1.1, 1.1, 1.5, 1.5])
+    >>> folded = np.array([False, False, True, True, True, False])
+    >>> jumped_across(np.array([0, 2, 5]), size, folded)
+    array([3, 4])
+    >>> jumped_across(np.array([0, 2, 5]), size, np.zeros(6, bool))
+    array([], dtype=int64)
     """
-    every, left, right = np.arange(len(x)), missed[:-1].copy(), missed[1:].copy()
-    for j, width in enumerate(np.diff(x)):
-        for end, side, found in ((j, -1, left), (j + 1, 1, right)):
-            away = side * (x - x[end])
-            crowd = (away > 0) & (away < HALF * width)
-            if crowd.any():
-                found[j] = _missed(x, y, end, every[~crowd & (every != end)])
-    return left, right
+    with np.errstate(divide="ignore"):
+        broken = ~(np.abs(np.diff(np.log(size))) <= JUMP)
+    stretches = [
+        np.arange(i + 1, k)
+        for i, k in pairwise(run)
+        if broken[i:k].any() and folded[i : k + 1].any()
+    ]
+    return np.concatenate([*stretches, run[:0]])
 
 
-def _missed(x: Array, y: Complex, i: int, others: Indices) -> complex:
-    """What others, ascending, make of the correction at a frequency, less what it is.
-
-    Beyond all of them by a straight line.
-    """
-    if len(others) < 2:
-        return complex(np.inf)
-    after = int(np.searchsorted(others, i))
-    if after in (0, len(others)):
-        a, b = others[[0, 1]] if after == 0 else others[[-1, -2]]
-        guess = y[a] + (y[b] - y[a]) * (x[i] - x[a]) / (x[b] - x[a])
-    else:
-        near = others[max(after - AROUND, 0) : after + AROUND]
-        guess = complex(correction(x[near], y[near], x[i]))
-    return complex(guess - y[i])
+def step_of(one: Anchor, other: Anchor) -> float:
+    """Difference of the logarithms of two sizes."""
+    return abs(float(np.log(abs(one.amplitude) / abs(other.amplitude))))
 
 
 def held(
@@ -272,31 +243,37 @@ def held(
         Relative error of the anchors' own amplitudes, part of the bound.
     """
     n, lost = len(surface.frequency), set(lost)
-    amplitude, error = np.full(n, np.nan, complex), np.full(n, np.inf)
+    amplitude, error, folded = np.full(n, np.nan, complex), np.full(n, np.inf), np.zeros(n, bool)
     for run in branches(anchors, lost):
         inside = np.arange(run[0], run[-1] + 1)
         known = [anchors[int(k)] for k in run]
         part, x = surface.between(run[0], run[-1]), surface.frequency[run]
-        found = (_over_table(part, load, x, known), _alone(part, load, x, known))
+        over, folded[inside] = _over_table(part, load, x, known)
+        found = (over, _alone(part, load, x, known))
         share = np.array([one.error for one in found])
         better = np.argmin(share, axis=0)
         columns = np.arange(len(inside))
         amplitude[inside] = np.array([one.amplitude for one in found])[better, columns]
         left, right = _around(run, inside)
         doubt, scatter = (np.array([getattr(one, of) for one in known]) for of in PARTS)
-        known_scatter, scatter = np.isfinite(scatter), np.nan_to_num(scatter)
-        most = _most_around(scatter, left, right)
+        told = np.isfinite(scatter)
+        most = _most_around(np.nan_to_num(scatter), left, right)
         # it is in what the others miss already
         bound = np.maximum(share[better, columns], most)
         error[inside] = bound + np.maximum(doubt[left], doubt[right]) + accuracy
         amplitude[run] = [one.amplitude for one in known]
-        own = np.maximum(scatter, _nearly_most(scatter))
-        error[run] = np.where(known_scatter, own, bound[run - run[0]]) + doubt + accuracy
+        own = np.maximum(np.nan_to_num(scatter), _nearly_most(scatter))
+        unsettled = np.array([one.change for one in known]) > SETTLED
+        other = np.where(unsettled, _missed_of(part, load, x, known), bound[run - run[0]])
+        error[run] = np.where(told, own, np.maximum(other, own)) + doubt + accuracy
+        error[jumped_across(run, np.abs(amplitude), folded)] = np.inf
     return Held(amplitude, np.where(np.isfinite(amplitude), error, np.inf))
 
 
-def _over_table(surface: LoadSurface, load: float, x: Array, known: Sequence[Anchor]) -> Held:
-    """A branch as the table has it, with what that misses interpolated."""
+def _over_table(
+    surface: LoadSurface, load: float, x: Array, known: Sequence[Anchor]
+) -> tuple[Held, Mask]:
+    """A branch as the table has it, with what that misses interpolated, and where it has others too."""
     f = surface.frequency
     y = np.array([one.correction for one in known])
     A, Z = _motion(surface.model, load, x, known)
@@ -315,7 +292,7 @@ def _over_table(surface: LoadSurface, load: float, x: Array, known: Sequence[Anc
     with np.errstate(divide="ignore"):
         grown = found.size[closest] / np.abs(amplitude[at]) / np.minimum(np.abs(slope), 1.0)
     error[at] = np.where(slope > 0, bound * grown, np.inf)
-    return Held(amplitude, error)
+    return Held(amplitude, error), np.bincount(found.point, minlength=len(f)) > 1
 
 
 def _alone(surface: LoadSurface, load: float, x: Array, known: Sequence[Anchor]) -> Held:
@@ -378,6 +355,23 @@ def _bound(x: Array, y: Complex, z: Complex, at: Array, there: Complex) -> Array
     return np.asarray(between + np.interp(at, x, usual) / np.abs(there))
 
 
+def _missed_of(surface: LoadSurface, load: float, x: Array, known: Sequence[Anchor]) -> Array:
+    """Relative error of the size that all others would make of each anchor; infinite of too few."""
+    if len(x) < FEWEST:
+        return np.full(len(x), np.inf)
+    model, omega = surface.model, 2 * np.pi * x
+    A, Z = _motion(model, load, x, known)
+    missed = missed_by_others(x, np.array([one.correction for one in known]))
+    table, larger = (
+        stiffness(model, surface.curve, surface.preload, size, omega)
+        for size in (np.abs(A), (1 + STEP) * np.abs(A))
+    )
+    slope = 1 + ((larger - table) / (STEP * Z)).real
+    with np.errstate(divide="ignore"):
+        grown = _grown(missed * model.omega**2 / Z) / np.clip(slope, 0.0, 1.0)
+    return np.asarray(grown)
+
+
 def _usual(missed: Array) -> Array:
     """Median of what is missed of every anchor and those nearest to it."""
     return np.asarray(np.median(_nearest(missed), axis=-1))
@@ -386,10 +380,18 @@ def _usual(missed: Array) -> Array:
 def _nearly_most(scatter: Array) -> Array:
     """What one in `NEAREST` scatters by more than, about every anchor, `WIDER`; the largest of fewer.
 
-    A difference of two pasts is one draw, and may be small by chance.
+    A difference of two pasts is one draw, and may be small by chance. Only where there is one (else nan) it
+    counts.
     """
-    near = np.sort(_nearest(scatter), axis=-1)
-    return np.asarray(WIDER * near[:, -1 - near.shape[1] // NEAREST])
+    told = np.flatnonzero(np.isfinite(scatter))
+    if not len(told):
+        return np.zeros(len(scatter))
+    near = np.sort(_nearest(scatter[told]), axis=-1)
+    most = WIDER * near[:, -1 - near.shape[1] // NEAREST]
+    after = np.searchsorted(told, np.arange(len(scatter)))
+    sides = (np.maximum(after - 1, 0), np.minimum(after, len(told) - 1))
+    own = np.isin(np.arange(len(scatter)), told)
+    return np.where(own, most[sides[1]], np.maximum(*(most[side] for side in sides)))
 
 
 def _nearest(values: Array) -> Array:

@@ -1,0 +1,85 @@
+"""What others make of a correction that is known at some frequencies, less what it is there.
+
+Monotone cubics through the others, between them; beyond all of them a straight line.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from microslip.typing import Array, Complex, Indices
+
+AROUND = 4
+"""Anchors to either side that the monotone cubics are laid through: more change nothing in between."""
+
+HALF = 0.5
+"""Others that are nearer to the end of a stretch, over its length, say nothing of it."""
+
+
+def correction(x: Array, y: Complex, at: Array) -> Complex:
+    """What the table misses at frequencies, from that at ascending others; constant beyond them."""
+    if len(x) < 2:
+        return np.full(np.shape(at), y[0] if len(x) else 0.0, complex)
+    inside = np.clip(at, x[0], x[-1])
+    return PchipInterpolator(x, y.real)(inside) + 1j * PchipInterpolator(x, y.imag)(inside)
+
+
+def missed_by_others(x: Array, y: Complex) -> Complex:
+    """What the others make of the correction at each of ascending frequencies, less what it is."""
+    every = np.arange(len(x))
+    return np.array([_missed(x, y, i, every[every != i]) for i in range(len(x))], np.complex128)
+
+
+def missed_across(x: Array, y: Complex, missed: Complex) -> tuple[Complex, Complex]:
+    """What the others make of both ends of every stretch between two ascending frequencies.
+
+    As `missed_by_others`, but of others that are at least half as far away as the stretch is long: those that
+    stand close beyond an end would tell what is there, and nothing of the stretch.
+
+    Parameters
+    ----------
+    x, y : (n,) arrays
+    missed : (n,) array
+        Of all others.
+
+    Returns
+    -------
+    left, right : (n - 1,) arrays
+
+    Examples
+    --------
+    A curve with a kink, and two frequencies close beyond it:
+
+    >>> x = np.array([0.0, 1.0, 2.0, 3.0, 5.0, 5.01, 5.02])
+    >>> y = np.maximum(x - 4.9, 0.0).astype(complex)
+    >>> missed = missed_by_others(x, y)
+    >>> left, right = missed_across(x, y, missed)
+    >>> bool(abs(missed[4]) < 0.03), bool(abs(right[3]) > 0.09)
+    (True, True)
+    """
+    every, left, right = np.arange(len(x)), missed[:-1].copy(), missed[1:].copy()
+    for j, width in enumerate(np.diff(x)):
+        for end, side, found in ((j, -1, left), (j + 1, 1, right)):
+            away = side * (x - x[end])
+            crowd = (away > 0) & (away < HALF * width)
+            if crowd.any():
+                found[j] = _missed(x, y, end, every[~crowd & (every != end)])
+    return left, right
+
+
+def _missed(x: Array, y: Complex, i: int, others: Indices) -> complex:
+    """What others, ascending, make of the correction at a frequency, less what it is.
+
+    Beyond all of them by a straight line.
+    """
+    if len(others) < 2:
+        return complex(np.inf)
+    after = int(np.searchsorted(others, i))
+    if after in (0, len(others)):
+        a, b = others[[0, 1]] if after == 0 else others[[-1, -2]]
+        guess = y[a] + (y[b] - y[a]) * (x[i] - x[a]) / (x[b] - x[a])
+    else:
+        near = others[max(after - AROUND, 0) : after + AROUND]
+        guess = complex(correction(x[near], y[near], x[i]))
+    return complex(guess - y[i])
