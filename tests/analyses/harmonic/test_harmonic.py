@@ -20,16 +20,11 @@ from microslip.analyses.harmonic.equations import (
 )
 from microslip.analyses.harmonic.linear import HarmonicSolver
 from microslip.analyses.harmonic.operator import linear_operator
-from microslip.analyses.harmonic.paths import (
-    CONTROL,
-    FrequencyPath,
-    LoadPath,
-    follow_frequency,
-    raise_load,
-)
+from microslip.analyses.harmonic.paths import CONTROL, FrequencyPath, LoadPath
 from microslip.analyses.harmonic.peaks import resonance_locus, resonance_peak
 from microslip.analyses.harmonic.points import describe
 from microslip.analyses.harmonic.problem import harmonic_problem, padded, with_harmonics
+from microslip.analyses.harmonic.raising import follow_frequency, raise_load
 from microslip.analyses.harmonic.response import amplitude_sweep, frequency_response
 from microslip.analyses.prepared.joint import prepare_joint
 from microslip.analyses.time.scheme import time_scheme

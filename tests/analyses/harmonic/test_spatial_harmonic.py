@@ -21,9 +21,10 @@ from microslip.analyses.harmonic.equations import (
 from microslip.analyses.harmonic.hill import exponents_of, hill_exponents
 from microslip.analyses.harmonic.linear import HarmonicSolver
 from microslip.analyses.harmonic.operator import linear_operator
-from microslip.analyses.harmonic.paths import CONTROL, LoadPath, raise_load
+from microslip.analyses.harmonic.paths import CONTROL, LoadPath
 from microslip.analyses.harmonic.points import describe
 from microslip.analyses.harmonic.problem import harmonic_problem, walking
+from microslip.analyses.harmonic.raising import raise_load
 from microslip.analyses.prepared.joint import prepare_joint
 from microslip.analyses.prepared.joint_modes import joint_modes
 from microslip.analyses.time.scheme import prestressed_state, time_scheme
