@@ -293,3 +293,40 @@ def test_answer_forgets_the_augmentation():
         apart.append(abs(a / b - 1))
     assert apart[1] < 0.5 * apart[0]
     assert apart[2] < 0.5 * apart[1]
+
+
+def free_block(pushed=0.0):
+    """The block with motions of the whole that nothing holds, one of them driven, and the driving of it."""
+    joint, along = block(2), np.array([[0.0, 0.7], [pushed, 0.0]])
+    model = joint.model
+    free = replace(
+        model,
+        omega=np.concatenate([[0.0, 0.0], model.omega]),
+        equilibrium_modes=model.equilibrium_modes + 2,
+        mode_v=np.hstack([np.zeros((len(model.mode_v), 2)), model.mode_v]),
+        port_modes=np.vstack([along, model.port_modes]),
+    )
+    held = joint.prestress
+    solution = replace(held.solution, q=np.concatenate([[0.0, 0.0], held.solution.q]))
+    return joint, replace(joint, model=free, prestress=replace(held, solution=solution))
+
+
+def test_free_joint_has_the_inertia_of_the_whole():
+    """Its contact feels nothing of it; its first harmonic, no other, is larger by g²/(i omega alpha - omega²)."""
+    joint, free = free_block()
+    hertz, load = 0.25, 1.0
+    held, loose = (solved(each, hertz, load, 3) for each in (joint, free))
+    assert (held.status == SLIP).any()
+    assert np.abs(loose.r - held.r).max() <= SAME * np.abs(held.r).max()
+    omega = 2 * np.pi * hertz
+    expected = np.zeros(4, dtype=complex)
+    expected[1] = 0.7**2 * load / (1j * omega * joint.model.rayleigh[0] - omega**2)
+    assert loose.output[:, 1] - held.output[:, 1] == pytest.approx(expected, abs=1e-8)
+    point = LoadPath(loose.problem, hertz, load)
+    assert exponents_of(loose).stable == exponents_of(held).stable
+    assert point.problem.size == loose.w.size
+
+
+def test_free_joint_that_is_pushed_is_refused():
+    with pytest.raises(MicroslipError, match="its preload pushes it"):
+        harmonic_problem(free_block(0.1)[1], harmonics=3)
