@@ -295,6 +295,29 @@ def test_answer_forgets_the_augmentation():
     assert apart[2] < 0.5 * apart[1]
 
 
+@pytest.mark.validate
+@pytest.mark.parametrize("seed", [131, 177, 192])
+def test_load_is_raised_past_corners_of_a_walk_that_supports_stop(seed):
+    """Where the branch from rest goes no further: a response under the whole load, whose energy balances."""
+    rng = np.random.default_rng(1000 + seed)
+    pairs, friction, modes = (
+        int(rng.integers(3, 11)),
+        rng.uniform(0.1, 0.8),
+        int(rng.integers(2, 6)),
+    )
+    model = block(seed, pairs, modes).model
+    law = contact_law(pairs, friction, None, 3)
+    joint = prepare_joint(model, law, {"press": 1.0}, "drive")
+    harmonics, hertz = int(rng.choice([3, 5, 9, 15])), rng.uniform(0.1, 0.5)
+    load = float(friction * pairs * rng.uniform(0.3, 3))
+    usual = harmonic_problem(joint, harmonics=harmonics).stiffness
+    point = solved(joint, hertz, load, harmonics, stiffness=float(rng.choice([1.0, 0.3])) * usual)
+    lost = point.dissipated + point.material_work + point.normal_work
+    assert point.residual <= 1e-8
+    assert point.dissipated > 0.1 * lost
+    assert point.external_work == pytest.approx(lost, rel=1e-6)
+
+
 def free_block(pushed=0.0):
     """The block with motions of the whole that nothing holds, one of them driven, and the driving of it."""
     joint, along = block(2), np.array([[0.0, 0.7], [pushed, 0.0]])
@@ -312,7 +335,7 @@ def free_block(pushed=0.0):
 
 
 def test_free_joint_has_the_inertia_of_the_whole():
-    """Its contact feels nothing of it; its first harmonic, no other, is larger by g²/(i omega alpha - omega²)."""
+    """Its contact feels nothing of it; g²/(i omega alpha - omega²) is added to its first harmonic alone."""
     joint, free = free_block()
     hertz, load = 0.25, 1.0
     held, loose = (solved(each, hertz, load, 3) for each in (joint, free))

@@ -48,7 +48,7 @@ def approached(path: FrequencyPath, start: Start, frequency: float) -> Array:
     ContinuationError
         Where the branch does not lead there.
     """
-    way = _Approach(path, start, frequency)
+    way = Approach(path, start, frequency)
     branch = trace(way, first_point(way, start.w, 0.0, STEPS), (BACK, 1.0), STEPS)
     end = branch.points[-1]
     if end.p != 1.0:
@@ -59,8 +59,17 @@ def approached(path: FrequencyPath, start: Start, frequency: float) -> Array:
     return end.u
 
 
-class _Approach:
-    """Equations over the share s of the way (`continuation.Problem`)."""
+class Approach:
+    """Equations over the share s of the way (`continuation.Problem`).
+
+    Parameters
+    ----------
+    path : FrequencyPath
+        Of the problem of the start.
+    start : Start
+    frequency : float
+        Hz.
+    """
 
     parameter_scale = 1.0
 
@@ -72,16 +81,25 @@ class _Approach:
         self.offset = start.x - u - path.problem.stiffness[:, None] * v
         self.rest = evaluate(self.operator, path.load, start.w, self.offset).F
 
-    def at(self, w: Array, share: float) -> _ApproachAt:
+    def at(self, w: Array, share: float) -> ApproachedAt:
         """Equations at a share."""
         point = evaluate(self.operator, self.load, w, (1 - share) * self.offset)
-        return _ApproachAt(self, point, share)
+        return ApproachedAt(self, point, share)
 
 
-class _ApproachAt:
-    """Equations at one point, scaled, with their derivative (`continuation.Linearised`)."""
+class ApproachedAt:
+    """Equations at one point, scaled, with their derivative (`continuation.Linearised`).
 
-    def __init__(self, way: _Approach, point: Evaluation, share: float) -> None:
+    Parameters
+    ----------
+    way : Approach
+    point : Evaluation
+        With the offset that is left.
+    share : float
+        Of the way.
+    """
+
+    def __init__(self, way: Approach, point: Evaluation, share: float) -> None:
         self.operator: LinearOperator = way.operator
         self.solver: HarmonicSolver = way.solver
         self.point, self.way = point, way
