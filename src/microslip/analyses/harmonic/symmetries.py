@@ -70,6 +70,12 @@ def placed_modes(model: JointModel, prestress: Prestress) -> Array:
     Reactions, in balance with each other, do not push it; in the mean, ``0 q = phi^T f`` with the preload f,
     it rests where it is where that is none, and its q is zero. At other harmonics it has its inertia.
 
+    Parameters
+    ----------
+    model : JointModel
+    prestress : Prestress
+        Its preload.
+
     Raises
     ------
     MicroslipError
