@@ -28,7 +28,7 @@ from microslip.typing import Array
 STEPS = replace(CONTROL, first=0.05, smallest=1e-5, tolerance=1e-6, max_points=80)
 """Along the way, which is left for Newton's method at its end."""
 
-BACK = -0.5
+BACK = -0.1
 """Share beyond the start at which a branch that has turned round is given up."""
 
 
