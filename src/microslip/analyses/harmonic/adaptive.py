@@ -281,7 +281,8 @@ class Ladder:
     ) -> HarmonicPoint | None:
         """The same response with other harmonics, from a cycle over time or from the last ones.
 
-        By Newton's method from all starts, then from the likeliest by small steps.
+        By Newton's method from all starts, then from the likeliest by small steps; not where time integration
+        was asked and has no motion beside the response, which is mostly none with more harmonics either.
         """
         starts: list[list[Start]] = []
         if steady is not None:
@@ -292,7 +293,7 @@ class Ladder:
         for start in chain(*starts):
             with suppress(ContinuationError):
                 return self._from_start(start, point.frequency, began, point)
-        for start, *_ in starts:
+        for start, *_ in starts if steady is not None or self.over_time is None else ():
             with suppress(ContinuationError):
                 return self._approached(start, point.frequency, began, point)
         return None
