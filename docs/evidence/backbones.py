@@ -15,9 +15,10 @@ from microslip import PreparedJoint, joint_modes, load_joint, prepare
 from microslip.analyses.backbone.cycles import prescribed_backbone, quasi_static_backbone
 from microslip.analyses.backbone.extended_motion import harmonic_backbone
 from microslip.analyses.backbone.points import Backbone, amplitude_scale, geometric
-from microslip.analyses.harmonic.paths import LoadPath, raise_load
+from microslip.analyses.harmonic.paths import LoadPath
 from microslip.analyses.harmonic.points import describe
 from microslip.analyses.harmonic.problem import harmonic_problem
+from microslip.analyses.harmonic.raising import raise_load
 from microslip.numerics.execute import serial
 
 REFERENCE = Path(__file__).parents[2] / "examples" / "lap_joint.toml"

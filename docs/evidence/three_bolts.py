@@ -30,9 +30,10 @@ from microslip.analyses.backbone.points import (
     material_damping,
 )
 from microslip.analyses.harmonic.over_time import OverTime
-from microslip.analyses.harmonic.paths import LoadPath, raise_load
+from microslip.analyses.harmonic.paths import LoadPath
 from microslip.analyses.harmonic.points import HarmonicPoint, describe
 from microslip.analyses.harmonic.problem import harmonic_problem
+from microslip.analyses.harmonic.raising import raise_load
 from microslip.analyses.prepared.joint_modes import with_mode_port
 from microslip.analyses.statics.cycle import quasi_static_cycle
 from microslip.describe.mesh import MeshJoint

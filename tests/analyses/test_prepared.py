@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from conftest import CLAMP, FRICTION, RAYLEIGH
 
-from microslip.analyses.harmonic.paths import raise_load
 from microslip.analyses.harmonic.problem import harmonic_problem
+from microslip.analyses.harmonic.raising import raise_load
 from microslip.analyses.prepared.joint import prepare_joint, with_principal_mode
 from microslip.analyses.statics.cycle import Cycle, quasi_static_cycle
 from microslip.analyses.time.scheme import time_scheme
@@ -80,7 +80,7 @@ def test_a_cycle_in_a_spawned_process_is_the_same(joint, small_reference):
 REMOTE = """
 import pickle, sys
 import numpy as np
-from microslip.analyses.harmonic.paths import raise_load
+from microslip.analyses.harmonic.raising import raise_load
 from microslip.analyses.harmonic.problem import harmonic_problem
 from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.steady import steady_state

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from conftest import CLAMP, FRICTION, GEOMETRY, MATERIAL, RAYLEIGH, joint_structure
 
-from microslip.analyses.harmonic.paths import raise_load
 from microslip.analyses.harmonic.problem import harmonic_problem
+from microslip.analyses.harmonic.raising import raise_load
 from microslip.analyses.prepared.joint import prepare_joint, with_principal_mode
 from microslip.analyses.prepared.prestress import opening_load, prestress
 from microslip.analyses.statics.cycle import quasi_static_cycle

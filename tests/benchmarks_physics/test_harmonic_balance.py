@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 from den_hartog import MASS, OMEGA, P0, STIFFNESS, oscillator
 
-from microslip.analyses.harmonic.paths import LoadPath, raise_load
+from microslip.analyses.harmonic.paths import LoadPath
 from microslip.analyses.harmonic.points import describe
 from microslip.analyses.harmonic.problem import harmonic_problem
+from microslip.analyses.harmonic.raising import raise_load
 from microslip.numerics.continuation import StepControl, solve_at
 
 CONTROL = StepControl(

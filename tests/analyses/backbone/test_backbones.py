@@ -15,9 +15,10 @@ from microslip.analyses.backbone.cycles import (
 )
 from microslip.analyses.backbone.extended_motion import harmonic_backbone
 from microslip.analyses.backbone.points import amplitude_scale, geometric, material_damping
-from microslip.analyses.harmonic.paths import LoadPath, raise_load
+from microslip.analyses.harmonic.paths import LoadPath
 from microslip.analyses.harmonic.points import describe
 from microslip.analyses.harmonic.problem import harmonic_problem
+from microslip.analyses.harmonic.raising import raise_load
 from microslip.analyses.prepared.joint import prepare_joint
 from microslip.analyses.prepared.joint_modes import joint_modes, pick_mode
 from microslip.contact.law import contact_law

@@ -14,7 +14,7 @@ from microslip.analyses.harmonic.adaptive import (
     more_harmonics,
 )
 from microslip.analyses.harmonic.over_time import OverTime, state_from_point
-from microslip.analyses.harmonic.paths import CONTROL, FrequencyPath, raise_load
+from microslip.analyses.harmonic.paths import CONTROL, FrequencyPath
 from microslip.analyses.harmonic.points import describe, distance
 from microslip.analyses.harmonic.problem import (
     harmonic_problem,
@@ -22,6 +22,7 @@ from microslip.analyses.harmonic.problem import (
     softened,
     with_harmonics,
 )
+from microslip.analyses.harmonic.raising import raise_load
 from microslip.analyses.harmonic.response import frequency_response
 from microslip.analyses.harmonic.starts import (
     first_step,

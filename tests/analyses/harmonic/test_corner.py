@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from microslip.analyses.harmonic.paths import EquationsAt, LoadPath, raise_load
+from microslip.analyses.harmonic.paths import EquationsAt, LoadPath
 from microslip.analyses.harmonic.problem import harmonic_problem, walking
+from microslip.analyses.harmonic.raising import raise_load
 from microslip.contact.pairs import tangential
 from microslip.numerics.continuation import ContinuationError, StepControl, solve_at
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from microslip.analyses.harmonic.hill import hill_exponents
-from microslip.analyses.harmonic.paths import follow_frequency, raise_load
 from microslip.analyses.harmonic.problem import harmonic_problem
+from microslip.analyses.harmonic.raising import follow_frequency, raise_load
 from microslip.analyses.time.scheme import march, time_scheme
 from microslip.analyses.time.steady import steady_state
 from microslip.model.modes import linear_modes

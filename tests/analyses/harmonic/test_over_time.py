@@ -10,9 +10,10 @@ import pytest
 
 from microslip.analyses.harmonic.adaptive import Adaptive, Ladder
 from microslip.analyses.harmonic.over_time import OverTime, own_error
-from microslip.analyses.harmonic.paths import CONTROL, FrequencyPath, raise_load
+from microslip.analyses.harmonic.paths import CONTROL, FrequencyPath
 from microslip.analyses.harmonic.points import describe, distance
 from microslip.analyses.harmonic.problem import harmonic_problem, state_equations
+from microslip.analyses.harmonic.raising import raise_load
 from microslip.analyses.harmonic.response import frequency_response
 from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.steady import steady_state

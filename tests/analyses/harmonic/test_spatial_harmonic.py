@@ -21,9 +21,10 @@ from microslip.analyses.harmonic.equations import (
 from microslip.analyses.harmonic.hill import exponents_of, hill_exponents
 from microslip.analyses.harmonic.linear import HarmonicSolver
 from microslip.analyses.harmonic.operator import linear_operator
-from microslip.analyses.harmonic.paths import CONTROL, LoadPath, raise_load
+from microslip.analyses.harmonic.paths import CONTROL, LoadPath
 from microslip.analyses.harmonic.points import describe
 from microslip.analyses.harmonic.problem import harmonic_problem, walking
+from microslip.analyses.harmonic.raising import raise_load
 from microslip.analyses.prepared.joint import prepare_joint
 from microslip.analyses.prepared.joint_modes import joint_modes
 from microslip.analyses.time.scheme import prestressed_state, time_scheme
@@ -292,3 +293,63 @@ def test_answer_forgets_the_augmentation():
         apart.append(abs(a / b - 1))
     assert apart[1] < 0.5 * apart[0]
     assert apart[2] < 0.5 * apart[1]
+
+
+@pytest.mark.validate
+@pytest.mark.parametrize("seed", [131, 177, 192])
+def test_load_is_raised_past_corners_of_a_walk_that_supports_stop(seed):
+    """Where the branch from rest goes no further: a response under the whole load, whose energy balances."""
+    rng = np.random.default_rng(1000 + seed)
+    pairs, friction, modes = (
+        int(rng.integers(3, 11)),
+        rng.uniform(0.1, 0.8),
+        int(rng.integers(2, 6)),
+    )
+    model = block(seed, pairs, modes).model
+    law = contact_law(pairs, friction, None, 3)
+    joint = prepare_joint(model, law, {"press": 1.0}, "drive")
+    harmonics, hertz = int(rng.choice([3, 5, 9, 15])), rng.uniform(0.1, 0.5)
+    load = float(friction * pairs * rng.uniform(0.3, 3))
+    usual = harmonic_problem(joint, harmonics=harmonics).stiffness
+    point = solved(joint, hertz, load, harmonics, stiffness=float(rng.choice([1.0, 0.3])) * usual)
+    lost = point.dissipated + point.material_work + point.normal_work
+    assert point.residual <= 1e-8
+    assert point.dissipated > 0.1 * lost
+    assert point.external_work == pytest.approx(lost, rel=1e-6)
+
+
+def free_block(pushed=0.0):
+    """The block with motions of the whole that nothing holds, one of them driven, and the driving of it."""
+    joint, along = block(2), np.array([[0.0, 0.7], [pushed, 0.0]])
+    model = joint.model
+    free = replace(
+        model,
+        omega=np.concatenate([[0.0, 0.0], model.omega]),
+        equilibrium_modes=model.equilibrium_modes + 2,
+        mode_v=np.hstack([np.zeros((len(model.mode_v), 2)), model.mode_v]),
+        port_modes=np.vstack([along, model.port_modes]),
+    )
+    held = joint.prestress
+    solution = replace(held.solution, q=np.concatenate([[0.0, 0.0], held.solution.q]))
+    return joint, replace(joint, model=free, prestress=replace(held, solution=solution))
+
+
+def test_free_joint_has_the_inertia_of_the_whole():
+    """Its contact feels nothing of it; g²/(i omega alpha - omega²) is added to its first harmonic alone."""
+    joint, free = free_block()
+    hertz, load = 0.25, 1.0
+    held, loose = (solved(each, hertz, load, 3) for each in (joint, free))
+    assert (held.status == SLIP).any()
+    assert np.abs(loose.r - held.r).max() <= SAME * np.abs(held.r).max()
+    omega = 2 * np.pi * hertz
+    expected = np.zeros(4, dtype=complex)
+    expected[1] = 0.7**2 * load / (1j * omega * joint.model.rayleigh[0] - omega**2)
+    assert loose.output[:, 1] - held.output[:, 1] == pytest.approx(expected, abs=1e-8)
+    point = LoadPath(loose.problem, hertz, load)
+    assert exponents_of(loose).stable == exponents_of(held).stable
+    assert point.problem.size == loose.w.size
+
+
+def test_free_joint_that_is_pushed_is_refused():
+    with pytest.raises(MicroslipError, match="its preload pushes it"):
+        harmonic_problem(free_block(0.1)[1], harmonics=3)

@@ -18,10 +18,11 @@ import time as clock
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import chain, pairwise
 
 import numpy as np
 
+from microslip.analyses.harmonic.approach import approached
 from microslip.analyses.harmonic.over_time import MotionBeside, OverTime
 from microslip.analyses.harmonic.paths import EquationsAt, FrequencyPath
 from microslip.analyses.harmonic.points import PULL, HarmonicPoint, describe, distance
@@ -278,16 +279,23 @@ class Ladder:
         began: float,
         steady: SteadyState | None,
     ) -> HarmonicPoint | None:
-        """The same response with other harmonics, from a cycle over time or from the last ones."""
+        """The same response with other harmonics, from a cycle over time or from the last ones.
+
+        By Newton's method from all starts, then from the likeliest by small steps; not where time integration
+        was asked and has no motion beside the response, which is mostly none with more harmonics either.
+        """
+        starts: list[list[Start]] = []
         if steady is not None:
-            for factor in augmentations(flexibility_of_cycle(new, steady)):
-                start = start_from_cycle(softened(new, factor), steady)
-                with suppress(ContinuationError):
-                    return self._from_start(start, point.frequency, began, point)
-        for factor in augmentations(flexibility_of_point(new, point)):
-            start = start_from_point(softened(new, factor), point)
+            factors = augmentations(flexibility_of_cycle(new, steady))
+            starts.append([start_from_cycle(softened(new, factor), steady) for factor in factors])
+        factors = augmentations(flexibility_of_point(new, point))
+        starts.append([start_from_point(softened(new, factor), point) for factor in factors])
+        for start in chain(*starts):
             with suppress(ContinuationError):
                 return self._from_start(start, point.frequency, began, point)
+        for start, *_ in starts if steady is not None or self.over_time is None else ():
+            with suppress(ContinuationError):
+                return self._approached(start, point.frequency, began, point)
         return None
 
     def _from_start(
@@ -300,6 +308,12 @@ class Ladder:
         path = self._path(start.problem)
         w = first_step(path, start, frequency)
         return self._newton(path, w, frequency, began, before, NEWTON_STEPS)
+
+    def _approached(
+        self, start: Start, frequency: float, began: float, before: HarmonicPoint | None = None
+    ) -> HarmonicPoint:
+        path = self._path(start.problem)
+        return self._newton(path, approached(path, start, frequency), frequency, began, before)
 
     def _path(self, problem: HarmonicProblem) -> FrequencyPath:
         key = _key(problem)

@@ -66,12 +66,17 @@ class Evaluation(Brief):
     F: Array
 
 
-def evaluate(operator: LinearOperator, load: float, w: Array) -> Evaluation:
-    """Residual of the unknowns `w` under an amplitude of the load."""
+def evaluate(
+    operator: LinearOperator, load: float, w: Array, offset: Array | float = 0.0
+) -> Evaluation:
+    """Residual of the unknowns `w` under an amplitude of the load.
+
+    `offset`, (d p, c), is added to the augmented forces: displacements ``offset / eps`` imposed beside v.
+    """
     problem = operator.problem
     u, _ = problem.split(w)
     v, imbalance = _linear_side(operator, load, w)
-    x = u + problem.stiffness[:, None] * v
+    x = u + problem.stiffness[:, None] * v + offset
     cycle = contact_at(problem, x, w[u.size :])
     F = np.concatenate([(u - cycle.r.reshape(u.shape)).ravel(), imbalance])
     return Evaluation(w, v, cycle, F)
@@ -147,24 +152,25 @@ def frequency_derivative(operator: LinearOperator, point: Evaluation, load: floa
     """Derivative of the residual by omega."""
     problem = operator.problem
     x = operator.frequency_derivative(problem.split(point.w)[0], load)
-    return _through_contact(problem, point.cycle, x)
+    return offset_derivative(problem, point, problem.stiffness[:, None] * x)
 
 
 def damping_derivative(operator: LinearOperator, point: Evaluation, load: float) -> Array:
     """Derivative of the residual by alpha of the damping."""
     problem = operator.problem
     x = operator.damping_derivative(problem.split(point.w)[0], load)
-    return _through_contact(problem, point.cycle, x)
+    return offset_derivative(problem, point, problem.stiffness[:, None] * x)
 
 
 def load_derivative(operator: LinearOperator, point: Evaluation) -> Array:
     """Derivative of the residual by the amplitude of the load."""
     problem = operator.problem
-    return _through_contact(problem, point.cycle, operator.per_load())
+    return offset_derivative(problem, point, problem.stiffness[:, None] * operator.per_load())
 
 
-def _through_contact(problem: HarmonicProblem, cycle: ContactCycle, v: Array) -> Array:
-    out = np.empty_like(cycle.r)
-    x = (problem.stiffness[:, None] * v).reshape(out.shape)
+def offset_derivative(problem: HarmonicProblem, point: Evaluation, offset: Array) -> Array:
+    """Derivative of the residual by the share of an offset of the augmented forces, (d p, c)."""
+    out = np.empty_like(point.cycle.r)
+    cycle, x = point.cycle, np.ascontiguousarray(offset).reshape(out.shape)
     times_derivative(cycle.nn, cycle.tn, cycle.tt, x, out)
     return np.concatenate([-out.ravel(), np.zeros(problem.rigid_modes.shape[1])])

@@ -17,6 +17,7 @@ hundredth and the size by next to nothing.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -103,46 +104,55 @@ class OverTime:
     def beside(self, point: HarmonicPoint) -> MotionBeside | None:
         """The motion from the state of a response; None where it leaves that, or does not settle.
 
-        From rest where the response walks or only the supports hold it in place: these would take it back
-        for a long time.
+        First from rest where the response walks or only the supports hold it in place: these would take it
+        back for a long time. From rest there may be another motion; then from its own state.
         """
         scheme = self._scheme(point.frequency, FEWEST)
+        if point.pull > PULL or point.problem.walks:
+            with suppress(ContactError):
+                state = raised_state(scheme, point.frequency, self.load, RAISED)
+                found = self._refined(point, end_of(state, 0.0, scheme, point.frequency))
+                if found is not None:
+                    return found
+        state = state_from_point(scheme, point)
+        return self._refined(point, end_of(state, 0.0, scheme, point.frequency))
+
+    def _refined(self, point: HarmonicPoint, start: Start) -> MotionBeside | None:
+        """The motion next to a response, from a start, with as many steps as it needs.
+
+        A coarse one that leaves the response does not say that finer ones do.
+        """
         found: SteadyState | None = None
         steps, changes = FEWEST, [np.inf]
-        try:
-            if point.pull > PULL or point.problem.walks:
-                state = raised_state(scheme, point.frequency, self.load, RAISED)
-            else:
-                state = state_from_point(scheme, point)
-            start = end_of(state, 0.0, scheme, point.frequency)
-            while steps <= MOST_STEPS and own_error(changes) > OWN:
-                finer = self._settled(point.frequency, steps, start)
-                steps *= 2
-                if finer is None and found is None:
-                    continue
-                if finer is None:
-                    break
-                if distance(finer.amplitude, point.amplitude) > LEFT:
-                    return None
-                if found is not None:
-                    changes.append(distance(finer.amplitude, found.amplitude))
-                found, start = finer, finer.end
-        except ContactError:
-            return None
+        while steps <= MOST_STEPS and own_error(changes) > OWN:
+            finer = self._settled(point, steps, start)
+            steps *= 2
+            if finer is None and found is not None:
+                break
+            if finer is None:
+                continue
+            if found is not None:
+                changes.append(distance(finer.amplitude, found.amplitude))
+            found, start = finer, finer.end
         if found is None or len(changes) == 1:
             return None
         return MotionBeside(found, own_error(changes))
 
-    def _settled(self, frequency: float, steps: int, start: Start) -> SteadyState | None:
-        found = steady_state(
-            self._scheme(frequency, steps),
-            frequency,
-            self.load,
-            start=start,
-            tolerance=SETTLED_BESIDE,
-            max_cycles=CYCLES_BESIDE,
-        )
-        return found if found.converged else None
+    def _settled(self, point: HarmonicPoint, steps: int, start: Start) -> SteadyState | None:
+        """The steady motion from a start; None where there is none, or it is not that of the response."""
+        try:
+            found = steady_state(
+                self._scheme(point.frequency, steps),
+                point.frequency,
+                self.load,
+                start=start,
+                tolerance=SETTLED_BESIDE,
+                max_cycles=CYCLES_BESIDE,
+            )
+        except ContactError:
+            return None
+        left = distance(found.amplitude, point.amplitude) > LEFT
+        return found if found.converged and not left else None
 
     def _scheme(self, frequency: float, steps: int) -> TimeScheme:
         return time_scheme(self.joint, 1 / (frequency * steps), port=self.port, frequency=frequency)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -17,16 +16,7 @@ from microslip.analyses.harmonic.linear import HarmonicSolver
 from microslip.analyses.harmonic.operator import LinearOperator, linear_operator
 from microslip.analyses.harmonic.problem import HarmonicProblem
 from microslip.contact.pairs import tangential_vectors
-from microslip.errors import MicroslipError
-from microslip.numerics.continuation import (
-    Branch,
-    BranchPoint,
-    ContinuationError,
-    Linearised,
-    StepControl,
-    first_point,
-    trace,
-)
+from microslip.numerics.continuation import ContinuationError, Linearised, StepControl
 from microslip.typing import Array
 
 ACCEPTED = 1e-8
@@ -40,9 +30,6 @@ CONTROL = StepControl(
 
 STEP_IN_FREQUENCY = 1 / 175
 """Relative change of the frequency that counts as a step of length one."""
-
-RAISED_BY = (1.0, 0.1)
-"""Shares of those steps by which a load is raised, one after the other where it is not reached."""
 
 
 class EquationsAt:
@@ -190,61 +177,3 @@ def frequency_scale(frequencies: Sequence[float] | Array) -> float:
     1.0
     """
     return STEP_IN_FREQUENCY * 0.5 * float(np.min(frequencies) + np.max(frequencies))
-
-
-def raise_load(
-    problem: HarmonicProblem, frequency: float, load: float, control: StepControl = CONTROL
-) -> tuple[Array, Branch]:
-    """Raise the load from zero at one frequency; returns the unknowns and the branch.
-
-    Raises
-    ------
-    ContinuationError
-        Where the load cannot be reached: names how far it got.
-    """
-    path = LoadPath(problem, frequency, load)
-    start = first_point(path, problem.rest(), 0.0, control)
-    for share in RAISED_BY:
-        finer = replace(control, first=share * control.first, largest=share * control.largest)
-        branch = trace(path, start, (min(0.0, load), max(0.0, load)), finer)
-        if branch.points[-1].p == load:
-            break
-    if branch.points[-1].p != load:
-        raise ContinuationError(
-            f"harmonic balance at {frequency:.6g} Hz: the load got to {branch.points[-1].p:.4g} of "
-            f"{load:.4g} only ({branch.ended}); start farther from the resonance"
-        )
-    return branch.points[-1].u, branch
-
-
-def follow_frequency(
-    problem: HarmonicProblem,
-    load: float,
-    band: tuple[float, float],
-    *,
-    start: BranchPoint | None = None,
-    control: StepControl = CONTROL,
-    observe: Callable[[BranchPoint], bool] | None = None,
-    stops: Sequence[float] | Array = (),
-) -> tuple[FrequencyPath, Branch]:
-    """Follow the response from the first frequency of the band to the second, through folds.
-
-    Parameters
-    ----------
-    problem : HarmonicProblem
-    load : float
-    band : (float, float)
-        Hz; the branch is begun at the first, which may be the higher one.
-    start : BranchPoint, optional
-        Point of an earlier branch of the same problem to go on from.
-    stops : sequence of float, optional
-        Hz that the branch steps on where it can (`continuation.trace`).
-    """
-    first, last = band
-    if not (first > 0 and last > 0 and first != last):
-        raise MicroslipError(f"the band {first:g} to {last:g} Hz needs two positive frequencies")
-    path = FrequencyPath(problem, load, frequency_scale(band))
-    if start is None:
-        w, _ = raise_load(problem, first, load, control)
-        start = first_point(path, w, first, control, np.sign(last - first))
-    return path, trace(path, start, (min(band), max(band)), control, observe, stops)

@@ -8,9 +8,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from microslip.analyses.harmonic.operator import linear_operator
-from microslip.analyses.harmonic.paths import CONTROL, FrequencyPath, follow_frequency
+from microslip.analyses.harmonic.paths import CONTROL, FrequencyPath
 from microslip.analyses.harmonic.points import HarmonicPoint, describe
 from microslip.analyses.harmonic.problem import HarmonicProblem
+from microslip.analyses.harmonic.raising import follow_frequency
 from microslip.errors import Failure
 from microslip.numerics.continuation import (
     Branch,

@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from microslip.analyses.harmonic.symmetries import half_turn_of, slides_last
+from microslip.analyses.harmonic.symmetries import half_turn_of, placed_modes, slides_last
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.prepared.prestress import Prestress
 from microslip.brief import Brief
@@ -68,7 +68,8 @@ class HarmonicProblem(Brief):
         Tangential displacement at which a pair sticks that never slips, m.
     rigid_modes : (e, f) array
         Mean amplitudes of the e nearly rigid modes per unknown (of one newton): all of them, or the
-        combinations that the half turn leaves as they are.
+        combinations that the half turn leaves as they are; without those of a free joint as a whole, whose
+        mean is zero (`symmetries.placed_modes`).
     slides : int
         How many of the last of them slide the bodies past each other.
     walks : bool
@@ -257,7 +258,7 @@ def harmonic_problem(
     Parameters
     ----------
     joint : PreparedJoint
-        Planar or spatial; each of its modes with some stiffness.
+        Planar or spatial. It may be free to move as a whole.
     harmonics : int
         H >= 1, beside the mean; even ones are included.
     samples : int, optional
@@ -273,7 +274,7 @@ def harmonic_problem(
     Raises
     ------
     MicroslipError
-        Where a mode has no stiffness (its mean position would be undetermined), the residual
+        Where the preload pushes a joint that is free to move as a whole, the residual
         flexibility of some component is zero and no `stiffness` is given, the `stiffness` differs
         between the tangential directions of a pair, or the symmetry is asked for and not there.
     ContactError
@@ -308,12 +309,6 @@ def state_equations(
     model.port(port)
     m = model.pairs
     table = sample_table(harmonics, samples if samples is not None else _samples(harmonics))
-    if not model.omega.min() > 1e-9 * model.omega.max():
-        free = int(np.argmin(model.omega))
-        raise MicroslipError(
-            f"mode {free} has no stiffness ({model.omega[free] / (2 * np.pi):.3g} Hz): harmonic "
-            "balance cannot find its mean position; support the joint with a weak spring"
-        )
     residual = model.residual + np.diag(law.compliance)
     eps = _augmentation(model.dimension, residual, stiffness)
     turns = half_turn_of(model, residual, law.friction, prestress, port)
@@ -341,8 +336,10 @@ def state_equations(
         for array in (spread[1], gather[1], blocks[1], blocks[1].T):
             array[own] = 0.0
         blocks[1][np.ix_(own, own)] = np.diag(1 / eps[rows[own]])
-    nearly_rigid = gather[0][:, : model.equilibrium_modes]
+    placed = placed_modes(model, prestress)
+    nearly_rigid = gather[0][:, : model.equilibrium_modes] @ placed
     combinations, slides = slides_last(nearly_rigid, model.dimension, folded)
+    combinations = placed @ combinations
     moved = np.abs(eps[rows][:, None] * (gather[0][:, : len(combinations)] @ combinations))
     return HarmonicProblem(
         model=model,

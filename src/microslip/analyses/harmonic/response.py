@@ -21,11 +21,11 @@ from microslip.analyses.harmonic.paths import (
     EquationsAt,
     FrequencyPath,
     LoadPath,
-    follow_frequency,
     frequency_scale,
 )
 from microslip.analyses.harmonic.points import PULL, HarmonicPoint, describe, distance
 from microslip.analyses.harmonic.problem import HarmonicProblem
+from microslip.analyses.harmonic.raising import follow_frequency
 from microslip.analyses.time.steady import SteadyState
 from microslip.brief import Brief
 from microslip.errors import Failure, MicroslipError

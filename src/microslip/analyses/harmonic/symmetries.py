@@ -1,4 +1,4 @@
-"""What the equations of harmonic balance are spared: the half turn, and motions that only slide.
+"""What the equations of harmonic balance are spared: the half turn, motions that only slide, free motions.
 
 See `problem.py` for the half turn and `equations.py` for joints that walk.
 """
@@ -9,6 +9,7 @@ import numpy as np
 
 from microslip.analyses.prepared.prestress import Prestress
 from microslip.contact.pairs import components, normal_rows
+from microslip.errors import MicroslipError
 from microslip.model.joint import JointModel
 from microslip.typing import Array
 
@@ -53,6 +54,50 @@ def slides_last(rigid: Array, dimension: int, folded: bool) -> tuple[Array, int]
     _, size, sideways = np.linalg.svd(sliding @ basis @ still)
     order = np.hstack([directions[:closing].T, still @ sideways[::-1].T])
     return basis @ order, int(np.sum(size > SLIDES * size[0]))
+
+
+FREE = 1e-9
+"""Frequency of a mode without stiffness, over the highest."""
+
+STILL = 1e-6
+"""Sliding or approach of a motion of the joint as a whole, and what pushes it, over the largest."""
+
+
+def placed_modes(model: JointModel, prestress: Prestress) -> Array:
+    """Combinations of the nearly rigid modes whose mean position matters, (e, g), orthonormal columns.
+
+    A free joint moves as a whole without stiffness and without moving the sides of a contact past each other.
+    Reactions, in balance with each other, do not push it; in the mean, ``0 q = phi^T f`` with the preload f,
+    it rests where it is where that is none, and its q is zero. At other harmonics it has its inertia.
+
+    Parameters
+    ----------
+    model : JointModel
+    prestress : Prestress
+        Its preload.
+
+    Raises
+    ------
+    MicroslipError
+        Where the preload pushes such a motion: it would be accelerated for ever.
+    """
+    e = model.equilibrium_modes
+    loose = np.flatnonzero(model.omega[:e] <= FREE * model.omega.max())
+    if len(loose) == 0:
+        return np.eye(e)
+    moved = np.abs(model.mode_v[:, :e]).max(initial=0.0) * np.sqrt(len(model.mode_v))
+    _, size, directions = np.linalg.svd(model.mode_v[:, loose])
+    size = np.concatenate([size, np.zeros(len(loose) - len(size))])
+    whole = np.zeros((e, int(np.sum(size <= STILL * moved))))
+    whole[loose] = directions[size <= STILL * moved].T
+    loads = model.port_modes * model.amplitudes(prestress.preload)
+    pushed = np.abs(whole.T @ loads[:e].sum(axis=1))
+    if (pushed > STILL * np.abs(loads).max(initial=1e-300)).any():
+        raise MicroslipError(
+            "the joint is free to move as a whole and its preload pushes it: harmonic balance has no mean "
+            "position for it; support the joint, or let the preload be in balance with itself"
+        )
+    return np.asarray(np.linalg.svd(whole)[0][:, whole.shape[1] :]) if whole.size else np.eye(e)
 
 
 def half_turn_of(
