@@ -42,6 +42,11 @@ from microslip.numerics.fourier import harmonic, without_drift
 from microslip.typing import Array, Complex, Status
 
 
+BEGIN = -0.5 * np.pi
+"""Phase at which cycles begin: q turns. What a joint has from rest when it first comes to its amplitude is nearly
+what it has there in every cycle, and neighbouring amplitudes are nearest to each other where they turn."""
+
+
 @dataclass(frozen=True, repr=False)
 class ContactState(Brief):
     """Where a cycle ends, and another may start.
@@ -236,7 +241,7 @@ def in_equilibrium(held: HeldMode, cycle: PrescribedCycle) -> bool:
 
 def prescribed_path(held: HeldMode, amplitude: float, steps: int) -> tuple[Array, Array]:
     """Phases (s + 1,) of a cycle with ``q = amplitude sin(theta)`` and the loads (s + 1, p) on all ports."""
-    theta = 2 * np.pi * np.arange(steps + 1) / steps
+    theta = BEGIN + 2 * np.pi * np.arange(steps + 1) / steps
     path = np.tile(held.carried, (steps + 1, 1))
     path[:, held.model.port(held.port)] = held.hold * amplitude * np.sin(theta)
     return theta, path
