@@ -85,8 +85,7 @@ def refined_table(
     steps, cycles : int
         Load steps per cycle, and cycles at most.
     closure : float
-        Change of the reactions between cycles, over the largest prestress reaction, that ends them. What is
-        left of it in the coefficient is a thousandth of it and less.
+        Change of the reactions between cycles that ends them, as `prescribed_cycle` has it.
     band : tuple of float, optional
         Circular frequencies in which upper harmonics matter; by default 0.93 to 1.1 times the
         reference frequency.

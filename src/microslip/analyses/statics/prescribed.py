@@ -28,7 +28,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from microslip.analyses.statics.closing import ClosedCycle, cycle_by_halves, ramp, whole_cycle
+from microslip.analyses.statics.closing import (
+    ClosedCycle,
+    Closure,
+    cycle_by_halves,
+    ramp,
+    whole_cycle,
+)
 from microslip.analyses.statics.floating import Floating, balance
 from microslip.analyses.statics.half_turn import HalfTurn
 from microslip.analyses.statics.held import HeldMode
@@ -41,10 +47,9 @@ from microslip.errors import ContactError
 from microslip.numerics.fourier import harmonic, without_drift
 from microslip.typing import Array, Complex, Status
 
-
 BEGIN = -0.5 * np.pi
-"""Phase at which cycles begin: q turns. What a joint has from rest when it first comes to its amplitude is nearly
-what it has there in every cycle, and neighbouring amplitudes are nearest to each other where they turn."""
+"""Phase at which cycles begin: q turns. What a joint has from rest when it first comes to its amplitude is
+nearly what it has there in every cycle, and neighbouring amplitudes are nearest to each other there."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -128,7 +133,8 @@ def prescribed_cycle(
     steps, cycles : int
         Load steps per cycle, and cycles at most.
     closure : float
-        Cycles stop when no reaction changes by more than this between them.
+        Cycles stop when no reaction changes by more than this between them, over what reactions vary by in
+        one, or over the largest at prestress where that is less.
     load : complex
         First harmonic of the load on the driven port, its phase against q.
     upper : mapping of (mode, harmonic) to complex, optional
@@ -171,9 +177,9 @@ def prescribed_cycle(
     if held.floating is not None:
         closed = _balanced(held, held.floating, march, path, theta, amplitude, cycles, closure)
     elif turn is not None and turn.turns(path):
-        closed = cycle_by_halves(turn, march, path, cycles, closure * top)
+        closed = cycle_by_halves(turn, march, path, cycles, Closure(closure, top))
     else:
-        closed = whole_cycle(march, path, cycles, closure * top)
+        closed = whole_cycle(march, path, cycles, Closure(closure, top))
     s = held.prestress.solution
     output = f.outputs(path, closed.q, closed.r) - f.outputs(held.carried, s.q, s.r)
     output = output[:, : len(model.ports)]
@@ -273,7 +279,7 @@ def _balanced(
         before = path[-1].copy()
         path[:, -count:] = course
         march(ramp(before, path[0]))
-        closed[:] = [whole_cycle(march, path, cycles, closure * top)]
+        closed[:] = [whole_cycle(march, path, cycles, Closure(closure, top))]
         return closed[0].q
 
     push, own = held.hold * amplitude, held.sliding_omega**2
