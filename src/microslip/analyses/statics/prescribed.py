@@ -255,8 +255,7 @@ def prescribed_path(held: HeldMode, amplitude: float, steps: int) -> tuple[Array
 
 def solver_at(held: HeldMode, state: ContactState) -> tuple[ContactSolver, Array]:
     """Contact solver in a state, and the displacements (m,) at which the pairs stick there."""
-    force = np.full(held.model.pairs, held.prestress.largest_reaction)
-    solver = ContactSolver(held.flexibility, held.friction, force, state.status)
+    solver = held.resting.another(state.status)
     solver.start_from(state.r, state.q, state.v)
     return solver, slip_history(state.v, held.model.dimension)
 
