@@ -13,7 +13,7 @@ from microslip.errors import ModelError
 from microslip.model.flexibility import static_flexibility
 from microslip.model.interface import Interface
 from microslip.model.joint import Reducer
-from microslip.model.modes import bonding, linear_modes, spectral_shift
+from microslip.model.modes import PartFactors, bonding, linear_modes, spectral_shift
 from microslip.model.structure import Structure
 
 NONE = np.array([], dtype=int)
@@ -228,3 +228,20 @@ def test_prestress_is_without_friction(small_reference):
     start = prestress(plain, static_flexibility(plain), {"clamp": 1e6})
     assert np.all(tangential(start.solution.r) == 0)
     assert isinstance(small_reference.reducer, Reducer)
+
+
+def test_equal_bodies_share_factors_and_have_modes_each(small_reference):
+    """Modes of both satisfy their equation, orthonormal; a body that differs a little has its own."""
+    structure = small_reference.structure
+    shifted = (structure.stiffness + spectral_shift(structure) * structure.mass).tocsc()
+    factors = PartFactors(shifted)
+    assert factors.likeness == [0, 0]
+    found = linear_modes(structure, NONE, 12, factors=factors)
+    K, M, x = structure.stiffness, structure.mass, found.shapes
+    assert x.T @ (M @ x) == pytest.approx(np.eye(12), abs=1e-8)
+    assert x.T @ (K @ x) == pytest.approx(np.diag(found.omega**2), abs=1e-8 * found.omega[-1] ** 2)
+    force = K @ x - (M @ x) * found.omega**2
+    assert np.abs(force).max() < 1e-6 * np.abs(K @ x).max()
+    other = shifted.copy()
+    other[factors.parts[1][0], factors.parts[1][0]] *= 1 + 1e-12
+    assert PartFactors(other.tocsc()).likeness == [0, 1]

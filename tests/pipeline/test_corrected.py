@@ -76,13 +76,24 @@ def test_under_a_small_load_it_is_the_stuck_joint():
 
 
 def test_amplitudes_scale_with_clamp_force_and_load_together(done):
+    """So do steady states at the same frequency; beside the fold rounding decides whether there is one."""
     (curve,), (other,) = done.responses, corrected(90.0, force=1.2e6, corrections=12).responses
+    pairs = [
+        (one, twin)
+        for one in curve.anchors
+        for twin in other.anchors
+        if one.frequency == pytest.approx(twin.frequency, rel=1e-9)
+    ]
+    assert len(pairs) >= 0.75 * len(curve.anchors)
+    for one, twin in pairs:
+        # within what starts lock in, as states of several starts are told apart
+        assert abs(twin.amplitude) == pytest.approx(3 * abs(one.amplitude), rel=1e-3)
     at = np.linspace(0, len(curve.frequency) - 1, 40).astype(int)
     size = np.interp(curve.frequency[at], other.frequency, np.abs(other.amplitude))
     told = curve.error_indicator[at] + np.interp(
         curve.frequency[at], other.frequency, other.error_indicator
     )
-    assert (np.abs(size / np.abs(3 * curve.amplitude[at]) - 1) <= told).mean() > 0.95
+    assert (np.abs(size / np.abs(3 * curve.amplitude[at]) - 1) <= told).mean() > 0.9
 
 
 def test_beside_a_motion_that_is_not_steady_the_bound_says_so(done, monkeypatch):

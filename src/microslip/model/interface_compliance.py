@@ -12,18 +12,34 @@ Nearly rigid motions Phi are taken out, as their compliance would drown the rest
 degrees of freedom E, ``A_s = A + k E E^T``; with ``s = E^T x`` that is
 
     A_s x + M Phi lambda - k E s = f,      Phi^T M x = 0,      E^T x = s.
+
+Each connected part gets as many springs as it has nearly rigid motions of its own, so that parts that are
+equal stay equal: one of them is factorised.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg as sl
 import scipy.sparse as sp
 
-from microslip.numerics.factors import trailing_inverse
+from microslip.model.modes import equal
+from microslip.numerics.factors import SymmetricFactors, trailing_inverse
 from microslip.typing import Array, Indices
+
+RIGID = 1e-6
+"""A motion this small beside the largest of a part adds no spring to it."""
+
+
+class _Part(NamedTuple):
+    """A part with its interface last: matrix, factors, and the compliance of the last degrees of freedom."""
+
+    matrix: sp.csc_matrix
+    factors: SymmetricFactors
+    compliance: Array
 
 
 def interface_compliance(
@@ -53,31 +69,50 @@ def interface_compliance(
         Where the factors do not keep the interface last.
     """
     n, e = rigid.shape
-    held = sl.qr(rigid.T, mode="r", pivoting=True)[1][:e] if e else np.zeros(0, dtype=np.int64)
+    held = np.concatenate([np.zeros(0, dtype=np.int64), *(_sprung(rigid, part) for part in orders)])
+    count = len(held)
     spring = float(matrix.diagonal().mean())
     springs = np.zeros(n)
     springs[held] = spring
     stiff = (matrix + sp.diags(springs)).tocsc()
-    unit = np.zeros((n, e))
-    unit[held, np.arange(e)] = 1.0
+    unit = np.zeros((n, count))
+    unit[held, np.arange(count)] = 1.0
     border = np.hstack([mass_rigid, unit])
     answer = np.empty_like(border)
     total = np.zeros((relative.shape[0], relative.shape[0]))
     felt = np.zeros(n, dtype=bool)
     felt[np.unique(relative.indices)] = True
+    parts: list[_Part] = []
     for order in orders:
         boundary = order[felt[order]]
         own = np.concatenate([order[~felt[order]], boundary])
-        inverse, answer[own] = trailing_inverse(stiff[own][:, own], len(boundary), border[own])
-        local = relative[:, boundary]
-        total += _sandwich(local, inverse)
+        block = stiff[own][:, own].tocsc()
+        alike = [
+            part
+            for part in parts
+            if len(part.compliance) == len(boundary) and equal(part.matrix, block)
+        ]
+        part = alike[0] if alike else _Part(block, *trailing_inverse(block, len(boundary)))
+        parts.append(part)
+        answer[own] = part.factors.solve(border[own])
+        total += _sandwich(relative[:, boundary], part.compliance)
     of_border = np.asarray(relative @ answer)
     small = border.T @ answer
     # unknowns lambda and s: x = x_f - X_U lambda + k X_E s
-    signs = np.concatenate([-np.ones(e), np.full(e, spring)])
+    signs = np.concatenate([-np.ones(e), np.full(count, spring)])
     system = small * signs
-    system[e:, e:] -= np.eye(e)
+    system[e:, e:] -= np.eye(count)
     return np.asarray(total - (of_border * signs) @ np.linalg.solve(system, of_border.T))
+
+
+def _sprung(rigid: Array, part: Indices) -> Indices:
+    """Degrees of freedom of a part that springs hold: one for each rigid motion that it has."""
+    part = np.sort(part)
+    if not rigid.shape[1]:
+        return part[:0]
+    R, place = sl.qr(rigid[part].T, mode="r", pivoting=True)
+    size = np.abs(np.diag(R))
+    return np.asarray(part[place[: int((size > RIGID * size[0]).sum())]])
 
 
 def _sandwich(relative: sp.csr_matrix, compliance: Array) -> Array:

@@ -47,7 +47,8 @@ class LinearModes(Brief):
 class PartFactors:
     """Factors of a symmetric matrix, one for each of its connected parts.
 
-    Bodies that touch nowhere in a matrix are parts of their own: their modes are found apart.
+    Bodies that touch nowhere in a matrix are parts of their own: their modes are found apart. Of parts
+    that are equal to the last bit, as two beams of one kind are, one is factorised.
 
     Parameters
     ----------
@@ -57,6 +58,8 @@ class PartFactors:
     ----------
     parts : list of int arrays
         Degrees of freedom of each part.
+    likeness : list of int
+        Number of the first part that is equal to each.
     """
 
     def __init__(self, matrix: sp.csc_matrix) -> None:
@@ -68,7 +71,13 @@ class PartFactors:
             if large
             else [np.arange(matrix.shape[0])]
         )
-        self._factors = [factorise(matrix[part][:, part]) for part in self.parts]
+        blocks = [matrix[part][:, part] for part in self.parts]
+        self.likeness = [
+            next(j for j in range(k + 1) if j == k or equal(blocks[j], block))
+            for k, block in enumerate(blocks)
+        ]
+        made = {k: factorise(blocks[k]) for k in dict.fromkeys(self.likeness)}
+        self._factors = [made[k] for k in self.likeness]
 
     def solve(self, right: Array) -> Array:
         """Solution of the whole system."""
@@ -87,6 +96,23 @@ class PartFactors:
         return [
             part[factors.order] for part, factors in zip(self.parts, self._factors, strict=True)
         ]
+
+
+def equal(one: sp.csc_matrix, other: sp.csc_matrix) -> bool:
+    """Whether two sparse matrices have the same entries, in the same places, to the last bit.
+
+    Examples
+    --------
+    >>> equal(sp.identity(2, format="csc"), sp.csc_matrix(np.eye(2)))
+    True
+    """
+    return (
+        one.shape == other.shape
+        and one.nnz == other.nnz
+        and np.array_equal(one.indptr, other.indptr)
+        and np.array_equal(one.indices, other.indices)
+        and np.array_equal(one.data, other.data)
+    )
 
 
 MOST_PARTS, LEAST_PART = 4, 400
@@ -206,29 +232,42 @@ def _lowest(
 ) -> tuple[Array, Array]:
     """The lowest eigenvalues and eigenvectors, part by part.
 
-    A part that ends below the last one wanted is asked for more.
+    A part that ends below the last one wanted is asked for more. One that is equal to another has its modes.
     """
-    parts = factors.parts
-    asked = [min(-(-count // len(parts)) + MARGIN * (len(parts) > 1), count) for _ in parts]
-    found = [_lowest_of(stiffness, mass, shift, factors, k, n) for k, n in enumerate(asked)]
+    parts, own = factors.parts, _first_alike(stiffness, mass, factors)
+    first = min(-(-count // len(parts)) + MARGIN * (len(parts) > 1), count)
+    asked = dict.fromkeys(own, first)
+    found = {k: _lowest_of(stiffness, mass, shift, factors, k, n) for k, n in asked.items()}
     while True:
-        last = np.sort(np.concatenate([values for values, _ in found]))[count - 1]
-        short = [
-            k for k, (values, _) in enumerate(found) if asked[k] < count and not values.max() > last
-        ]
+        last = np.sort(np.concatenate([found[k][0] for k in own]))[count - 1]
+        short = [k for k in asked if asked[k] < count and not found[k][0].max() > last]
         if not short or not np.isfinite(last):
             break
         for k in short:
             asked[k] = min(count, asked[k] + asked[k] // 2 + 1)
             found[k] = _lowest_of(stiffness, mass, shift, factors, k, asked[k])
-    values = np.concatenate([each for each, _ in found])
+    values = np.concatenate([found[k][0] for k in own])
     vectors = np.zeros((stiffness.shape[0], len(values)))
     column = 0
-    for part, (_, shapes) in zip(parts, found, strict=True):
+    for part, k in zip(parts, own, strict=True):
+        shapes = found[k][1]
         vectors[part, column : column + shapes.shape[1]] = shapes
         column += shapes.shape[1]
     order = np.argsort(values, kind="stable")[:count]
     return values[order], vectors[:, order]
+
+
+def _first_alike(stiffness: sp.csc_matrix, mass: sp.csc_matrix, factors: PartFactors) -> list[int]:
+    """The first part of the stiffness and mass of each; that they add up alike is not enough."""
+
+    def same(one: Indices, other: Indices) -> bool:
+        return all(equal(A[one][:, one], A[other][:, other]) for A in (stiffness, mass))
+
+    parts = factors.parts
+    return [
+        like if like == k or same(parts[like], parts[k]) else k
+        for k, like in enumerate(factors.likeness)
+    ]
 
 
 def _lowest_of(

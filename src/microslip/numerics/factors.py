@@ -129,8 +129,8 @@ def factorise(matrix: sp.spmatrix) -> SymmetricFactors:
     return SuperLU(matrix)
 
 
-def trailing_inverse(matrix: sp.spmatrix, count: int, right: Array) -> tuple[Array, Array]:
-    """The last rows and columns of an inverse, and the solution for some right-hand sides.
+def trailing_inverse(matrix: sp.spmatrix, count: int) -> tuple[SymmetricFactors, Array]:
+    """Factors of a matrix, and the last rows and columns of its inverse.
 
     With the last rows b and the others i the block is the inverse of the Schur complement,
     ``(A^-1)_bb = (A_bb - A_bi A_ii^-1 A_ib)^-1``.
@@ -141,12 +141,11 @@ def trailing_inverse(matrix: sp.spmatrix, count: int, right: Array) -> tuple[Arr
         A, symmetric; its first rows in an order of elimination that keeps the factors sparse.
     count : int
         Of rows and columns b.
-    right : (n, c) array
 
     Returns
     -------
+    factors : SymmetricFactors
     inverse : (count, count) array
-    solution : (n, c) array
 
     Raises
     ------
@@ -158,6 +157,6 @@ def trailing_inverse(matrix: sp.spmatrix, count: int, right: Array) -> tuple[Arr
         complement = pardiso.schur_complement(matrix, count)
         if complement is not None and not factors.perturbed:
             inverse = np.linalg.inv(complement)
-            return 0.5 * (inverse + inverse.T), factors.solve(right)
+            return factors, 0.5 * (inverse + inverse.T)
     lu = SuperLU(matrix, ordered=True)
-    return lu.trailing_inverse(count), lu.solve(right)
+    return lu, lu.trailing_inverse(count)

@@ -50,6 +50,9 @@ NOTICED = 0.13
 """An upper harmonic is kept where the load of its inertia exceeds this share of F in the band; it
 changes F by a hundredth of that."""
 
+SPARSE = 4
+"""Every so-manieth amplitude of the first ones is begun from rest."""
+
 DAMPED = 0.5
 """Upper modes are tested where gamma_eq is above this share of its greatest; constant outside."""
 
@@ -62,7 +65,7 @@ def refined_table(
     *,
     steps: int = 200,
     cycles: int = 4,
-    closure: float = 1e-4,
+    closure: float = 1e-3,
     band: tuple[float, float] | None = None,
     knots: int = 6,
     executor: Executor | None = None,
@@ -82,7 +85,7 @@ def refined_table(
     steps, cycles : int
         Load steps per cycle, and cycles at most.
     closure : float
-        Change of the reactions between cycles, over the largest prestress reaction, that ends them.
+        Change of the reactions between cycles that ends them, as `prescribed_cycle` has it.
     band : tuple of float, optional
         Circular frequencies in which upper harmonics matter; by default 0.93 to 1.1 times the
         reference frequency.
@@ -110,8 +113,6 @@ def refined_table(
 
     def one(a: float) -> PrescribedCycle | Failure:
         below = [c for c in solved if abs(c.q) < a and in_equilibrium(held, c)]
-        if len(solved) <= 4:
-            below = []
         try:
             return cycle_at(
                 held,
@@ -126,7 +127,10 @@ def refined_table(
             return Failure("reduced", f"prescribed cycle at amplitude {a:.4g}", str(error))
 
     solved: list[PrescribedCycle] = []
-    wanted = list(np.geomspace(smallest, largest, count - count // 2))
+    first = np.geomspace(smallest, largest, count - count // 2)
+    # a few from rest, the others from the next below
+    coarse = np.unique(np.append(np.arange(0, len(first), SPARSE), len(first) - 1))
+    wanted, waiting = list(first[coarse]), list(np.delete(first, coarse))
     while wanted:
         found = []
         for outcome in each(one, wanted, where):
@@ -138,7 +142,9 @@ def refined_table(
         solved += found
         solved.sort(key=lambda c: abs(c.q))
         missing = min(count - len(solved) - len(failures), -(-count // 4))
-        wanted = _between(solved, missing) if len(solved) > 4 else []
+        wanted, waiting = waiting, []
+        if not wanted and len(solved) > 4:
+            wanted = _between(solved, missing)
     if len(solved) < 2:
         raise ContactError(
             "fewer than two prescribed cycles solved: " + "; ".join(map(str, failures))

@@ -14,6 +14,9 @@ from microslip.typing import Array
 RAMP = 10
 """Load steps from one cycle's start to another's."""
 
+ROUNDING = 1e-10
+"""Change of a reaction, over the largest at prestress, that is none."""
+
 WALKS = 0.2
 """Share of its size by which the change from one half cycle to the next may vary in a walk."""
 
@@ -41,15 +44,36 @@ class ClosedCycle(NamedTuple):
     turned: bool
 
 
+class Closure(NamedTuple):
+    """When a cycle counts as closed.
+
+    Attributes
+    ----------
+    share : float
+        Change of a reaction per cycle, over what reactions vary by in it: small amplitudes move little.
+    largest : float
+        Reaction at prestress, N per metre of width, that stands for it where they vary by more.
+    """
+
+    share: float
+    largest: float
+
+    def closes(self, change: float, record: PathRecord) -> bool:
+        """Whether a change is small beside what happened along a path."""
+        varies = float(np.ptp(record.r, axis=0).max())
+        limit = max(self.share * min(varies, self.largest), ROUNDING * self.largest)
+        return change <= limit
+
+
 def whole_cycle(
-    march: Callable[[Array], PathRecord], path: Array, cycles: int, closed: float
+    march: Callable[[Array], PathRecord], path: Array, cycles: int, closure: Closure
 ) -> ClosedCycle:
-    """March cycles until no reaction changes by more than `closed` between them."""
+    """March cycles until no reaction changes between them."""
     change, last = np.inf, None
     for _ in range(cycles):
         record = march(path)
         change = np.inf if last is None else float(np.abs(record.r - last).max())
-        if change <= closed:
+        if closure.closes(change, record):
             break
         last = record.r
     work, residual = float(record.work[1:, :, FRICTION].sum()), float(record.residual.max())
@@ -61,7 +85,7 @@ def cycle_by_halves(
     march: Callable[[Array], PathRecord],
     path: Array,
     cycles: int,
-    closed: float,
+    closure: Closure,
 ) -> ClosedCycle:
     """March half cycles until one ends in the image of its start, or changes as the one before did.
 
@@ -78,7 +102,7 @@ def cycle_by_halves(
         moved = record.r[-1] - image[0]
         change = 2 * float(np.abs(moved).max())
         walks = drift is not None and np.abs(moved - drift).max() <= WALKS * np.abs(moved).max()
-        if change <= closed or (walks and count > 1):
+        if closure.closes(change, record) or (walks and count > 1):
             break
         drift = moved[turn.rows]
     here, there = (record.r, record.q), (image, record.q @ turn.q.T)

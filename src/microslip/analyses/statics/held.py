@@ -6,6 +6,7 @@ The equations are those of `prescribed.py`.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from microslip.analyses.statics.floating import Floating, floating
 from microslip.analyses.statics.half_turn import HalfTurn, find_half_turn
 from microslip.brief import Brief
 from microslip.contact.pairs import normal_rows
+from microslip.contact.solver import ContactSolver
 from microslip.model.flexibility import Flexibility
 from microslip.model.joint import JointModel, bonded_modes
 from microslip.typing import Array, Indices, Mask
@@ -78,6 +80,12 @@ class HeldMode(Brief):
     drive: str
     half_turn: HalfTurn | None = None
     loose: HeldMode | None = None
+
+    @cached_property
+    def resting(self) -> ContactSolver:
+        """Contact solver in the states of prestress, that others are made of."""
+        force = np.full(self.model.pairs, self.prestress.largest_reaction)
+        return ContactSolver(self.flexibility, self.friction, force, self.prestress.status)
 
     @property
     def carried(self) -> Array:

@@ -28,7 +28,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from microslip.analyses.statics.closing import ClosedCycle, cycle_by_halves, ramp, whole_cycle
+from microslip.analyses.statics.closing import (
+    ClosedCycle,
+    Closure,
+    cycle_by_halves,
+    ramp,
+    whole_cycle,
+)
 from microslip.analyses.statics.floating import Floating, balance
 from microslip.analyses.statics.half_turn import HalfTurn
 from microslip.analyses.statics.held import HeldMode
@@ -40,6 +46,10 @@ from microslip.contact.solver import ContactSolver
 from microslip.errors import ContactError
 from microslip.numerics.fourier import harmonic, without_drift
 from microslip.typing import Array, Complex, Status
+
+BEGIN = -0.5 * np.pi
+"""Phase at which cycles begin: q turns. What a joint has from rest when it first comes to its amplitude is
+nearly what it has there in every cycle, and neighbouring amplitudes are nearest to each other there."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -123,7 +133,8 @@ def prescribed_cycle(
     steps, cycles : int
         Load steps per cycle, and cycles at most.
     closure : float
-        Cycles stop when no reaction changes by more than this between them.
+        Cycles stop when no reaction changes by more than this between them, over what reactions vary by in
+        one, or over the largest at prestress where that is less.
     load : complex
         First harmonic of the load on the driven port, its phase against q.
     upper : mapping of (mode, harmonic) to complex, optional
@@ -166,9 +177,9 @@ def prescribed_cycle(
     if held.floating is not None:
         closed = _balanced(held, held.floating, march, path, theta, amplitude, cycles, closure)
     elif turn is not None and turn.turns(path):
-        closed = cycle_by_halves(turn, march, path, cycles, closure * top)
+        closed = cycle_by_halves(turn, march, path, cycles, Closure(closure, top))
     else:
-        closed = whole_cycle(march, path, cycles, closure * top)
+        closed = whole_cycle(march, path, cycles, Closure(closure, top))
     s = held.prestress.solution
     output = f.outputs(path, closed.q, closed.r) - f.outputs(held.carried, s.q, s.r)
     output = output[:, : len(model.ports)]
@@ -236,7 +247,7 @@ def in_equilibrium(held: HeldMode, cycle: PrescribedCycle) -> bool:
 
 def prescribed_path(held: HeldMode, amplitude: float, steps: int) -> tuple[Array, Array]:
     """Phases (s + 1,) of a cycle with ``q = amplitude sin(theta)`` and the loads (s + 1, p) on all ports."""
-    theta = 2 * np.pi * np.arange(steps + 1) / steps
+    theta = BEGIN + 2 * np.pi * np.arange(steps + 1) / steps
     path = np.tile(held.carried, (steps + 1, 1))
     path[:, held.model.port(held.port)] = held.hold * amplitude * np.sin(theta)
     return theta, path
@@ -244,8 +255,7 @@ def prescribed_path(held: HeldMode, amplitude: float, steps: int) -> tuple[Array
 
 def solver_at(held: HeldMode, state: ContactState) -> tuple[ContactSolver, Array]:
     """Contact solver in a state, and the displacements (m,) at which the pairs stick there."""
-    force = np.full(held.model.pairs, held.prestress.largest_reaction)
-    solver = ContactSolver(held.flexibility, held.friction, force, state.status)
+    solver = held.resting.another(state.status)
     solver.start_from(state.r, state.q, state.v)
     return solver, slip_history(state.v, held.model.dimension)
 
@@ -268,7 +278,7 @@ def _balanced(
         before = path[-1].copy()
         path[:, -count:] = course
         march(ramp(before, path[0]))
-        closed[:] = [whole_cycle(march, path, cycles, closure * top)]
+        closed[:] = [whole_cycle(march, path, cycles, Closure(closure, top))]
         return closed[0].q
 
     push, own = held.hold * amplitude, held.sliding_omega**2
