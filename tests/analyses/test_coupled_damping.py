@@ -1,0 +1,162 @@
+"""Damping that couples the modes: closed forms, and what it says where it is alpha M + beta K after all."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import scipy.linalg as sl
+from conftest import build_reference
+from spatial_twin import spatial_joint
+
+from microslip.analyses.harmonic.hill import hill_exponents
+from microslip.analyses.harmonic.over_time import state_from_point
+from microslip.analyses.harmonic.paths import LoadPath, raise_load
+from microslip.analyses.harmonic.points import describe
+from microslip.analyses.harmonic.problem import harmonic_problem
+from microslip.analyses.time.coupled import matched_matrices
+from microslip.analyses.time.scheme import march, prestressed_state, time_scheme
+from microslip.analyses.time.steady import steady_state
+from microslip.model.joint import bonded_modes
+
+ALPHA = 25.0
+
+
+@pytest.fixture(scope="module")
+def planar():
+    """The reference joint with few pairs, damped by mass too."""
+    joint = build_reference(21, modes=24).joint
+    return replace(joint, model=replace(joint.model, rayleigh=(ALPHA, 2e-6)))
+
+
+@pytest.fixture(scope="module")
+def spatial(planar):
+    return spatial_joint(planar, 0.6)
+
+
+@pytest.fixture(params=["planar", "spatial"])
+def joint(request):
+    return request.getfixturevalue(request.param)
+
+
+def by_all_modes(joint):
+    """The same damping with alpha as that of all modes of the stuck joint, ``P diag(alpha) P^T``."""
+    _, shapes = bonded_modes(joint.model, joint.prestress.bonded(joint.model.dimension))
+    D = ALPHA * shapes @ shapes.T
+    assert np.abs(D - ALPHA * np.eye(len(D))).max() > 0
+    model = replace(joint.model, rayleigh=(0.0, joint.model.rayleigh[1]), damping=D)
+    return replace(joint, model=model)
+
+
+def not_in_proportion(joint, seed=5, size=40.0):
+    """Every pair of modes coupled, positive."""
+    k = len(joint.model.omega)
+    half = np.random.default_rng(seed).standard_normal((k, 6))
+    return replace(joint, model=replace(joint.model, damping=size * half @ half.T))
+
+
+def loads(joint, share):
+    return share * joint.prestress.force * 0.2515
+
+
+def periodic(joint, frequency, load, harmonics):
+    """The response by harmonic balance."""
+    problem = harmonic_problem(joint, harmonics=harmonics)
+    w, _ = raise_load(problem, frequency, load)
+    return describe(LoadPath(problem, frequency, load).at(w, load), 0, 0.0)
+
+
+def test_the_step_has_the_poles_of_the_true_motion():
+    """Against the matrix exponential, a mode without stiffness nearly and two close ones among them."""
+    rng = np.random.default_rng(1)
+    omega = np.array([1e-3, 5.0, 5.2, 30.0, 100.0])
+    half = rng.standard_normal((5, 3))
+    C, K, none = half @ half.T, np.diag(omega**2), np.zeros((5, 5))
+    for dt in (1e-3, 0.02):
+        M, D = matched_matrices(omega, C, dt)
+        rates = np.block([[none, np.eye(5)], [-np.linalg.solve(M, K), -np.linalg.solve(M, D)]])
+        rule = np.linalg.solve(np.eye(10) - dt / 2 * rates, np.eye(10) + dt / 2 * rates)
+        true = sl.expm(dt * np.block([[none, np.eye(5)], [-K, -C]]))
+        for n in range(1, 11):
+            # all eigenvalues, by the traces of powers
+            ours, theirs = (np.trace(np.linalg.matrix_power(A, n)) for A in (rule, true))
+            assert ours == pytest.approx(theirs, abs=1e-12)
+        np.testing.assert_allclose(M, M.T)
+        np.testing.assert_allclose(D, D.T)
+
+
+def test_in_proportion_it_is_alpha_and_beta_in_time(joint):
+    """Both ways of a step, the reactions of a slipping joint, its energies and small deviations."""
+    other = by_all_modes(joint)
+    load = loads(joint, 0.02) * np.sin(2 * np.pi * np.arange(81) / 40)
+    for frequency in (None, 175.0):
+        marches = []
+        for each in (joint, other):
+            scheme = time_scheme(each, 1 / (40 * 175.0), frequency=frequency)
+            marches.append(march(scheme, prestressed_state(scheme), load, keep=True))
+        one, two = marches
+        assert one.dissipated > 0
+        np.testing.assert_allclose(two.r, one.r, atol=1e-9 * np.abs(one.r).max())
+        for name in ("modal_damping", "residual_damping", "external", "dissipated"):
+            assert getattr(two, name) == pytest.approx(getattr(one, name), rel=1e-9)
+
+
+def test_in_proportion_it_is_alpha_and_beta_by_harmonics(joint):
+    points = []
+    for each in (joint, by_all_modes(joint)):
+        points.append(periodic(each, 172.0, loads(joint, 0.01), 3))
+    one, two = points
+    assert one.dissipated > 0
+    assert two.amplitude == pytest.approx(one.amplitude, rel=1e-10)
+    assert two.material_work == pytest.approx(one.material_work, rel=1e-9)
+    exponents = [hill_exponents(p.problem, p.frequency, p.load, p.w).exponents for p in points]
+    # the next pair is one of two alike in space
+    np.testing.assert_allclose(exponents[1][:2], exponents[0][:2], rtol=1e-6)
+
+
+def test_disturbances_of_a_stuck_joint_are_its_complex_modes(planar):
+    """``s = lambda - i omega`` of the joint with its pairs bonded, whose damping couples its modes."""
+    joint = not_in_proportion(planar.with_friction(50.0), size=4.0)
+    model = replace(joint.model, rayleigh=(ALPHA, 0.0))
+    joint = replace(joint, model=model)
+    load = loads(joint, 1e-7)
+    omega, shapes = bonded_modes(model, joint.prestress.bonded(2))
+    C, none = shapes.T @ model.damping_matrix() @ shapes, np.zeros((len(omega), len(omega)))
+    assert np.abs(C - np.diag(np.diag(C))).max() > 0.3 * np.diag(C).min()
+    true = np.linalg.eigvals(np.block([[none, np.eye(len(omega))], [-np.diag(omega**2), -C]]))
+    mode = int(np.argmin(np.abs(omega - joint.mode.stuck_omega)))
+    expected = true[np.argmin(np.abs(true - complex(-0.5 * C[mode, mode], omega[mode])))]
+    frequency = omega[mode] / (2 * np.pi) - 0.4
+    point = periodic(joint, frequency, load, 2)
+    found = hill_exponents(point.problem, frequency, load, point.w).exponents
+    away = found + 2j * np.pi * frequency - expected
+    assert np.abs(away).min() < 1e-3 * abs(expected - 2j * np.pi * frequency)
+    # the first harmonic against the sum over the same modes, coupled
+    bonded, port = joint.prestress.bonded(2), model.port(joint.drive)
+    held = np.linalg.solve(model.residual[np.ix_(bonded, bonded)], model.port_v[bonded, port])
+    drive = shapes.T @ (model.port_modes[:, port] - model.mode_v[bonded].T @ held)
+    w = 2 * np.pi * frequency
+    own = shapes.T @ model.port_modes[:, model.port("sliding")]
+    eta = np.linalg.solve(np.diag(omega**2 - w**2) + 1j * w * C, drive) * load
+    assert point.amplitude == pytest.approx(own @ eta, rel=1e-3)
+
+
+def test_harmonics_and_time_meet_on_a_slipping_joint(joint):
+    """Amplitude, loss and balance of energy; damping of every pair of modes."""
+    joint = not_in_proportion(joint)
+    frequency, load = 168.0, loads(joint, 0.012)
+    point = periodic(joint, frequency, load, 7)
+    assert point.dissipated > 0
+    lost = point.dissipated + point.material_work
+    assert lost == pytest.approx(point.external_work, rel=1e-3)
+    scheme = time_scheme(joint, 1 / (150 * frequency), frequency=frequency)
+    steady = steady_state(
+        scheme, frequency, load, start=state_from_point(scheme, point), tolerance=1e-6
+    )
+    cycle = steady.cycle
+    assert abs(steady.amplitude / point.amplitude - 1) < 3e-3
+    assert cycle.dissipated == pytest.approx(point.dissipated, rel=1e-2)
+    material = cycle.modal_damping + cycle.residual_damping
+    assert material == pytest.approx(point.material_work, rel=1e-2)
+    assert cycle.external == pytest.approx(cycle.dissipated + material, rel=1e-3)
