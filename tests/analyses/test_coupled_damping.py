@@ -10,12 +10,29 @@ import scipy.linalg as sl
 from conftest import build_reference
 from spatial_twin import spatial_joint
 
+from microslip.analyses.backbone.cycles import (
+    CycleControl,
+    prescribed_backbone,
+    quasi_static_backbone,
+)
+from microslip.analyses.backbone.extended_motion import harmonic_backbone
+from microslip.analyses.backbone.points import amplitude_scale
 from microslip.analyses.harmonic.hill import hill_exponents
 from microslip.analyses.harmonic.over_time import state_from_point
 from microslip.analyses.harmonic.paths import LoadPath, raise_load
 from microslip.analyses.harmonic.points import describe
 from microslip.analyses.harmonic.problem import harmonic_problem
+from microslip.analyses.prepared.joint_modes import joint_modes
+from microslip.analyses.reduced.outputs import response_motion
+from microslip.analyses.reduced.refined import refined_table
+from microslip.analyses.reduced.resonance import linear_resonance, resonance_of
+from microslip.analyses.reduced.response import forced_response
+from microslip.analyses.reduced.surface import load_surface
+from microslip.analyses.reduced.trust import error_indicator
+from microslip.analyses.reduced.two_mode import VARIANTS, two_mode_model
+from microslip.analyses.statics.held import hold_mode
 from microslip.analyses.time.coupled import matched_matrices
+from microslip.analyses.time.readings import equivalent_of
 from microslip.analyses.time.scheme import march, prestressed_state, time_scheme
 from microslip.analyses.time.steady import steady_state
 from microslip.model.joint import bonded_modes
@@ -160,3 +177,65 @@ def test_harmonics_and_time_meet_on_a_slipping_joint(joint):
     material = cycle.modal_damping + cycle.residual_damping
     assert material == pytest.approx(point.material_work, rel=1e-2)
     assert cycle.external == pytest.approx(cycle.dissipated + material, rel=1e-3)
+
+
+def test_in_proportion_it_is_alpha_and_beta_in_backbones_and_reduced_models(joint):
+    other, found = by_all_modes(joint), []
+    mode = joint.principal()
+    sizes = np.array([0.02, 0.3]) * amplitude_scale(joint, mode)
+    for each in (joint, other):
+        own = joint_modes(each.model, each.prestress, each.law)[0]
+        control = CycleControl(steps=40, cycles=2)
+        backbones = [
+            quasi_static_backbone(each, own, sizes, control=control),
+            prescribed_backbone(each, own, sizes, control=control),
+            harmonic_backbone(each, own, sizes[:1], harmonics=3),
+        ]
+        assert not any(failures for _, failures in backbones)
+        ratios = np.concatenate([backbone.damping_ratio for backbone, _ in backbones])
+        held = hold_mode(each, 0.5 * (mode.sliding_omega + mode.stuck_omega), upper=2)
+        table, _ = refined_table(held, sizes[0], sizes[1], 6, steps=40, cycles=2)
+        amplitudes = []
+        frequency = np.array([120.0, 165.0, 180.0])
+        for variant in VARIANTS:
+            model = two_mode_model(each, variant, 1e-9)
+            if variant == "refined":
+                load = 0.1 * sizes[1] * mode.sliding_omega**2 / abs(model.force[0])
+                response = forced_response(model, table, frequency, load)
+                surface = load_surface(model, table, frequency)
+                amplitudes += [surface.stiffness[300], surface.stiffness[-1]]
+                amplitudes += [error_indicator(replace(response, variant="refined"), model, table)]
+                amplitudes += [resonance_of(model, table).width]
+                amplitudes += [response_motion(response, model, table, each).ravel()]
+            else:
+                response = forced_response(model, None, frequency, 1.0)
+            amplitudes += [response.amplitude, linear_resonance(model)]
+        kappa = equivalent_of(1e-3 + 1e-3j, 170.0, 1.0, each)
+        found.append((ratios, *amplitudes, np.array([kappa.k_eq, kappa.gamma_eq])))
+    assert joint.model.rayleigh[0] / (2 * mode.stuck_omega) > 1e-3
+    for one, two in zip(*found, strict=True):
+        size = np.abs(one)[np.isfinite(one)].max()
+        np.testing.assert_allclose(two, one, rtol=1e-8, atol=1e-10 * size)
+
+
+def test_backbones_have_the_damping_of_the_shape(joint):
+    """Three methods; without slip that of the stuck mode itself, else what it adds to friction's."""
+    coupled = not_in_proportion(joint, seed=10, size=4.0)
+    mode, D = joint_modes(joint.model, joint.prestress, joint.law)[0], coupled.model.damping
+    sizes = np.array([1e-4, 0.3]) * amplitude_scale(joint, mode)
+    stuck, sliding = mode.stuck @ D @ mode.stuck, mode.sliding @ D @ mode.sliding
+    assert abs(stuck / sliding - 1) > 0.05
+
+    def added(method, **settings):
+        with_it, without = (
+            method(each, mode, sizes, **settings)[0].damping_ratio for each in (coupled, joint)
+        )
+        return with_it - without
+
+    by_harmonics = added(harmonic_backbone, harmonics=3)
+    # complex modes of the stuck joint: of second order in the damping
+    assert by_harmonics[0] == pytest.approx(stuck / (2 * mode.stuck_omega), rel=2e-3)
+    for method in (quasi_static_backbone, prescribed_backbone):
+        found = added(method, control=CycleControl(steps=100))
+        print(f"{method.__name__}: {found / by_harmonics - 1}")
+        np.testing.assert_allclose(found, by_harmonics, rtol=0.01)

@@ -36,6 +36,7 @@ from microslip.analyses.prepared.joint_modes import JointMode, with_mode_port
 from microslip.analyses.statics.held import modal_rest
 from microslip.brief import Brief
 from microslip.errors import Failure
+from microslip.model.shape_damping import damping_of_shape
 from microslip.numerics.continuation import (
     BranchPoint,
     ContinuationError,
@@ -110,6 +111,7 @@ def spring_mode(
         omega=np.sqrt(np.maximum(values, 0.0)),
         mode_v=model.mode_v @ vectors,
         port_modes=vectors.T @ loads,
+        damping=None if model.damping is None else model.damping_beyond(vectors),
     )
     turned = (vectors.T @ rest)[: model.equilibrium_modes]
     problem = state_equations(
@@ -300,7 +302,8 @@ def harmonic_backbone(
     alpha, beta = joint.model.rayleigh
     solver = HarmonicSolver()
     omega = mode.stuck_omega
-    state = Nearby(sprung.problem.rest(), 0.0, omega, alpha + beta * omega**2)
+    beyond = damping_of_shape(joint.model, mode.stuck)
+    state = Nearby(sprung.problem.rest(), 0.0, omega, alpha + beta * omega**2 + beyond)
     scale = amplitude_scale(joint, mode)
     points, failures = [], []
     sizes = sorted(float(a) for a in amplitudes)

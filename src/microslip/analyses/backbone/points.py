@@ -94,10 +94,13 @@ class Backbone(Brief):
         return np.array([p.damping_ratio for p in self.points])
 
 
-def material_damping(model: JointModel, omega: float) -> float:
-    """Damping ratio ``(alpha + beta omega²) / (2 omega)`` of the material at a natural frequency."""
+def material_damping(model: JointModel, omega: float, beyond: float = 0.0) -> float:
+    """Damping ratio ``(alpha + beta omega² + d) / (2 omega)`` of the material at a natural frequency.
+
+    `beyond` is d, of the shape (`microslip.model.shape_damping`).
+    """
     alpha, beta = model.rayleigh
-    return (alpha + beta * omega**2) / (2 * omega)
+    return (alpha + beta * omega**2 + beyond) / (2 * omega)
 
 
 def amplitude_scale(joint: PreparedJoint, mode: JointMode) -> float:

@@ -7,8 +7,8 @@ system of first order with the matrix
 
 and its free motion over dt is ``exp(A dt)``. The trapezoidal rule on ``M~ u'' + C~ u' + K~ u = f`` does the
 same where its first-order matrix is ``(2/dt) tanh(A dt/2) = A F``, with ``F = tanh(z)/z``, ``z = A dt/2``. A
-is self-adjoint in an indefinite product, and so is every function of it; therefore the moments ``Gamma_n``, the
-upper right blocks of the powers of ``A F`` in the coordinates (eta, eta'), are symmetric, and with them
+is self-adjoint in an indefinite product, and so is every function of it; therefore the moments ``Gamma_n``,
+the upper right blocks of the powers of ``A F`` in the coordinates (eta, eta'), are symmetric, and with them
 (Gohberg, Lancaster & Rodman, Matrix Polynomials, 1982)
 
     M~ = Gamma_1^-1 = F_22^-1,    K~^-1 = -Gamma_-1 = Omega^-1 (F^-1)_11 Omega^-1,
