@@ -243,6 +243,7 @@ class Reducer:
             raise ModelError(f"cannot keep {modes} modes of {structure.dofs} degrees of freedom")
         self.structure = structure
         self.rayleigh = rayleigh
+        self.damping: Array | None = None
         self._shift = spectral_shift(structure)
         self._shifted = (structure.stiffness + self._shift * structure.mass).tocsc()
         self._factors = PartFactors(self._shifted)
@@ -324,6 +325,7 @@ class Reducer:
             port_v=relative @ x,
             port_port=0.5 * (port_port + port_port.T),
             rayleigh=self.rayleigh,
+            damping=self.damping,
             image=interface.image,
             bodies=self._bodies(vectors),
             supports=None if supports is None and not self.loose else springs,

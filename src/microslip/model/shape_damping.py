@@ -12,8 +12,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from microslip.model.joint import JointModel
-from microslip.typing import Array, Complex
+from microslip.model.joint import JointModel, bonded_modes
+from microslip.typing import Array, Complex, Indices
 
 
 def with_mode_outputs(model: JointModel) -> JointModel:
@@ -50,3 +50,39 @@ def damping_of_pair(model: JointModel, sliding: Array, stuck: Array) -> Array:
     second = stuck - (first @ stuck) * first
     T = np.column_stack([first, second / max(float(np.linalg.norm(second)), 1e-300)])
     return model.damping_beyond(T)
+
+
+def ratio_by_coupling(
+    model: JointModel, bonded: Indices, shape: Array, compliance: Array | None = None
+) -> tuple[float, float]:
+    """Damping ratio of a linear state as d of its shape has it, and of the complex mode that is most like it.
+
+    Parameters
+    ----------
+    model : JointModel
+    bonded : (b,) int array
+        Components of v that are held.
+    shape : (k,) array
+        Of the mode.
+    compliance : (d m,) array, optional
+        As for `microslip.model.joint.bonded_modes`.
+
+    Returns
+    -------
+    ratio : float
+        To first order in the damping.
+    coupled : float
+        ``-Re lambda / |lambda|``; 1 where it does not vibrate.
+    """
+    omega, shapes = bonded_modes(model, bonded, compliance)
+    own = int(np.argmax(np.abs(shapes.T @ shape)))
+    free = shapes.T @ (model.omega[:, None] ** 2 * shapes)
+    C = shapes.T @ model.damping_matrix() @ shapes
+    C += model.rayleigh[1] * (np.diag(omega**2) - free)
+    k = len(omega)
+    rates = np.block([[np.zeros((k, k)), np.diag(omega)], [-np.diag(omega), -C]])
+    values, vectors = np.linalg.eig(rates)
+    share = np.abs(vectors[own]) / np.linalg.norm(vectors[:k], axis=0)
+    found = values[int(np.argmax(np.where(values.imag > 0, share, -1.0)))]
+    coupled = -found.real / abs(found) if found.imag > 0 else 1.0
+    return float(C[own, own] / (2 * omega[own])), float(coupled)

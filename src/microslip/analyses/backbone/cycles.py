@@ -131,6 +131,7 @@ def quasi_static_backbone(
             residual=float(cycle.residual.max()),
             closure=cycle.closure,
             motion=first[:own] / first[port] * (reach / 2),
+            damping=beyond,
         )
 
     return _collect(joint, mode, "quasi_static", amplitudes, one, executor, advance)
@@ -197,6 +198,7 @@ def prescribed_backbone(
             residual=cycle.residual,
             closure=cycle.closure,
             motion=cycle.output[: len(joint.model.ports)] * (abs(cycle.q) / cycle.q),
+            damping=cycle.damping,
         )
 
     return _collect(joint, mode, "prescribed", amplitudes, one, executor, advance)

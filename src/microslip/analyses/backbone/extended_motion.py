@@ -28,6 +28,7 @@ import numpy as np
 from microslip.analyses.backbone.motion_path import MotionEquations, MotionPath
 from microslip.analyses.backbone.points import Backbone, BackbonePoint, amplitude_scale, failed
 from microslip.analyses.harmonic.linear import HarmonicSolver
+from microslip.analyses.harmonic.operator import linear_operator
 from microslip.analyses.harmonic.paths import CONTROL, LoadPath
 from microslip.analyses.harmonic.points import HarmonicPoint, describe
 from microslip.analyses.harmonic.problem import HarmonicProblem, state_equations
@@ -332,7 +333,18 @@ def _point(motion: ExtendedMotion, ports: int) -> BackbonePoint:
         residual=motion.point.residual,
         closure=0.0,
         motion=motion.point.output[1, :ports] * (abs(motion.amplitude) / motion.amplitude),
+        damping=_of_shape(motion.point),
     )
+
+
+def _of_shape(point: HarmonicPoint) -> float:
+    """What damps the shape of the first harmonic beyond alpha and beta, 1/s."""
+    problem = point.problem
+    if problem.model.damping is None:
+        return 0.0
+    operator = linear_operator(problem, 2 * np.pi * point.frequency)
+    eta = operator.modes(*problem.split(point.w), point.load)[1]
+    return damping_of_shape(problem.model, eta)
 
 
 def _followed(

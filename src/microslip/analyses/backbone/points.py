@@ -40,6 +40,8 @@ class BackbonePoint:
     motion : (p,) complex array
         First harmonics of the outputs of all ports, phase against the modal coordinate; empty where they
         were not kept.
+    damping : float
+        What damps its shape beyond alpha and beta, `microslip.model.shape_damping`, 1/s.
     """
 
     amplitude: float
@@ -49,6 +51,7 @@ class BackbonePoint:
     residual: float
     closure: float
     motion: Complex = field(default_factory=lambda: np.zeros(0, complex), compare=False, repr=False)
+    damping: float = 0.0
 
 
 @dataclass(frozen=True, repr=False)
