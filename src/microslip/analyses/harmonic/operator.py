@@ -60,7 +60,11 @@ class LinearOperator(Brief):
         """``W r`` of coefficients (2 m, c)."""
         p = self.problem
         own = to_complex(by_parity(p.residual, u)) * self.lag[:, None]
-        return to_real(own) + self.of_modes(amplitudes_under(self.modal, self.on_modes(u)))
+        return to_real(own) + self.of_modes(self._moved(self.on_modes(u)))
+
+    def _moved(self, forces: Complex) -> Complex:
+        """Amplitudes of the modes, (H + 1, k), under forces on them."""
+        return forces * self.modal if self.modal.ndim == 2 else amplitudes_under(self.modal, forces)
 
     def on_modes(self, u: Array) -> Complex:
         """Forces on the modes, (H + 1, k), to reactions, (2 m, c), along the displacements."""
@@ -109,7 +113,7 @@ class LinearOperator(Brief):
         force = -to_complex(by_parity(problem.gather.transpose(0, 2, 1), u))
         force[0] += model.port_modes @ problem.held_load
         force[1] += model.port_modes @ problem.driven(load)
-        modes = amplitudes_under(self.modal, force)
+        modes = self._moved(force)
         modes[0, : len(q)] = q
         return modes
 
