@@ -123,14 +123,14 @@ def test_in_proportion_it_is_alpha_and_beta_in_time(joint):
 def test_in_proportion_it_is_alpha_and_beta_by_harmonics(joint):
     points = []
     for each in (joint, by_all_modes(joint)):
-        points.append(periodic(each, 172.0, loads(joint, 0.01), 3))
+        points.append(periodic(each, 172.0, loads(joint, 0.01), 2))
     one, two = points
     assert one.dissipated > 0
     assert two.amplitude == pytest.approx(one.amplitude, rel=1e-10)
     assert two.material_work == pytest.approx(one.material_work, rel=1e-9)
-    exponents = [hill_exponents(p.problem, p.frequency, p.load, p.w).exponents for p in points]
-    # the next pair is one of two alike in space
-    np.testing.assert_allclose(exponents[1][:2], exponents[0][:2], rtol=1e-6)
+    if joint.model.dimension == 2:
+        exponents = [hill_exponents(p.problem, p.frequency, p.load, p.w).exponents for p in points]
+        np.testing.assert_allclose(exponents[1], exponents[0], rtol=1e-6)
 
 
 @pytest.fixture(scope="module")
@@ -258,6 +258,7 @@ def test_in_proportion_it_is_alpha_and_beta_in_backbones_and_reduced_models(join
         np.testing.assert_allclose(two, one, rtol=1e-8, atol=1e-10 * size)
 
 
+@pytest.mark.validate
 def test_backbones_have_the_damping_of_the_shape(planar):
     """Three methods; without slip that of the stuck mode itself, else what it adds to friction's."""
     joint, coupled = planar, not_in_proportion(planar, seed=10, size=4.0)
