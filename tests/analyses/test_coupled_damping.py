@@ -259,7 +259,7 @@ def test_in_proportion_it_is_alpha_and_beta_in_backbones_and_reduced_models(join
 
 
 @pytest.mark.validate
-def test_backbones_have_the_damping_of_the_shape(planar):
+def test_backbones_have_the_damping_of_the_shape(planar, finding):
     """Three methods; without slip that of the stuck mode itself, else what it adds to friction's."""
     joint, coupled = planar, not_in_proportion(planar, seed=10, size=4.0)
     mode, D = joint_modes(joint.model, joint.prestress, joint.law)[0], coupled.model.damping
@@ -278,5 +278,5 @@ def test_backbones_have_the_damping_of_the_shape(planar):
     assert by_harmonics[0] == pytest.approx(stuck / (2 * mode.stuck_omega), rel=2e-3)
     for method in (quasi_static_backbone, prescribed_backbone):
         found = added(method, control=CycleControl(steps=40, cycles=3))
-        print(f"{method.__name__}: {found / by_harmonics - 1}")
-        np.testing.assert_allclose(found, by_harmonics, rtol=0.01)
+        off = np.abs(found / by_harmonics - 1).max()
+        finding("damping added by coupled modes, by cycles against harmonics", off, at_most=0.01)

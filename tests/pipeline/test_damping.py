@@ -21,6 +21,7 @@ from microslip.model.lap import structure_of
 from microslip.model.modes import linear_modes
 from microslip.model.shape_damping import ratio_by_coupling
 from microslip.pipeline.prepare import assemble
+from microslip.pipeline.run import run
 
 ALPHA, BETA = 3.0, 2e-6
 
@@ -268,3 +269,41 @@ def test_two_ratios_are_alpha_and_beta_as_far_as_these_go(omega):
 def test_ratios_of_modes_that_are_not_there(lap, tmp_path):
     with pytest.raises(InputError, match=r"damping\.ratios: there is no mode 900"):
         by_ratios(lap, tmp_path, ratios=0.01, modes=900)
+
+
+@pytest.mark.validate
+def test_every_method_has_the_same_five_ratios(lap, tmp_path, finding):
+    """Harmonic balance, time integration, the reduced model and three backbones of a joint that slips."""
+    document = as_matrices(lap, tmp_path) | {
+        "damping": {"ratios": FIVE},
+        "load": {"moment": [60.0]},
+    }
+    document["analysis"] = {
+        "response": {"from": "178 Hz", "to": "182 Hz", "count": 3, "checks": 0},
+        "reduced": {"amplitudes": 16, "steps": 80},
+        "harmonic": {"frequencies": [178.0, 182.0], "harmonics": 5},
+        "time": {"frequencies": [178.0, 182.0]},
+        "backbone": {"count": 2, "methods": ["quasi_static", "prescribed", "harmonic"]},
+    }
+    found = run(parse_joint(document, "matrices", tmp_path))
+    assert not found.failures
+    (response,) = found.responses
+    (curve,) = found.harmonic
+    for point in curve.points:
+        assert point.dissipated + point.material_work == pytest.approx(
+            point.external_work, rel=1e-3
+        )
+    for state in found.time_domain:
+        frequency, size = state.steady.frequency, abs(state.steady.amplitude)
+        near = min(curve.points, key=lambda p: abs(p.frequency - frequency))
+        assert near.frequency == pytest.approx(frequency, rel=1e-12)
+        reduced = abs(response.amplitude[np.argmin(np.abs(response.frequency - frequency))])
+        finding(
+            "harmonic balance against time integration",
+            abs(abs(near.amplitude) / size - 1),
+            at_most=0.01,
+        )
+        finding("reduced model against time integration", abs(reduced / size - 1), at_most=0.03)
+    small = [backbone.points[0].damping_ratio for backbone in found.backbones]
+    off = np.abs(np.array(small) / FIVE[0] - 1).max()
+    finding("damping ratio of small motions in backbones against that given", off, at_most=2e-3)
