@@ -68,7 +68,24 @@ def with_compliance(flexibility: Flexibility, compliance: Array) -> Flexibility:
     return replace(flexibility, W=flexibility.W + np.diag(compliance))
 
 
-def harmonic_compliance(model: JointModel, omega: float, harmonics: int) -> tuple[Complex, Complex]:
+@dataclass(frozen=True, repr=False)
+class CoupledCompliance(Brief):
+    """Compliance of modes that damping couples: what multiplies their forces to amplitudes, both (H + 1, k).
+
+    Attributes
+    ----------
+    matrices : (H + 1, k, k) complex array
+    """
+
+    matrices: Complex
+
+    def __mul__(self, forces: Complex) -> Complex:
+        return amplitudes_under(self.matrices, forces)
+
+
+def harmonic_compliance(
+    model: JointModel, omega: float, harmonics: int
+) -> tuple[Complex | CoupledCompliance, Complex]:
     """Compliance of every mode, and lag of the residual part, at the harmonics 0..H of `omega`.
 
     ``W_h = residual lag_h + mode_v diag(modal_h) mode_v^T`` with
@@ -88,8 +105,8 @@ def harmonic_compliance(model: JointModel, omega: float, harmonics: int) -> tupl
 
     Returns
     -------
-    modal : (H + 1, k) or (H + 1, k, k) complex array
-        s² (mass-normalised modes); see `amplitudes_under`.
+    modal : (H + 1, k) complex array or CoupledCompliance
+        s² (mass-normalised modes); times forces on the modes it is their amplitudes.
     lag : (H + 1,) complex array
         The truncated modes follow quasi-statically behind their stiffness damping.
     """
@@ -105,11 +122,11 @@ def harmonic_compliance(model: JointModel, omega: float, harmonics: int) -> tupl
         resisted = 1j * h[n, 0] * model.damping
         resisted[k, k] += 1 / modal[n]
         coupled[n] = np.linalg.inv(resisted)
-    return coupled, lag
+    return CoupledCompliance(coupled), lag
 
 
 def amplitudes_under(modal: Complex, forces: Complex | Array) -> Complex:
-    """Amplitudes (H + 1, k) of modes of a compliance (`harmonic_compliance`) under forces (H + 1, k).
+    """Amplitudes (H + 1, k) of modes of a compliance, (H + 1, k) or (H + 1, k, k), under forces (H + 1, k).
 
     Examples
     --------

@@ -15,7 +15,11 @@ import numpy as np
 from microslip.analyses.harmonic.problem import HarmonicProblem
 from microslip.brief import Brief
 from microslip.errors import MicroslipError
-from microslip.model.flexibility import amplitudes_under, harmonic_compliance
+from microslip.model.flexibility import (
+    CoupledCompliance,
+    amplitudes_under,
+    harmonic_compliance,
+)
 from microslip.numerics.fourier import parity, to_complex, to_real
 from microslip.typing import Array, Complex, Indices
 
@@ -193,6 +197,7 @@ def linear_operator(problem: HarmonicProblem, omega: float) -> LinearOperator:
     """Linear side at circular frequency `omega` (rad/s, > 0)."""
     if not (np.isfinite(omega) and omega > 0):
         raise MicroslipError(f"frequency {omega / (2 * np.pi):g} Hz must be positive")
-    modal, lag = harmonic_compliance(problem.model, omega, problem.harmonics)
+    found, lag = harmonic_compliance(problem.model, omega, problem.harmonics)
+    modal = found.matrices if isinstance(found, CoupledCompliance) else found
     modal[0, : len(problem.rigid_modes)] = 0.0
     return LinearOperator(problem, float(omega), modal, lag)
