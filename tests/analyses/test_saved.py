@@ -105,7 +105,7 @@ def test_other_files_are_refused_by_name(planar, tmp_path):
         "text.npz": "is no saved model",
         "objects.npz": "is no saved model",
         "half.npz": "is no saved model",
-        changed(file, tmp_path / "late.npz", format_version=2).name: "is of format 2, written by",
+        changed(file, tmp_path / "late.npz", format_version=3).name: "is of format 3, written by",
         changed(file, tmp_path / "less.npz", residual=None).name: "residual is missing",
         changed(file, tmp_path / "cut.npz", area=np.ones(3)).name: r"area is \(3,\), and must be",
         changed(file, tmp_path / "words.npz", format_version="two").name: "is of format two",

@@ -108,21 +108,30 @@ def stuck(assembly, omega):
     model, d = assembly.model, assembly.model.dimension
     rows = assembly.prestress.bonded(d)
     p = model.port(assembly.prepared.drive)
-    give = 1 / (model.omega**2 - omega**2 + 1j * omega * model.modal_damping())
+    resisted = np.diag(model.omega**2 - omega**2) + 1j * omega * model.damping_matrix()
+    give = np.linalg.inv(resisted)
     psi, V = model.mode_v[rows], model.port_v[rows]
-    W = model.residual[np.ix_(rows, rows)] + (psi * give) @ psi.T
-    r = np.linalg.solve(W, V[:, p] + psi @ (give * model.port_modes[:, p]))
-    eta = give * (model.port_modes[:, p] - psi.T @ r)
+    W = model.residual[np.ix_(rows, rows)] + psi @ give @ psi.T
+    r = np.linalg.solve(W, V[:, p] + psi @ (give @ model.port_modes[:, p]))
+    eta = give @ (model.port_modes[:, p] - psi.T @ r)
     y = model.port_modes.T @ eta + model.port_port[:, p] - V.T @ r
     return eta, harmonics_by_name(assembly, y, omega)
 
 
-@pytest.mark.parametrize(("frequency", "beta"), [(60.0, 0.0), (700.0, 0.0), (700.0, 1e-6)])
-def test_reactions_of_a_vibration_are_those_of_the_full_matrices(tmp_path, frequency, beta):
+@pytest.mark.parametrize(
+    ("frequency", "damping"),
+    [
+        (60.0, {"alpha": "20 1/s"}),
+        (700.0, {"alpha": "20 1/s"}),
+        (700.0, {"alpha": "20 1/s", "beta": 1e-6}),
+        (700.0, {"ratios": [0.01, 0.03, 0.002]}),
+    ],
+)
+def test_reactions_of_a_vibration_are_those_of_the_full_matrices(tmp_path, frequency, damping):
     """Truncated modes follow without damping: a part of omega beta may be missing.
 
-    All pairs that touch bonded: ``e^T ((1 + i omega beta) K + (i omega alpha - omega²) M) u``."""
-    damping = {"alpha": "20 1/s", "beta": beta}
+    All pairs that touch bonded: ``e^T ((1 + i omega beta) K + (i omega alpha - omega²) M + i omega C) u``, C
+    what damps the kept modes beside."""
     given = joint(
         tmp_path, damping=damping, mesh={"file": "section.inp", "length_unit": "mm", "modes": 120}
     )
@@ -130,7 +139,11 @@ def test_reactions_of_a_vibration_are_those_of_the_full_matrices(tmp_path, frequ
     found, omega = assembly.imported.meshed, 2 * np.pi * frequency
     structure = assembly.structure
     K, M = matrices(found.mesh, Material(210e9, 0.0, 7850.0))
-    dynamic = (1 + 1j * beta * omega) * K + (20j * omega - omega**2) * M
+    alpha, beta = assembly.model.rayleigh
+    dynamic = (1 + 1j * beta * omega) * K + (1j * alpha * omega - omega**2) * M
+    if assembly.model.damping is not None:
+        moved = M @ (found.basis @ assembly.reducer.modes.shapes)
+        dynamic = dynamic + 1j * omega * sp.csc_array(moved @ assembly.model.damping @ moved.T)
     B = structure.interface.relative[assembly.prestress.bonded(2)]
     T, f = found.basis, structure.loads["tip"]
     inner = (T.T @ dynamic @ T).tocsc()

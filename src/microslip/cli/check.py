@@ -26,6 +26,7 @@ from microslip.describe.lap import LapJoint
 from microslip.describe.reading import load_joint
 from microslip.describe.units import readable
 from microslip.describe.units_of_the_whole import in_whole
+from microslip.model.damping import GivenDamping
 from microslip.model.imported import Imported
 from microslip.pipeline.cost import check_size, degrees_of_freedom, memory, total_seconds
 from microslip.pipeline.estimate import Estimate, elastic_limit, estimate, input_doubts
@@ -143,17 +144,7 @@ def _of_files(joint: Joint, done: Assembly | None) -> Iterator[Row]:
         ]
         yield "initial gaps", f"{gaps[0]} to {gaps[1]}"
     if assembly.damping is not None:
-        fit = assembly.damping
-        yield (
-            "damping matrix" if fit.of == "matrices.damping" else "damping ratios of modes",
-            f"alpha = {fit.alpha:.4g} 1/s, beta = {fit.beta:.4g} s"
-            + (f", up to {fit.missed:.1e} of it" if fit.missed > ROUNDING else ""),
-        )
-        for (number, _), omega in zip(joint.damping_of_modes, fit.at, strict=True):
-            yield (
-                f"damping ratio of mode {number}",
-                f"{fit.ratio(omega):.4g}, which sticks at {omega / (2 * pi):.5g} Hz",
-            )
+        yield from _of_damping(joint, assembly.damping)
     friction = assembly.prepared.law.friction
     yield "coefficient of friction", _span(friction.min(), friction.max())
     yield (
@@ -167,6 +158,27 @@ def _of_files(joint: Joint, done: Assembly | None) -> Iterator[Row]:
     )
     yield from _loads(joint)
     yield from _work(joint, assembly.structure.dofs)
+
+
+def _of_damping(joint: Joint, given: GivenDamping) -> Iterator[Row]:
+    """What a matrix, or ratios of modes, say."""
+    by_matrix = given.of == "matrices.damping"
+    said = f"alpha = {given.alpha:.4g} 1/s, beta = {given.beta:.4g} s"
+    if given.matrix is not None:
+        said += " and a matrix that couples the modes, " + (
+            f"{given.missed:.1%} of it" if by_matrix else "for what these two miss"
+        )
+    elif given.missed > ROUNDING:
+        said += f", up to {given.missed:.1e} of it"
+    yield "damping matrix" if by_matrix else "damping ratios of modes", said
+    if by_matrix and given.off > ROUNDING:
+        yield "damping that the model misses", f"{given.off:.1e} of that of the joint's mode"
+    modes = zip(joint.damping_of_modes, given.at, given.ratios, strict=True)
+    for (number, _), omega, ratio in modes if not by_matrix else ():
+        yield (
+            f"damping ratio of mode {number}",
+            f"{ratio:.4g}, which sticks at {omega / (2 * pi):.5g} Hz",
+        )
 
 
 def _of_structure(found: Imported) -> Iterator[Row]:
@@ -186,7 +198,8 @@ def _of_saved(assembly: Assembly) -> Iterator[Row]:
     yield "ports", ", ".join(model.ports)
     yield "held by", ", ".join(f"{name} {force:.4g}" for name, force in held.items())
     alpha, beta = model.rayleigh
-    yield "damping of the model", f"alpha = {alpha:.4g} 1/s, beta = {beta:.4g} s"
+    full = "" if model.damping is None else " and a matrix that couples the modes"
+    yield "damping of the model", f"alpha = {alpha:.4g} 1/s, beta = {beta:.4g} s{full}"
 
 
 def _span(low: float, high: float) -> str:

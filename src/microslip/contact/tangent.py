@@ -97,7 +97,14 @@ def predict(memory, constants, tangents, space):
     p, k = eta.shape
     N = v_free.shape[1]
     d = dimension_of(memory)
-    for a in range(p):
+    coupling = constants.coupling
+    coupled = coupling.answer.shape[0] > 0
+    if coupled:
+        pv = rate + 0.5 * h * acceleration
+        predicted[:] = eta + h * rate + 0.25 * h**2 * acceleration
+        start[:] = np.dot(-np.dot(pv, coupling.damping.T) - omega**2 * predicted, coupling.answer.T)
+        predicted += 0.25 * h**2 * start
+    for a in range(0 if coupled else p):
         for j in range(k):
             quarter = 0.25 * h[j] ** 2
             pe = eta[a, j] + h[j] * rate[a, j] + quarter * acceleration[a, j]
@@ -160,7 +167,11 @@ def take_back_all(constants, tangents, space):
 def take_back(constants, tangents, space):
     """Take the reactions in ``space.dr`` back from the push left from the step before."""
     force = np.dot(space.dr, constants.psi_t.T)
-    for a in range(force.shape[0]):
+    coupled = constants.coupling.answer.shape[0] > 0
+    if coupled:
+        pushed = constants.mode_gain * force
+        tangents.acceleration[:] += np.dot(pushed, constants.coupling.release.T)
+    for a in range(0 if coupled else force.shape[0]):
         for j in range(force.shape[1]):
             tangents.acceleration[a, j] += constants.mode_gain[j] * force[a, j]
     space.carried[:] -= space.dr
@@ -181,7 +192,19 @@ def carry(problem, memory, status, constants, full, tangents, space):
     eta, rate, acceleration = tangents.eta, tangents.rate, tangents.acceleration
     force = np.dot(space.dr, constants.psi_t.T)
     p, k = eta.shape
-    for a in range(p):
+    coupling = constants.coupling
+    coupled = coupling.answer.shape[0] > 0
+    if coupled:
+        pushed = constants.mode_gain * force
+        share, released = (
+            np.dot(pushed, coupling.answer.T),
+            full * np.dot(pushed, coupling.release.T),
+        )
+        eta[:] = space.predicted - (1.0 + full) * 0.25 * h**2 * share
+        rate += 0.5 * h * acceleration
+        acceleration[:] = space.start - (1.0 + full) * share + released
+        rate += 0.5 * h * (acceleration - released)
+    for a in range(0 if coupled else p):
         for j in range(k):
             quarter = 0.25 * h[j] ** 2
             x = constants.mode_gain[j] * force[a, j]

@@ -52,6 +52,7 @@ from numpy.typing import NDArray
 
 from microslip.contact.by_dimension import dimension_of, follow, solve
 from microslip.contact.compiled import jit
+from microslip.contact.coupled_modes import UNCOUPLED, Coupling, coupled_ahead, coupled_behind
 from microslip.contact.pairs import SEPARATED
 from microslip.contact.problem import Contact, Given
 from microslip.contact.tableau import add_rows
@@ -91,6 +92,9 @@ class StepConstants(NamedTuple):
         Outputs of the loads that are held, and per unit load.
     drive : int
         Driven port among the outputs.
+    coupling : Coupling
+        Of modes whose damping couples them: then their steps are all the same, and it stands for
+        their damping.
     """
 
     psi_t: Array
@@ -107,6 +111,7 @@ class StepConstants(NamedTuple):
     out_v: Array
     out_load: Array
     drive: int
+    coupling: Coupling = UNCOUPLED
 
 
 class Motion(NamedTuple):
@@ -219,6 +224,10 @@ def work_on_residual(constants, predicted, denominator, r, v, s, reduced):
     work = 0.0
     for i in range(v.shape[0]):
         work += 0.5 * reduced[i] * (v[i] - s[i])
+    if constants.coupling.answer.shape[0] > 0:
+        share = np.dot(constants.coupling.answer, gain * np.dot(psi_t, r))
+        position = predicted - 0.25 * h**2 * share
+        return work - 0.5 * np.dot(np.dot(psi_t, reduced), position)
     for j in range(psi_t.shape[0]):
         x, y = 0.0, 0.0
         p = psi_t[j]
@@ -259,6 +268,7 @@ def step_through(problems, memories, constants, load, motion, records, tangents)
     m = status.shape[0]
     d = dimension_of(memory)
     sticks_at = vt_old.reshape(m, d - 1)
+    coupled = constants.coupling.answer.shape[0] > 0
     not_solved = memory.solved.shape[0] - 1
     keep = r_out.shape[0] == load.shape[0]
     linearised = tangents.eta.shape[0] > 0
@@ -286,7 +296,9 @@ def step_through(problems, memories, constants, load, motion, records, tangents)
         carried[:] = r_old
         space.carried[:] = tangents.r
         while True:
-            for j in range(k):
+            if coupled:
+                coupled_ahead(constants, motion, load[step], pv, start, predicted)
+            for j in range(0 if coupled else k):
                 pe = eta[j] + h[j] * eta1[j] + 0.25 * h[j] ** 2 * eta2[j]
                 pv[j] = eta1[j] + 0.5 * h[j] * eta2[j]
                 external = constant_modes[j] + drive_modes[j] * load[step]
@@ -321,7 +333,10 @@ def step_through(problems, memories, constants, load, motion, records, tangents)
                 follow(dissipative_problem, dissipative_memory, status)
                 if linearised:
                     take_back_all(constants, tangents, space)
-            for j in range(k):
+            if coupled:
+                pushed = gain * np.dot(psi_t, reduced)
+                eta2 += np.dot(constants.coupling.release, pushed)
+            for j in range(0 if coupled else k):
                 x = 0.0
                 p = psi_t[j]
                 for i in range(N):
@@ -346,7 +361,10 @@ def step_through(problems, memories, constants, load, motion, records, tangents)
             works[RESIDUAL] += 0.5 * (r[i] + r_old[i]) * (s[i] + drive_v[i] * raised)
             s_before[i] = s[i]
             s[i] = v[i]
-        for j in range(k):
+        if coupled:
+            works[MODAL] += coupled_behind(constants, motion, r, full, pv, start, predicted)
+            s -= np.dot(eta, psi_t)
+        for j in range(0 if coupled else k):
             x = 0.0
             p = psi_t[j]
             for i in range(N):

@@ -54,8 +54,8 @@ class Matrices(Section):
     mass: Source
     """File of the mass matrix M, likewise. Of the same degrees of freedom, in the same order."""
     damping: Source | None = None
-    """File of a viscous damping matrix C, likewise, in force s/length; instead of [damping]. It must be
-    nearly in proportion to mass and stiffness."""
+    """File of a viscous damping matrix C, likewise, in force s/length; instead of [damping]. The kept modes
+    have all of it, what couples them too; the rest is damped in proportion to stiffness."""
     stored: Literal["full", "upper", "lower"] = "full"
     """Which part of K and M the files hold: both triangles, or one of them. Formats that say it themselves
     do not need it."""

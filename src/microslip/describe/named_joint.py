@@ -56,9 +56,9 @@ class DampingOrRatio(Damping):
     frequencies: Frequencies | None = None
     """Two frequencies at which ratio holds, about those of interest. With ratio."""
     ratios: DampingRatios | None = None
-    """Damping ratios of modes of the joint while it sticks, as tests under small loads have them: one is met,
-    two are unless they differ by more than the frequencies, more as nearly as alpha and beta can. Instead of
-    alpha and beta; the modes beside them follow."""
+    """Damping ratios of modes of the joint while it sticks, as tests under small loads have them. One is met
+    by beta, two by alpha and beta unless they differ by more than the frequencies, any others by a matrix
+    that couples the kept modes. Instead of alpha and beta, which the modes beside them follow by."""
     modes: ModeNumbers | None = None
     """Numbers of the modes that ratios are of; left out, the first ones. 1 is the first that deforms the
     joint."""

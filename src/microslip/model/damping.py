@@ -1,40 +1,45 @@
-"""A damping matrix, or damping ratios of modes, as the Rayleigh damping that the joint model has.
+"""Damping of joints from files: alpha M + beta K where that is what is given, else that and a full matrix.
 
-Modes are uncoupled, and truncated ones follow behind their stiffness damping, where ``C = alpha M + beta K``.
-Of a matrix C, alpha and beta are those that come nearest in the kept modes Phi, each weighed by its damping:
+The kept modes Phi of the joint model are damped by ``diag(alpha + beta omega²) + D``, what is truncated by
+its share of beta K. Of a matrix C, alpha and beta are those that come nearest in the kept modes, each weighed
+by its damping,
 
-    D = Phi^T C Phi,   min sum_n (D_nn - alpha - beta omega_n²)² / D_nn²,
+    min sum_n (C_nn - alpha - beta omega_n²)² / C_nn²,     D = Phi^T C Phi - diag(alpha + beta omega²),
 
-and what they miss is measured by all entries, ``|D - diag(alpha + beta omega²)| / |D|`` in the norm of the
-matrix whose entries are over ``sqrt(d_m d_n)``, d the diagonal. Of ratios ``zeta_n`` of modes it is the same
-with ``D_nn = 2 zeta_n omega_n`` and nothing beside the diagonal.
+and what they miss is measured by all entries of D over those of ``Phi^T C Phi``, each over ``sqrt(c_m c_n)``,
+c the diagonal. Of damping ratios ``zeta_n`` of modes phi_n of the stuck joint
+
+    C = alpha M + beta K + sum_n d_n (M phi_n)(M phi_n)^T,    d_n = 2 zeta_n omega_n - alpha - beta omega_n²,
+
+with no d_n negative: else what slides, and has less of K than the stuck mode, could gain energy. Modes that
+no ratio is given of have the alpha and beta, as large as that allows.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.optimize import nnls
+from scipy.optimize import linprog, nnls
 
 from microslip.errors import Caution, InputError
 from microslip.model.modes import LinearModes
 from microslip.typing import Array
 
 SAME = 1e-6
-"""Part of the damping that may be missed in silence."""
+"""Part of the damping that alpha and beta may miss without a matrix beside them."""
 
-MOST = 0.1
-"""Part that may be missed at all."""
+NOTICED = 1e-2
+"""Part of the damping of the joint's own mode by which the model may be off in silence."""
 
 RATIOS = "damping.ratios"
 """Key of ratios of modes."""
 
 
 @dataclass(frozen=True)
-class FittedDamping:
-    """Rayleigh damping in place of a matrix, or of the ratios of modes.
+class GivenDamping:
+    """What damps a joint model whose file gives a matrix, or the ratios of modes.
 
     Attributes
     ----------
@@ -43,11 +48,18 @@ class FittedDamping:
     beta : float
         s.
     missed : float
-        Part of the damping that it is not: of a matrix in the kept modes, else in the modes with a ratio.
+        Part of the damping that these two are not: of a matrix in the kept modes, else in the modes with a
+        ratio.
     of : str
         Key of the file that says the damping.
-    at : tuple of float
-        Natural frequencies of the modes whose ratios were given, rad/s, in the order of the file.
+    at, ratios : tuples of float
+        Natural frequencies (rad/s) and damping ratios of the modes whose ratios were given, in the order of
+        the file.
+    matrix : (k, k) array, optional
+        D, 1/s; None where alpha and beta are all of it.
+    off : float
+        Part of the damping of the joint's own mode, sliding or stuck, by which the joint model misses that of
+        the matrix on all degrees of freedom.
     """
 
     alpha: float
@@ -55,32 +67,30 @@ class FittedDamping:
     missed: float
     of: str = "matrices.damping"
     at: tuple[float, ...] = ()
-
-    def ratio(self, omega: float) -> float:
-        """Damping ratio ``(alpha + beta omega²) / (2 omega)`` at a natural frequency, rad/s."""
-        return (self.alpha + self.beta * omega**2) / (2 * omega)
+    ratios: tuple[float, ...] = ()
+    matrix: Array | None = None
+    off: float = 0.0
 
     @property
     def cautions(self) -> tuple[Caution, ...]:
         """What should be known of it."""
-        if self.missed <= SAME:
+        if not self.off > NOTICED:
             return ()
-        where = " in the kept modes" if self.of == "matrices.damping" else ""
         return (
             Caution(
                 "input",
                 self.of,
-                f"taken as alpha = {self.alpha:.4g} 1/s and beta = {self.beta:.4g} s, which misses "
-                f"{self.missed:.2%} of it{where}",
-                "damping in proportion to mass and stiffness is what the model has",
+                f"the damping of the joint's mode is {self.off:.1%} off: what is truncated is damped by "
+                f"beta = {self.beta:.4g} s and the stiffness",
+                "keep more modes (matrices.modes)",
             ),
         )
 
 
-def rayleigh_through(omega: Array, ratio: Array) -> FittedDamping:
-    """The Rayleigh damping with given damping ratios at natural frequencies, or the nearest to them.
+def through_ratios(omega: Array, ratio: Array, shapes: Array) -> GivenDamping:
+    """The damping with given ratios of modes of the stuck joint.
 
-    ``alpha + beta omega_n² = 2 zeta_n omega_n``; of one mode alone, alpha = 0.
+    ``alpha + beta omega_n² = 2 zeta_n omega_n`` where two numbers can do that; of one mode alone, alpha = 0.
 
     Parameters
     ----------
@@ -88,43 +98,29 @@ def rayleigh_through(omega: Array, ratio: Array) -> FittedDamping:
         Natural frequencies of modes of the stuck joint, rad/s.
     ratio : (n,) array
         Their damping ratios, positive.
-
-    Raises
-    ------
-    InputError
-        Where it misses too much of them.
+    shapes : (k, n) array
+        Their shapes in the kept modes, of unit length and orthogonal.
 
     Examples
     --------
-    >>> found = rayleigh_through(np.array([100.0, 300.0]), np.array([0.01, 0.02]))
-    >>> round(found.ratio(100.0), 12), round(found.ratio(300.0), 12)
-    (0.01, 0.02)
+    >>> found = through_ratios(np.array([100.0, 300.0]), np.array([0.01, 0.02]), np.eye(2))
+    >>> found.matrix is None, round(found.alpha / 200 + 50 * found.beta, 12)
+    (True, 0.01)
+    >>> found = through_ratios(np.array([1.0, 2.0]), np.array([0.01, 0.04]), np.eye(2))
+    >>> round(found.beta, 12), np.diag(found.matrix).round(12).tolist()
+    (0.02, [0.0, 0.08])
     """
     own = 2 * ratio * omega
+    given = tuple(omega.tolist()), tuple(ratio.tolist())
     if len(omega) == 1:
-        return FittedDamping(0.0, float(own[0] / omega[0] ** 2), 0.0, RATIOS, (float(omega[0]),))
+        return GivenDamping(0.0, float(own[0] / omega[0] ** 2), 0.0, RATIOS, *given)
     alpha, beta = _nearest(omega, own, 1 / own)
-    found = FittedDamping(alpha, beta, 0.0, RATIOS, tuple(omega.tolist()))
-    off = (alpha + beta * omega**2) / own - 1
-    missed = float(np.linalg.norm(off) / np.sqrt(len(omega)))
-    if missed > MOST:
-        said = ", ".join(f"{found.ratio(w):.3g} at {w / (2 * np.pi):.4g} Hz" for w in omega)
-        raise InputError(
-            f"{RATIOS}: no alpha M + beta K has them: the nearest has {said}; damping ratios of the model "
-            f"fall as 1/omega and rise as omega: {_instead(omega)}"
-        )
-    return replace(found, missed=missed)
-
-
-def _instead(omega: Array) -> str:
-    """What to give in place of ratios that are not met; two are where neither alpha nor beta is negative."""
-    if len(omega) > 2:
-        return "give one or two, of the modes of interest"
-    apart = float(omega.max() / omega.min())
-    return (
-        f"two are met where the second is {1 / apart:.3g} to {apart:.3g} times the first; give one, of the "
-        "mode of interest"
-    )
+    missed = float(np.linalg.norm((alpha + beta * omega**2) / own - 1) / np.sqrt(len(omega)))
+    if missed <= SAME:
+        return GivenDamping(alpha, beta, missed, RATIOS, *given)
+    alpha, beta = _below(omega, own)
+    beyond = np.maximum(own - alpha - beta * omega**2, 0.0)
+    return GivenDamping(alpha, beta, missed, RATIOS, *given, (shapes * beyond) @ shapes.T)
 
 
 def _nearest(omega: Array, own: Array, weight: Array) -> tuple[float, float]:
@@ -135,8 +131,17 @@ def _nearest(omega: Array, own: Array, weight: Array) -> tuple[float, float]:
     return float(alpha), float(beta)
 
 
-def rayleigh_of(C: sp.csc_matrix, modes: LinearModes) -> FittedDamping:
-    """The Rayleigh damping nearest to a matrix.
+def _below(omega: Array, own: Array) -> tuple[float, float]:
+    """The largest alpha and beta, not negative, with ``alpha + beta omega²`` nowhere above the damping."""
+    shares = np.column_stack([1 / own, omega**2 / own])
+    scale = shares.max(axis=0)
+    found = linprog(-(shares / scale).sum(axis=0), A_ub=shares / scale, b_ub=np.ones(len(own)))
+    alpha, beta = found.x / scale
+    return float(alpha), float(beta)
+
+
+def damping_by_matrix(C: sp.csc_matrix, modes: LinearModes) -> GivenDamping:
+    """The damping of a matrix in the kept modes.
 
     Parameters
     ----------
@@ -148,39 +153,37 @@ def rayleigh_of(C: sp.csc_matrix, modes: LinearModes) -> FittedDamping:
     Raises
     ------
     InputError
-        Where it gives energy to a mode, or is too far from any Rayleigh damping.
+        Where it gives energy to a mode, or to some motion of them together.
 
     Examples
     --------
     >>> modes = LinearModes(np.array([10.0, 20.0, 40.0]), np.eye(3), np.array([]))
-    >>> found = rayleigh_of(sp.csc_matrix(np.diag(0.5 + 1e-3 * modes.omega**2)), modes)
-    >>> round(found.alpha, 12), round(found.beta, 12)
-    (0.5, 0.001)
+    >>> found = damping_by_matrix(sp.csc_matrix(np.diag(0.5 + 1e-3 * modes.omega**2)), modes)
+    >>> round(found.alpha, 12), round(found.beta, 12), found.matrix
+    (0.5, 0.001, None)
     """
     shapes = modes.shapes
-    D = shapes.T @ (C @ shapes)
-    own = D.diagonal()
-    largest = float(np.abs(D).max(initial=0.0))
+    full = shapes.T @ (C @ shapes)
+    full = 0.5 * (full + full.T)
+    own = full.diagonal()
+    largest = float(np.abs(full).max(initial=0.0))
     if not largest > 0:
-        return FittedDamping(0.0, 0.0, 0.0)
+        return GivenDamping(0.0, 0.0, 0.0)
     if own.min() < -SAME * largest:
         k = int(np.argmin(own))
         raise InputError(
             f"matrices.damping: gives energy to the mode of {modes.frequency[k]:.4g} Hz: its damping is "
             f"{own[k]:.3g} 1/s; is the sign of C right?"
         )
+    least = float(np.linalg.eigvalsh(full)[0])
+    if least < -SAME * largest:
+        raise InputError(
+            f"matrices.damping: gives energy to a motion of the kept modes together: the least eigenvalue in "
+            f"them is {least:.3g} 1/s, the largest entry {largest:.3g} 1/s; are all entries of C there?"
+        )
     weight = 1 / np.maximum(own, SAME * largest)
     alpha, beta = _nearest(modes.omega, own, weight)
-    left = D - np.diag(alpha + beta * modes.omega**2)
+    left = full - np.diag(alpha + beta * modes.omega**2)
     size = np.sqrt(np.outer(weight, weight))
-    missed = float(np.linalg.norm(left * size) / np.linalg.norm(D * size))
-    if missed > MOST:
-        off = D - np.diag(own)
-        coupled = float(np.linalg.norm(off * size) / np.linalg.norm(D * size))
-        raise InputError(
-            f"matrices.damping: no alpha M + beta K comes near it: the nearest, alpha = {alpha:.3g} 1/s and "
-            f"beta = {beta:.3g} s, misses {missed:.0%} of it in the kept modes, {coupled:.0%} couples them; "
-            "the model has damping in proportion to mass and stiffness: leave it out and give [damping] "
-            "alpha and beta that fit the modes of interest"
-        )
-    return FittedDamping(alpha, beta, missed)
+    missed = float(np.linalg.norm(left * size) / np.linalg.norm(full * size))
+    return GivenDamping(alpha, beta, missed, matrix=None if missed <= SAME else left)

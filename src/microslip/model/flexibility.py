@@ -68,12 +68,32 @@ def with_compliance(flexibility: Flexibility, compliance: Array) -> Flexibility:
     return replace(flexibility, W=flexibility.W + np.diag(compliance))
 
 
-def harmonic_compliance(model: JointModel, omega: float, harmonics: int) -> tuple[Complex, Complex]:
+@dataclass(frozen=True, repr=False)
+class CoupledCompliance(Brief):
+    """Compliance of modes that damping couples: what multiplies their forces to amplitudes, both (H + 1, k).
+
+    Attributes
+    ----------
+    matrices : (H + 1, k, k) complex array
+    """
+
+    matrices: Complex
+
+    def __mul__(self, forces: Complex) -> Complex:
+        return amplitudes_under(self.matrices, forces)
+
+
+def harmonic_compliance(
+    model: JointModel, omega: float, harmonics: int
+) -> tuple[Complex | CoupledCompliance, Complex]:
     """Compliance of every mode, and lag of the residual part, at the harmonics 0..H of `omega`.
 
     ``W_h = residual lag_h + mode_v diag(modal_h) mode_v^T`` with
 
         modal_hn = 1 / (omega_n² - h² omega² + i h omega c_n),   lag_h = 1 / (1 + i h omega beta)
+
+    Where damping couples the modes (`JointModel.damping`) there is a matrix in place of ``diag(modal_h)``,
+    the inverse of ``diag(1 / modal_h) + i h omega D``.
 
     Parameters
     ----------
@@ -85,12 +105,37 @@ def harmonic_compliance(model: JointModel, omega: float, harmonics: int) -> tupl
 
     Returns
     -------
-    modal : (H + 1, k) complex array
-        s² (mass-normalised modes).
+    modal : (H + 1, k) complex array or CoupledCompliance
+        s² (mass-normalised modes); times forces on the modes it is their amplitudes.
     lag : (H + 1,) complex array
         The truncated modes follow quasi-statically behind their stiffness damping.
     """
     h = np.arange(harmonics + 1)[:, None] * omega
     modal = np.asarray(1 / (model.omega**2 - h**2 + 1j * h * model.modal_damping()), dtype=complex)
     lag = np.asarray(1 / (1 + 1j * h[:, 0] * model.rayleigh[1]), dtype=complex)
-    return modal, lag
+    if model.damping is None:
+        return modal, lag
+    coupled = np.zeros((harmonics + 1, *model.damping.shape), dtype=complex)
+    coupled[0] = np.diag(modal[0])
+    k = np.arange(len(model.omega))
+    for n in range(1, harmonics + 1):
+        resisted = 1j * h[n, 0] * model.damping
+        resisted[k, k] += 1 / modal[n]
+        coupled[n] = np.linalg.inv(resisted)
+    return CoupledCompliance(coupled), lag
+
+
+def amplitudes_under(modal: Complex, forces: Complex | Array) -> Complex:
+    """Amplitudes (H + 1, k) of modes of a compliance, (H + 1, k) or (H + 1, k, k), under forces (H + 1, k).
+
+    Examples
+    --------
+    >>> forces = np.array([[1.0 + 0j, 2.0]])
+    >>> amplitudes_under(np.array([[3.0 + 0j, 4.0]]), forces).real.tolist()
+    [[3.0, 8.0]]
+    >>> amplitudes_under(np.array([[[0.0 + 0j, 1.0], [1.0, 0.0]]]), forces).real.tolist()
+    [[2.0, 1.0]]
+    """
+    if modal.ndim == 2:
+        return np.asarray(modal * forces)
+    return np.asarray((modal @ forces[:, :, None])[:, :, 0])

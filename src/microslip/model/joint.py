@@ -41,7 +41,7 @@ class JointModel(Brief):
 
     With modal coordinates ``eta`` (k), port amplitudes ``a`` (p) and reactions ``r`` (d m):
 
-        eta'' + (alpha + beta omega²) eta' + omega² eta = port_modes^T a - mode_v^T r
+        eta'' + (alpha + beta omega²) eta' + D eta' + omega² eta = port_modes^T a - mode_v^T r
         v = mode_v eta + port_v a - residual r          relative displacement of the pairs
         y = port_modes^T eta + port_port a - port_v^T r  output conjugate to each port
 
@@ -76,6 +76,8 @@ class JointModel(Brief):
         Rigid motions of the bodies; None where they are not known.
     supports : (k, k) array, optional
         Stiffness of the springs to the ground in the kept modes, ``Phi^T K_s Phi``, (rad/s)².
+    damping : (k, k) array, optional
+        D, symmetric: what the kept modes are damped by beyond alpha and beta, 1/s; couples them.
     """
 
     position: Array
@@ -93,6 +95,7 @@ class JointModel(Brief):
     image: Indices | None = None
     bodies: BodyMotions | None = None
     supports: Array | None = None
+    damping: Array | None = None
 
     @property
     def pairs(self) -> int:
@@ -138,8 +141,19 @@ class JointModel(Brief):
         alpha, beta = self.rayleigh
         return alpha + beta * self.omega**2
 
+    def damping_matrix(self) -> Array:
+        """``diag(alpha + beta omega²) + D`` of the kept modes, 1/s."""
+        own = np.diag(self.modal_damping())
+        return own if self.damping is None else own + self.damping
+
+    def damping_beyond(self, shapes: Array) -> Array:
+        """``shapes^T D shapes`` of columns (k, n) or one shape (k,), 1/s; zero without D."""
+        if self.damping is None:
+            return np.zeros(shapes.shape[1:] * 2)
+        return np.asarray(shapes.T @ self.damping @ shapes)
+
     def truncated(self, modes: int, omega: float = 0.0) -> JointModel:
-        """Keep fewer modes dynamic; the rest joins the residual flexibility.
+        """Keep fewer modes dynamic; the rest joins the residual flexibility and has its damping, by beta.
 
         Parameters
         ----------
@@ -168,6 +182,7 @@ class JointModel(Brief):
             if self.bodies is None
             else replace(self.bodies, modes=self.bodies.modes[:modes]),
             supports=None if self.supports is None else self.supports[:modes, :modes],
+            damping=None if self.damping is None else self.damping[:modes, :modes],
         )
 
 
@@ -228,6 +243,7 @@ class Reducer:
             raise ModelError(f"cannot keep {modes} modes of {structure.dofs} degrees of freedom")
         self.structure = structure
         self.rayleigh = rayleigh
+        self.damping: Array | None = None
         self._shift = spectral_shift(structure)
         self._shifted = (structure.stiffness + self._shift * structure.mass).tocsc()
         self._factors = PartFactors(self._shifted)
@@ -309,6 +325,7 @@ class Reducer:
             port_v=relative @ x,
             port_port=0.5 * (port_port + port_port.T),
             rayleigh=self.rayleigh,
+            damping=self.damping,
             image=interface.image,
             bodies=self._bodies(vectors),
             supports=None if supports is None and not self.loose else springs,

@@ -119,12 +119,16 @@ def _peaks(assembly: Assembly, curve: Curve) -> Iterator[Peak]:
     """Resonances of a curve: sliding and stuck under small loads, and under its own."""
     frequency, _ = linear_resonance(curve.model)
     alpha, beta = curve.model.rayleigh
+    alpha = alpha + float(curve.model.damping[0, 0])
     mode = assembly.mode
     turn = 2 * np.pi
     yield Peak(frequency or mode.sliding_frequency, (alpha + beta * curve.model.omega**2) / turn)
     if curve.table is None:
         return
-    yield Peak(mode.stuck_frequency, (alpha + beta * mode.stuck_omega**2) / turn)
+    stuck = alpha + beta * mode.stuck_omega**2
+    if curve.table.damping is not None:
+        stuck += float(curve.table.damping[0])
+    yield Peak(mode.stuck_frequency, stuck / turn)
     found = curve.resonance
     top = found.reached(curve.load.amplitude)
     for k in {0, top}:

@@ -12,6 +12,7 @@ from microslip.describe.units import readable
 from microslip.errors import Caution, InputError, ModelError
 from microslip.model.imported import GAP
 from microslip.model.joint import JointModel
+from microslip.model.shape_damping import ratio_by_coupling
 
 
 def check_loads(joint: Joint, opening: float) -> None:
@@ -82,6 +83,34 @@ def soft_contact(prepared: PreparedJoint) -> tuple[Caution, ...]:
     reason = f"the contact is {ratio:.2g} times softer than the structure at its pairs"
     remedy = "is the stiffness per area, Pa/m, and are the areas right?"
     return (Caution("input", "contact.tangential_stiffness", reason, remedy),)
+
+
+COUPLED = 0.02
+"""Part of a damping ratio that coupling may change in silence."""
+
+
+def coupling_said(prepared: PreparedJoint) -> tuple[Caution, ...]:
+    """That damping couples the joint's mode to others, so that its own is not what its shape has."""
+    model, mode = prepared.model, prepared.principal()
+    if model.damping is None:
+        return ()
+    off = []
+    for directions, shape in ((1, mode.sliding), (model.dimension, mode.stuck)):
+        held = prepared.prestress.bonded(directions)
+        behind = prepared.law.compliance if directions == model.dimension else None
+        ratio, coupled = ratio_by_coupling(model, held, shape, behind)
+        off.append(abs(coupled / ratio - 1) if ratio > 0 else float(coupled > 0))
+    if max(off) <= COUPLED:
+        return ()
+    return (
+        Caution(
+            "input",
+            "damping",
+            f"it couples the joint's mode to others, which changes its ratio by {max(off):.1%}; reduced "
+            "models, quasi-static and prescribed backbones take the damping of the shape without that",
+            'backbones by method "harmonic", harmonic balance and time integration have all of it',
+        ),
+    )
 
 
 LOWERED = 1e-3

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy.sparse as sp
 from threadpoolctl import threadpool_limits
 
 from microslip.analyses.prepared.joint import PreparedJoint, flexibility_of
@@ -21,7 +22,7 @@ from microslip.describe.joint import Joint
 from microslip.describe.saved_model import ModelJoint
 from microslip.describe.units_of_the_whole import in_whole
 from microslip.errors import Caution, ContactError, InputError, ModelError
-from microslip.model.damping import RATIOS, FittedDamping, rayleigh_of, rayleigh_through
+from microslip.model.damping import RATIOS, GivenDamping, damping_by_matrix, through_ratios
 from microslip.model.flexibility import Flexibility
 from microslip.model.imported import Imported
 from microslip.model.joint import JointModel, Reducer
@@ -36,6 +37,7 @@ from microslip.pipeline.fitness import (
     check_positions,
     check_scales,
     check_vibrates,
+    coupling_said,
     crushed,
     soft_contact,
 )
@@ -68,8 +70,8 @@ class Assembly:
         What the files of matrices hold that it came from, if it did.
     bolts : Tightened, optional
         Bolts that keep their length, where there are any.
-    damping : FittedDamping, optional
-        What stands for a damping matrix or for damping ratios of modes, where there are any.
+    damping : GivenDamping, optional
+        What damping matrix or damping ratios of modes say, where there are any.
     signals : tuple of Prepared
         What loads the joint in each of its histories, read and resampled.
     """
@@ -83,7 +85,7 @@ class Assembly:
     measures: Measures
     imported: Imported | None = None
     bolts: Tightened | None = None
-    damping: FittedDamping | None = None
+    damping: GivenDamping | None = None
     signals: tuple[Prepared, ...] = ()
 
     def __repr__(self) -> str:
@@ -114,8 +116,9 @@ class Assembly:
         """What should be doubted of the files that it came from."""
         if self.imported is None:
             return ()
-        fitted = () if self.damping is None else self.damping.cautions
-        found = *fitted, *soft_contact(self.prepared), *crushed(self.prestress)
+        given = () if self.damping is None else self.damping.cautions
+        coupled = coupling_said(self.prepared)
+        found = *given, *coupled, *soft_contact(self.prepared), *crushed(self.prestress)
         return (*self.imported.cautions, *found)
 
     @property
@@ -198,8 +201,8 @@ def _assemble(joint: Joint) -> Assembly:
         raise type(error)(in_whole(str(error)) if joint.whole else str(error)) from None
     if joint.damping_of_modes:
         damping = _through_ratios(joint, joint_modes(model, start, law))
-        reducer.rayleigh = damping.alpha, damping.beta
-        model = replace(model, rayleigh=reducer.rayleigh)
+        reducer.rayleigh, reducer.damping = (damping.alpha, damping.beta), damping.matrix
+        model = replace(model, rayleigh=reducer.rayleigh, damping=reducer.damping)
     pairs = np.flatnonzero(start.touching)
     held = start.bonded(1), start.bonded(model.dimension)
     states = linear_states(
@@ -212,6 +215,8 @@ def _assemble(joint: Joint) -> Assembly:
     flexibility = flexibility_of(model, law)
     mode = mode_of_structure(states, structure, model)
     prepared = PreparedJoint(model, flexibility, start, law, drive, mode)
+    if damping is not None and source.imported is not None and source.imported.damping is not None:
+        damping = replace(damping, off=_off(source.imported.damping, structure, states, model))
     found = _assembly(joint, prepared, structure, states, vibrates=source.imported is not None)
     return replace(found, reduction=reducer, imported=source.imported, bolts=bolts, damping=damping)
 
@@ -262,30 +267,43 @@ def _assembly(
     )
 
 
-def _damped(reducer: Reducer, source: Source) -> FittedDamping | None:
+def _damped(reducer: Reducer, source: Source) -> GivenDamping | None:
     """Give the reduction the damping of a matrix, where there is one."""
     C = None if source.imported is None else source.imported.damping
     if C is None:
         return None
-    found = rayleigh_of(C, reducer.modes)
-    reducer.rayleigh = (found.alpha, found.beta)
+    found = damping_by_matrix(C, reducer.modes)
+    reducer.rayleigh, reducer.damping = (found.alpha, found.beta), found.matrix
     return found
 
 
-def _through_ratios(joint: Joint, modes: tuple[JointMode, ...]) -> FittedDamping:
+def _off(C: sp.csc_matrix, structure: Structure, states: LinearStates, model: JointModel) -> float:
+    """By how much the model misses ``phi^T C phi`` of both linear states on all degrees of freedom."""
+    off = []
+    for name, shape in (("sliding", states.sliding), ("stuck", states.stuck)):
+        own = model.port_modes[:, model.port(name)]
+        beyond = shape @ (structure.stiffness @ shape) - own @ (model.omega**2 * own)
+        damped = own @ model.damping_matrix() @ own + model.rayleigh[1] * max(beyond, 0.0)
+        true = float(shape @ (C @ shape))
+        off.append(abs(damped - true) / max(damped, true, 1e-300))
+    return float(max(off))
+
+
+def _through_ratios(joint: Joint, modes: tuple[JointMode, ...]) -> GivenDamping:
     """The damping that gives modes of the stuck joint their ratios.
 
     Raises
     ------
     InputError
-        Where there is no such mode, or no such damping.
+        Where there is no such mode, or two of them are the same.
     """
     if not modes:
         raise InputError(f"{RATIOS}: no mode of this joint deforms it")
     try:
-        omega = [pick_mode(modes, number).stuck_omega for number, _ in joint.damping_of_modes]
+        picked = [pick_mode(modes, number) for number, _ in joint.damping_of_modes]
     except ModelError as error:
         raise InputError(f"{RATIOS}: {error}") from None
+    omega = [mode.stuck_omega for mode in picked]
     if len(set(omega)) < len(omega):
         twice = max(omega, key=omega.count)
         same = [n for (n, _), w in zip(joint.damping_of_modes, omega, strict=True) if w == twice]
@@ -293,7 +311,8 @@ def _through_ratios(joint: Joint, modes: tuple[JointMode, ...]) -> FittedDamping
             f"{RATIOS}: the modes {', '.join(map(str, same))} slide in different shapes and stick in one, of "
             f"{twice / (2 * np.pi):.4g} Hz: give its ratio once (damping.modes)"
         )
-    return rayleigh_through(np.array(omega), np.array([r for _, r in joint.damping_of_modes]))
+    ratios = np.array([ratio for _, ratio in joint.damping_of_modes])
+    return through_ratios(np.array(omega), ratios, np.column_stack([m.stuck for m in picked]))
 
 
 LOOKED_AT = 8

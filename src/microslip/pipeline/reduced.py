@@ -131,7 +131,9 @@ def _resonant_load(assembly: Assembly, amplitude: float) -> float:
         return np.inf
     kappa = np.array([cycle.force / cycle.q / held.sliding_omega**2], complex)
     linear = two_mode_model(assembly.prepared, "refined")
-    return float(resonance(linear, np.array([amplitude]), kappa).load.max(initial=0.0))
+    beyond = np.array([cycle.damping - linear.damping[0, 0]])
+    found = resonance(linear, np.array([amplitude]), kappa, beyond)
+    return float(found.load.max(initial=0.0))
 
 
 def tabulate(

@@ -10,7 +10,6 @@ nodes are not known.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
 
@@ -63,22 +62,9 @@ def read_saved(joint: ModelJoint) -> PreparedJoint:
     if drive == prepared.drive and prepared.mode is not None:
         return prepared
     bare = replace(prepared.with_model(without_ports(model, MODAL)), drive=drive, mode=None)
-    found = with_principal_mode(bare)
-    if prepared.mode is None:
-        return found
-    # reactions are no loads: their ports have none on a mode
-    names = {*prepared.mode.load_on_sliding, drive}
-    mode = found.principal()
-
-    def known(loads: Mapping[str, float]) -> dict[str, float]:
-        return {name: amplitude for name, amplitude in loads.items() if name in names}
-
-    own = replace(
-        mode,
-        load_on_sliding=known(mode.load_on_sliding),
-        load_on_stuck=known(mode.load_on_stuck),
-    )
-    return replace(found, mode=own)
+    # ports of reactions are no loads, and those of the mode in the file are all that there are
+    loads = None if prepared.mode is None else {*prepared.mode.load_on_sliding, drive}
+    return with_principal_mode(bare, loads)
 
 
 @lru_cache(maxsize=4)

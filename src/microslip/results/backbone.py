@@ -30,7 +30,7 @@ def _rows(run: Run, backbone: Backbone) -> list[dict[str, Any]]:
             "amplitude_over_opening": point.amplitude / backbone.scale,
             "frequency_hz": point.omega / (2 * np.pi),
             "damping_ratio": point.damping_ratio,
-            "material_damping_ratio": material_damping(run.model, point.omega),
+            "material_damping_ratio": material_damping(run.model, point.omega, point.damping),
             "dissipated_energy_j_per_m": point.dissipated,
             "residual_max": point.residual,
             "closure": point.closure,

@@ -9,6 +9,7 @@ import xarray as xr
 
 from microslip.contact.fields import contact_extent
 from microslip.contact.pairs import at_rest, normal, slip_history
+from microslip.model.joint import JointModel
 from microslip.pipeline.measures import Measures
 from microslip.pipeline.run import Run
 from microslip.results.labels import load_entry, load_named, pair_position, state_variable, variable
@@ -134,7 +135,7 @@ def model_dataset(run: Run) -> xr.Dataset:
             ("mode",), model.omega / (2 * np.pi), "Hz", "natural frequency of free-interface mode"
         ),
         "modal_damping": variable(
-            ("mode",), model.modal_damping(), "1/s", "Rayleigh damping alpha + beta omega^2"
+            ("mode",), np.diag(model.damping_matrix()).copy(), "1/s", _damping_is(model)
         ),
     }
     coords = pair_position(run)
@@ -172,3 +173,9 @@ def prestress_dataset(run: Run) -> xr.Dataset:
         "residual": variable((), start.solution.residual, "1", "residual of the contact problem"),
     }
     return xr.Dataset(data, pair_position(run))
+
+
+def _damping_is(model: JointModel) -> str:
+    if model.damping is None:
+        return "Rayleigh damping alpha + beta omega^2"
+    return "diagonal of the modal damping matrix, which couples the modes"

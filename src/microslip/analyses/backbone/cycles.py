@@ -22,6 +22,7 @@ F comes from cycles with q prescribed (`microslip.analyses.statics.prescribed`) 
 frequency that is the mode's own, iterated at every amplitude. Approximated in this: higher
 harmonics and the mean have the inertia of the first; q has no higher harmonics; other modes have no
 damping; the material's damping is that of a mode of frequency omega, as if all of the stiffness had its loss.
+Damping that couples the modes adds ``eta^H D eta / eta^H eta`` of the first harmonic of the cycle's shape.
 `extended_motion.py` makes none of these approximations.
 """
 
@@ -45,6 +46,7 @@ from microslip.analyses.statics.cycle import quasi_static_cycle
 from microslip.analyses.statics.held import hold_port, resting
 from microslip.analyses.statics.prescribed import PrescribedCycle, prescribed_cycle
 from microslip.errors import ContactError, Failure
+from microslip.model.shape_damping import damping_of_shape, with_mode_outputs
 from microslip.numerics.execute import Executor, each, threads
 from microslip.numerics.fourier import harmonic, without_drift
 from microslip.typing import Array
@@ -103,8 +105,8 @@ def quasi_static_backbone(
     failures : list of Failure
         Amplitudes that could not be solved.
     """
-    wide = joint.with_model(with_mode_port(joint.model, mode))
-    port = wide.model.port(mode.port)
+    wide = joint.with_model(with_mode_outputs(with_mode_port(joint.model, mode)))
+    port, own = wide.model.port(mode.port), len(joint.model.ports)
 
     def one(amplitude: float) -> BackbonePoint:
         cycle = quasi_static_cycle(
@@ -120,14 +122,16 @@ def quasi_static_backbone(
         first = harmonic(without_drift(cycle.output, cycle.theta), cycle.theta)
         friction_loss = cycle.dissipated / (2 * np.pi * omega2 * (reach / 2) ** 2)
         omega = float(np.sqrt(omega2))
+        beyond = damping_of_shape(joint.model, first[-len(joint.model.omega) :])
         return BackbonePoint(
             amplitude=reach / 2,
             omega=omega,
-            damping_ratio=friction_loss + material_damping(joint.model, omega),
+            damping_ratio=friction_loss + material_damping(joint.model, omega, beyond),
             dissipated=cycle.dissipated,
             residual=float(cycle.residual.max()),
             closure=cycle.closure,
-            motion=first[: len(joint.model.ports)] / first[port] * (reach / 2),
+            motion=first[:own] / first[port] * (reach / 2),
+            damping=beyond,
         )
 
     return _collect(joint, mode, "quasi_static", amplitudes, one, executor, advance)
@@ -188,11 +192,13 @@ def prescribed_backbone(
         return BackbonePoint(
             amplitude=abs(cycle.q),
             omega=omega,
-            damping_ratio=ratio.imag / (2 * omega**2) + material_damping(joint.model, omega),
+            damping_ratio=ratio.imag / (2 * omega**2)
+            + material_damping(joint.model, omega, cycle.damping),
             dissipated=cycle.dissipated,
             residual=cycle.residual,
             closure=cycle.closure,
             motion=cycle.output[: len(joint.model.ports)] * (abs(cycle.q) / cycle.q),
+            damping=cycle.damping,
         )
 
     return _collect(joint, mode, "prescribed", amplitudes, one, executor, advance)

@@ -28,6 +28,7 @@ import numpy as np
 from microslip.analyses.backbone.motion_path import MotionEquations, MotionPath
 from microslip.analyses.backbone.points import Backbone, BackbonePoint, amplitude_scale, failed
 from microslip.analyses.harmonic.linear import HarmonicSolver
+from microslip.analyses.harmonic.operator import linear_operator
 from microslip.analyses.harmonic.paths import CONTROL, LoadPath
 from microslip.analyses.harmonic.points import HarmonicPoint, describe
 from microslip.analyses.harmonic.problem import HarmonicProblem, state_equations
@@ -36,6 +37,7 @@ from microslip.analyses.prepared.joint_modes import JointMode, with_mode_port
 from microslip.analyses.statics.held import modal_rest
 from microslip.brief import Brief
 from microslip.errors import Failure
+from microslip.model.shape_damping import damping_of_shape
 from microslip.numerics.continuation import (
     BranchPoint,
     ContinuationError,
@@ -110,6 +112,7 @@ def spring_mode(
         omega=np.sqrt(np.maximum(values, 0.0)),
         mode_v=model.mode_v @ vectors,
         port_modes=vectors.T @ loads,
+        damping=None if model.damping is None else model.damping_beyond(vectors),
     )
     turned = (vectors.T @ rest)[: model.equilibrium_modes]
     problem = state_equations(
@@ -300,7 +303,8 @@ def harmonic_backbone(
     alpha, beta = joint.model.rayleigh
     solver = HarmonicSolver()
     omega = mode.stuck_omega
-    state = Nearby(sprung.problem.rest(), 0.0, omega, alpha + beta * omega**2)
+    beyond = damping_of_shape(joint.model, mode.stuck)
+    state = Nearby(sprung.problem.rest(), 0.0, omega, alpha + beta * omega**2 + beyond)
     scale = amplitude_scale(joint, mode)
     points, failures = [], []
     sizes = sorted(float(a) for a in amplitudes)
@@ -329,7 +333,18 @@ def _point(motion: ExtendedMotion, ports: int) -> BackbonePoint:
         residual=motion.point.residual,
         closure=0.0,
         motion=motion.point.output[1, :ports] * (abs(motion.amplitude) / motion.amplitude),
+        damping=_of_shape(motion.point),
     )
+
+
+def _of_shape(point: HarmonicPoint) -> float:
+    """What damps the shape of the first harmonic beyond alpha and beta, 1/s."""
+    problem = point.problem
+    if problem.model.damping is None:
+        return 0.0
+    operator = linear_operator(problem, 2 * np.pi * point.frequency)
+    eta = operator.modes(*problem.split(point.w), point.load)[1]
+    return damping_of_shape(problem.model, eta)
 
 
 def _followed(

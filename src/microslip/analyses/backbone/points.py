@@ -40,6 +40,8 @@ class BackbonePoint:
     motion : (p,) complex array
         First harmonics of the outputs of all ports, phase against the modal coordinate; empty where they
         were not kept.
+    damping : float
+        What damps its shape beyond alpha and beta, `microslip.model.shape_damping`, 1/s.
     """
 
     amplitude: float
@@ -49,6 +51,7 @@ class BackbonePoint:
     residual: float
     closure: float
     motion: Complex = field(default_factory=lambda: np.zeros(0, complex), compare=False, repr=False)
+    damping: float = 0.0
 
 
 @dataclass(frozen=True, repr=False)
@@ -94,10 +97,13 @@ class Backbone(Brief):
         return np.array([p.damping_ratio for p in self.points])
 
 
-def material_damping(model: JointModel, omega: float) -> float:
-    """Damping ratio ``(alpha + beta omega²) / (2 omega)`` of the material at a natural frequency."""
+def material_damping(model: JointModel, omega: float, beyond: float = 0.0) -> float:
+    """Damping ratio ``(alpha + beta omega² + d) / (2 omega)`` of the material at a natural frequency.
+
+    `beyond` is d, of the shape (`microslip.model.shape_damping`).
+    """
     alpha, beta = model.rayleigh
-    return (alpha + beta * omega**2) / (2 * omega)
+    return (alpha + beta * omega**2 + beyond) / (2 * omega)
 
 
 def amplitude_scale(joint: PreparedJoint, mode: JointMode) -> float:

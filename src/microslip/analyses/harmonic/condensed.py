@@ -15,8 +15,9 @@ The second kind is eliminated. With ``eta`` the amplitudes of the modes,
     (W z)_N = lag A_S z_N + X eta + A_NL A_LL^-1 c_L
 
 the real matrices ``A_S``, X, Y and C depend on the kinds alone (`Elimination`), and the frequency enters
-through small matrices ``G_h = (1/m + C/lag)^-1`` over the modes (`Resonator`). A set of coupled components
-that is larger than needed is as good, so that it can stay for a while.
+through small matrices ``G_h = (1/m + C/lag)^-1`` over the modes (`Resonator`); m is a matrix where damping
+couples them. A set of coupled components that is larger than needed is as good, so that it can stay for a
+while.
 """
 
 from __future__ import annotations
@@ -214,12 +215,18 @@ class Resonator:
     def __init__(self, operator: LinearOperator, sets: Elimination) -> None:
         self.modal = operator.modal
         self.lag = operator.lag
-        m = operator.modal - sets.share * operator.lag[:, None]
-        G = np.empty((len(m), m.shape[1], m.shape[1]), dtype=complex)
+        k, coupled = operator.modal.shape[1], operator.modal.ndim == 3
+        m = operator.modal - (
+            np.diag(sets.share) * operator.lag[:, None, None]
+            if coupled
+            else sets.share * operator.lag[:, None]
+        )
+        G = np.empty((len(m), k, k), dtype=complex)
         for own, C in ((EVEN, sets.C[0]), (ODD, sets.C[1])):
-            G[own] = m[own, :, None] * C / self.lag[own, None, None]
-        G += np.eye(m.shape[1])
-        self.G = np.linalg.solve(G, m[:, :, None] * np.eye(m.shape[1]))
+            held = m[own] @ C if coupled else m[own, :, None] * C
+            G[own] = held / self.lag[own, None, None]
+        G += np.eye(k)
+        self.G = np.linalg.solve(G, m if coupled else m[:, :, None] * np.eye(k))
 
     def fits(self, operator: LinearOperator) -> bool:
         """Whether it is that of an operator."""

@@ -40,6 +40,7 @@ from microslip.analyses.harmonic.points import HarmonicPoint
 from microslip.analyses.harmonic.problem import HarmonicProblem
 from microslip.brief import Brief
 from microslip.contact.aft import times_derivative
+from microslip.model.flexibility import amplitudes_under
 from microslip.numerics.continuation import ContinuationError
 from microslip.numerics.fourier import EVEN, ODD, to_complex, to_real
 from microslip.typing import Array, Complex
@@ -115,11 +116,14 @@ def hill_exponents(
     cycle = evaluate(operator, load, w).cycle
     first, second = _derivatives(operator)
     slope = problem.model.modal_damping() + 2j * operator.omega * _orders(operator)
+    D = problem.model.damping
     # modal disturbances times omega²: of the size of the reactions
     modal = operator.modal * operator.omega**2
     slope, inverse_square = slope / operator.omega**2, 1 / operator.omega**2
     e = len(problem.rigid_modes)
     damping = (problem.rigid_modes.T * problem.model.modal_damping()[:e]) @ problem.rigid_modes
+    if D is not None:
+        damping += problem.rigid_modes.T @ D[:e, :e] @ problem.rigid_modes
     mass = problem.rigid_modes.T @ problem.rigid_modes
     damping[:, problem.walking] = mass[:, problem.walking] = 0.0
     out = np.empty_like(cycle.r)
@@ -135,15 +139,22 @@ def hill_exponents(
         Y, X = both[:size], both[size:]
         y, z = Y[: problem.size], X[: problem.size]
         u, u2 = problem.split(y)[0], problem.split(z)[0]
-        pushed = slope * modes_of(Y) + inverse_square * modes_of(X)
+        moving = modes_of(Y)
+        pushed = slope * moving + inverse_square * modes_of(X)
+        inertia = damping @ y[u.size :] + mass @ z[u.size :]
+        if D is not None:
+            # modes of the mean that are unknowns of equilibrium are not among those of `moving`
+            rigid = problem.rigid_modes @ problem.means(y[u.size :])
+            pushed += inverse_square * (moving @ D)
+            pushed[0] += D[:, :e] @ rigid
+            inertia += problem.rigid_modes.T @ (D[:e] @ moving[0].real) * inverse_square
         x = first.flexibility(u) + 0.5 * second.flexibility(u2)
-        x += operator.of_modes(operator.modal * pushed)
+        x += operator.of_modes(amplitudes_under(operator.modal, pushed))
         x *= problem.stiffness[:, None]
         times_derivative(cycle.nn, cycle.tn, cycle.tt, x.reshape(out.shape), out)
-        inertia = damping @ y[u.size :] + mass @ z[u.size :]
         right = np.concatenate([out.ravel(), problem.spring * inertia])
         new = -solver.linear_solve(operator, cycle, right, SOLVED)
-        eta = -modal * (pushed + operator.on_modes(problem.split(new)[0]))
+        eta = -amplitudes_under(modal, pushed + operator.on_modes(problem.split(new)[0]))
         eta[EVEN], eta[ODD] = eta[EVEN] @ felt[0], eta[ODD] @ felt[1]
         return np.concatenate([new, to_real(eta).ravel(), Y])
 

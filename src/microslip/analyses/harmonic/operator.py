@@ -15,7 +15,11 @@ import numpy as np
 from microslip.analyses.harmonic.problem import HarmonicProblem
 from microslip.brief import Brief
 from microslip.errors import MicroslipError
-from microslip.model.flexibility import harmonic_compliance
+from microslip.model.flexibility import (
+    CoupledCompliance,
+    amplitudes_under,
+    harmonic_compliance,
+)
 from microslip.numerics.fourier import parity, to_complex, to_real
 from microslip.typing import Array, Complex, Indices
 
@@ -25,8 +29,8 @@ class Slope(NamedTuple):
 
     Attributes
     ----------
-    modal : (H + 1, k) complex array
-        Derivative of the modal compliance over that compliance.
+    modal : (H + 1, k) or (H + 1, k, k) complex array
+        Derivative of the modal compliance over that compliance; of the shape of the latter.
     lag : (H + 1,) complex array
     """
 
@@ -45,8 +49,8 @@ class LinearOperator(Brief):
     problem : HarmonicProblem
     omega : float
         rad/s.
-    modal : (H + 1, k) complex array
-        Compliance of every mode at every harmonic.
+    modal : (H + 1, k) or (H + 1, k, k) complex array
+        Compliance of every mode at every harmonic; a matrix where damping couples them.
     lag : (H + 1,) complex array
         ``1 / (1 + i h omega tau)``.
     """
@@ -60,7 +64,11 @@ class LinearOperator(Brief):
         """``W r`` of coefficients (2 m, c)."""
         p = self.problem
         own = to_complex(by_parity(p.residual, u)) * self.lag[:, None]
-        return to_real(own) + self.of_modes(self.on_modes(u) * self.modal)
+        return to_real(own) + self.of_modes(self._moved(self.on_modes(u)))
+
+    def _moved(self, forces: Complex) -> Complex:
+        """Amplitudes of the modes, (H + 1, k), under forces on them."""
+        return forces * self.modal if self.modal.ndim == 2 else amplitudes_under(self.modal, forces)
 
     def on_modes(self, u: Array) -> Complex:
         """Forces on the modes, (H + 1, k), to reactions, (2 m, c), along the displacements."""
@@ -73,7 +81,9 @@ class LinearOperator(Brief):
     def dense(self, h: int) -> Complex:
         """``W_h`` as a matrix."""
         p, odd = self.problem, h % 2
-        return p.residual[odd] * self.lag[h] + (p.spread[odd] * self.modal[h]) @ p.gather[odd].T
+        own, modal = p.residual[odd] * self.lag[h], self.modal[h]
+        moved = p.spread[odd] * modal if modal.ndim == 1 else p.spread[odd] @ modal
+        return np.asarray(own + moved @ p.gather[odd].T)
 
     def free(self, load: float) -> Array:
         """Displacement without reactions under the clamp and ``load sin(omega t)``."""
@@ -97,7 +107,8 @@ class LinearOperator(Brief):
         problem, model = self.problem, self.problem.model
         Y: Complex = np.zeros((problem.harmonics + 1, len(problem.rows)), dtype=complex)
         Y[h] = (model.port_v[problem.rows] @ a) * self.lag[h]
-        Y[h] += problem.spread[h % 2] @ (self.modal[h] * (model.port_modes @ a))
+        force = (model.port_modes @ a)[None]
+        Y[h] += problem.spread[h % 2] @ amplitudes_under(self.modal[h : h + 1], force)[0]
         return to_real(Y)
 
     def modes(self, u: Array, q: Array, load: float) -> Complex:
@@ -106,7 +117,7 @@ class LinearOperator(Brief):
         force = -to_complex(by_parity(problem.gather.transpose(0, 2, 1), u))
         force[0] += model.port_modes @ problem.held_load
         force[1] += model.port_modes @ problem.driven(load)
-        modes = force * self.modal
+        modes = self._moved(force)
         modes[0, : len(q)] = q
         return modes
 
@@ -132,18 +143,25 @@ class LinearOperator(Brief):
         problem, h = self.problem, np.arange(self.problem.harmonics + 1)[:, None]
         model = problem.model
         modal = 2 * h**2 * self.omega - 1j * h * model.modal_damping()
+        if model.damping is not None:
+            modal = (
+                modal[:, :, None] * np.eye(len(model.omega)) - 1j * h[:, :, None] * model.damping
+            )
         lag = -1j * h[:, 0] * model.rayleigh[1] * self.lag**2
-        return Slope(np.asarray(modal * self.modal), np.asarray(lag))
+        slope = modal * self.modal if modal.ndim == 2 else self.modal @ modal
+        return Slope(np.asarray(slope), np.asarray(lag))
 
     @cached_property
     def by_damping(self) -> Slope:
         """Derivative by alpha of the damping."""
-        h = np.arange(self.problem.harmonics + 1)[:, None]
+        h = np.arange(self.problem.harmonics + 1).reshape(-1, *[1] * (self.modal.ndim - 1))
         return Slope(np.asarray(-1j * h * self.omega * self.modal), np.zeros_like(self.lag))
 
     def _displacement(self, u: Array, load: float, slope: Slope) -> Array:
         problem, model = self.problem, self.problem.model
-        modes = slope.modal * self.modes(u, np.zeros(len(problem.rigid_modes)), load)
+        modes = amplitudes_under(
+            slope.modal, self.modes(u, np.zeros(len(problem.rigid_modes)), load)
+        )
         own = -to_complex(by_parity(problem.residual, u))
         own[1] += model.port_v[problem.rows] @ problem.driven(load)
         return to_real(own * slope.lag[:, None]) + by_parity(problem.spread, to_real(modes))
@@ -151,7 +169,9 @@ class LinearOperator(Brief):
     def outputs_derivative(self, u: Array, load: float, slope: Slope) -> Complex:
         """Derivative of the outputs of all ports, (H + 1, p), at constant reactions."""
         problem, model = self.problem, self.problem.model
-        modes = slope.modal * self.modes(u, np.zeros(len(problem.rigid_modes)), load)
+        modes = amplitudes_under(
+            slope.modal, self.modes(u, np.zeros(len(problem.rigid_modes)), load)
+        )
         residual = -to_complex(model.port_v.T @ problem.unfold(u))
         residual[1] += problem.driven(load) @ model.port_port
         return residual * slope.lag[:, None] + modes @ model.port_modes
@@ -178,6 +198,7 @@ def linear_operator(problem: HarmonicProblem, omega: float) -> LinearOperator:
     if not (np.isfinite(omega) and omega > 0):
         raise MicroslipError(f"frequency {omega / (2 * np.pi):g} Hz must be positive")
     with np.errstate(divide="ignore", invalid="ignore"):  # the mean of a free joint as a whole
-        modal, lag = harmonic_compliance(problem.model, omega, problem.harmonics)
+        found, lag = harmonic_compliance(problem.model, omega, problem.harmonics)
+    modal = found.matrices if isinstance(found, CoupledCompliance) else found
     modal[0, : len(problem.rigid_modes)] = 0.0
     return LinearOperator(problem, float(omega), modal, lag)

@@ -136,6 +136,8 @@ def describe(equations: EquationsAt, iterations: int, seconds: float) -> Harmoni
     twice_static = _residual_energy(operator, R, load) * np.abs(operator.lag[1:]) ** 2
     damping = h[:, 0] * operator.omega * model.rayleigh[1]
     modal = h**2 * operator.omega * model.modal_damping() * np.abs(eta) ** 2
+    if model.damping is not None:
+        modal = modal + h**2 * operator.omega * (eta.conj() * (eta @ model.damping)).real
     status = point.cycle.status
     if problem.half_turn:
         half = np.roll(status, problem.table.samples // 2, axis=1)

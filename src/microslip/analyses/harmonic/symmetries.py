@@ -11,7 +11,7 @@ from microslip.analyses.prepared.prestress import Prestress
 from microslip.contact.pairs import components, normal_rows
 from microslip.errors import MicroslipError
 from microslip.model.joint import JointModel
-from microslip.typing import Array
+from microslip.typing import Array, Indices
 
 SLIDES = 1e-3
 """Approach, over sliding, of a motion that only slides; and sliding, over the largest, of one that does."""
@@ -118,5 +118,19 @@ def half_turn_of(
         (load, -load[turned]),
         (prestress.solution.r, prestress.solution.r[turned]),
         (friction, friction[model.image]),
+        *_damped_alike(model, turned, port),
     ]
     return all(np.abs(a - b).max() <= 1e-6 * np.abs(a).max() for a, b in pairs)
+
+
+def _damped_alike(model: JointModel, turned: Indices, port: str) -> list[tuple[Array, Array]]:
+    """What damping that couples the modes makes of reactions and of the load, and its image."""
+    if model.damping is None:
+        return []
+    # any flexibility of the modes that has the symmetry of the structure
+    square = model.omega**2
+    seen = model.mode_v / (square + square[model.equilibrium_modes :].min(initial=square.max()))
+    scale = seen / np.abs(seen).max(initial=1e-300)
+    of_pairs, of_load = scale @ model.damping @ scale.T, scale @ model.damping
+    load = of_load @ (model.port_modes[:, model.port(port)] / square.max())
+    return [(of_pairs, of_pairs[np.ix_(turned, turned)]), (load, -load[turned])]

@@ -71,6 +71,7 @@ def bonded_model(
         image=None,
         bodies=None,
         supports=None if model.supports is None else shapes.T @ model.supports @ shapes,
+        damping=None if model.damping is None else model.damping_beyond(shapes),
     )
 
 

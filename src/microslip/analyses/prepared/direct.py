@@ -5,6 +5,8 @@ to slide, the motion under a harmonic load is a sum over its modes. The one that
 is theirs; the others, and the flexibility of everything truncated, follow the load at once:
 
     h(omega) = sum_{n != own} phi_n^T y phi_n^T p / (omega_n² - omega² + i omega c_n) + residual.
+
+Where damping couples the modes, these are coupled among each other by it, and not with the joint's own.
 """
 
 from __future__ import annotations
@@ -109,4 +111,11 @@ def _modal_sum(
     w, wn = omega[:, None], omegas[kept]
     give = 1 / (wn**2 - w**2 + 1j * w * (alpha + beta * wn**2))
     push = y[kept, model.port(port)]
-    return np.asarray((give * push) @ y[kept] + residual / (1 + 1j * w * beta), dtype=complex)
+    moved = give * push
+    if model.damping is not None:
+        D, k = model.damping_beyond(shapes[:, kept]), np.arange(len(wn))
+        for n, at in enumerate(omega):
+            resisted = 1j * at * D
+            resisted[k, k] += 1 / give[n]
+            moved[n] = np.linalg.solve(resisted, push)
+    return np.asarray(moved @ y[kept] + residual / (1 + 1j * w * beta), dtype=complex)

@@ -7,7 +7,7 @@ or a worker of a cluster gets it whole.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 
 from microslip.analyses.prepared.joint_modes import JointMode, driven_mode
@@ -140,13 +140,15 @@ def prepare_joint(
     return PreparedJoint(model, flexibility, start, law, drive, mode)
 
 
-def with_principal_mode(prepared: PreparedJoint) -> PreparedJoint:
+def with_principal_mode(
+    prepared: PreparedJoint, loads: Collection[str] | None = None
+) -> PreparedJoint:
     """The joint with the mode that its driving port excites most, and the ports of that mode.
 
     The modes are those of the joint model; a structure's own are more exact by the error of the
-    reduction.
+    reduction. `loads` is as for `microslip.analyses.prepared.joint_modes.driven_mode`.
     """
-    found = driven_mode(prepared.model, prepared.prestress, prepared.law, prepared.drive)
+    found = driven_mode(prepared.model, prepared.prestress, prepared.law, prepared.drive, loads)
     other = 1.0 if found.load_on_stuck[prepared.drive] >= 0 else -1.0
     sign = other * (1.0 if found.overlap >= 0 else -1.0)
     mode = replace(

@@ -8,7 +8,7 @@ one, as close modes in space are, each has one of its own, so that the sum of al
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -138,9 +138,17 @@ def joint_modes(model: JointModel, start: Prestress, law: ContactLaw) -> tuple[J
     return tuple(_pair(model, sliding, stuck, *pair, n) for n, pair in enumerate(pairs, 1))
 
 
-def driven_mode(model: JointModel, start: Prestress, law: ContactLaw, drive: str) -> JointMode:
+def driven_mode(
+    model: JointModel,
+    start: Prestress,
+    law: ContactLaw,
+    drive: str,
+    loads: Collection[str] | None = None,
+) -> JointMode:
     """The mode that a port drives: the stuck one that its static load excites most, and the sliding one most
     like it, as `microslip.model.states.linear_states` picks those of a structure.
+
+    `loads` are the ports that load it, all by default: reactions, which do no work, are ports too.
 
     Raises
     ------
@@ -155,7 +163,7 @@ def driven_mode(model: JointModel, start: Prestress, law: ContactLaw, drive: str
     work = np.where(stuck.deforms, np.abs(stuck.shapes.T @ load) / size, -1.0)
     partner = int(np.argmax(work))
     like = np.where(sliding.deforms, (sliding.shapes.T @ stuck.shapes[:, partner]) ** 2, -1.0)
-    return _pair(model, sliding, stuck, int(np.argmax(like)), partner, 1)
+    return _pair(model, sliding, stuck, int(np.argmax(like)), partner, 1, loads)
 
 
 def drifting(model: JointModel, start: Prestress, law: ContactLaw, shape: Array) -> float:
@@ -183,12 +191,19 @@ def _states(model: JointModel, start: Prestress, law: ContactLaw) -> tuple[_Stat
 
 
 def _pair(
-    model: JointModel, sliding: _State, stuck: _State, own: int, partner: int, number: int
+    model: JointModel,
+    sliding: _State,
+    stuck: _State,
+    own: int,
+    partner: int,
+    number: int,
+    loads: Collection[str] | None = None,
 ) -> JointMode:
     """A sliding mode and its stuck partner, by index."""
 
-    def loads(shape: Array) -> dict[str, float]:
-        return dict(zip(model.ports, map(float, shape @ model.port_modes), strict=True))
+    def work(shape: Array) -> dict[str, float]:
+        on = zip(model.ports, map(float, shape @ model.port_modes), strict=True)
+        return {port: amount for port, amount in on if loads is None or port in loads}
 
     shape, other = sliding.shapes[:, own], stuck.shapes[:, partner]
     return JointMode(
@@ -198,8 +213,8 @@ def _pair(
         sliding=shape,
         stuck=other,
         overlap=float(shape @ other),
-        load_on_sliding=loads(shape),
-        load_on_stuck=loads(other),
+        load_on_sliding=work(shape),
+        load_on_stuck=work(other),
         port=MODE_PORT,
         stuck_port=f"stuck {MODE_PORT}",
     )

@@ -3,11 +3,11 @@
 The file is a NumPy archive of arrays by name (``.npz``, nothing pickled), so that any program may read the
 model out of it: with the names of `JointModel`,
 
-    eta'' + (alpha + beta omega²) eta' + omega² eta = port_modes^T a - mode_v^T r
+    eta'' + (alpha + beta omega²) eta' + D eta' + omega² eta = port_modes^T a - mode_v^T r
     v = mode_v eta + port_v a - residual r
 
-All that analyses take is stored, the prestress too, with every bit: what a joint answers that is read again
-is what it answered before.
+(D is ``damping``, where there is one: format 2). All that analyses take is stored, the prestress too, with
+every bit: what a joint answers that is read again is what it answered before.
 """
 
 from __future__ import annotations
@@ -38,6 +38,9 @@ FORMAT = "microslip joint model"
 
 FORMAT_VERSION = 1
 """Of what stands in it."""
+
+COUPLED_VERSION = 2
+"""Where damping couples the modes, which programs that read the first would leave out."""
 
 PER = {
     "width": "SI units, per metre of width: forces N/m, moments N m/m, energies J/m",
@@ -78,7 +81,9 @@ def save_model(joint: PreparedJoint, path: str | Path, *, per: str = "width") ->
         raise InputError(f"{file}: a saved model is a file {SUFFIX}")
     entries: dict[str, Any] = {
         "format": np.array(FORMAT),
-        "format_version": np.array(FORMAT_VERSION),
+        "format_version": np.array(
+            FORMAT_VERSION if joint.model.damping is None else COUPLED_VERSION
+        ),
         "program_version": np.array(__version__),
         "units": np.array(PER[per]),
         "drive": np.array(joint.drive),
@@ -108,7 +113,7 @@ def save_model(joint: PreparedJoint, path: str | Path, *, per: str = "width") ->
 
 
 SOLUTION = tuple(field.name for field in fields(Solution))
-OPTIONAL = ("image", "supports")
+OPTIONAL = ("image", "supports", "damping")
 """Arrays that a model may be without."""
 
 BODIES = tuple(field.name for field in fields(BodyMotions))
@@ -183,10 +188,11 @@ class _Saved:
                 f"{path}: is no saved model, it holds {there}; microslip export writes one"
             )
         version = str(self["format_version"])
-        if version != str(FORMAT_VERSION):
+        if version not in map(str, (FORMAT_VERSION, COUPLED_VERSION)):
             raise InputError(
                 f"{path}: is of format {version}, written by microslip {self['program_version']}; this is "
-                f"{__version__} and reads format {FORMAT_VERSION}: write it again from its joint file"
+                f"{__version__} and reads formats {FORMAT_VERSION} and {COUPLED_VERSION}: write it again "
+                "from its joint file"
             )
 
     def __getitem__(self, name: str) -> Any:
@@ -281,7 +287,7 @@ class _Saved:
             "port_port": (p, p),
             "prestress_q": (model.equilibrium_modes,),
         }
-        may_be = {"image": (m,), "supports": (k, k)}
+        may_be = {"image": (m,), "supports": (k, k), "damping": (k, k)}
         shapes |= {name: shape for name, shape in may_be.items() if name in self}
         for name, shape in shapes.items():
             if self[name].shape != shape:

@@ -25,6 +25,9 @@ CLOSE = 1e-7
 SYMMETRIC = 1e-9
 """Part of the largest entry by which a symmetric matrix may be none."""
 
+DRIVES = 1e-6
+"""Part of the largest damping by which some motion may gain energy: rounding of a matrix from a file."""
+
 WORDS = (
     *("format", "program_version", "units", "drive", "ports", "preload_ports"),
     *("mode_port", "mode_stuck_port", "mode_load_on_sliding_ports", "mode_load_on_stuck_ports"),
@@ -77,13 +80,17 @@ def _signs(joint: PreparedJoint) -> Iterator[str]:
 
 def _symmetries(joint: PreparedJoint) -> Iterator[str]:
     model = joint.model
-    for name in ("residual", "port_port", "supports"):
+    for name in ("residual", "port_port", "supports", "damping"):
         value = getattr(model, name)
         if value is None:
             continue
         off = np.abs(value - value.T).max(initial=0.0)
         if off > SYMMETRIC * np.abs(value).max(initial=0.0):
             yield f"{name} is not symmetric"
+    if model.damping is not None:
+        size = np.abs(model.damping_matrix()).max(initial=0.0)
+        if np.linalg.eigvalsh(model.damping_matrix())[0] < -DRIVES * size:
+            yield "damping must not be negative with rayleigh: it would drive the joint"
     if model.image is not None and sorted(model.image.tolist()) != list(range(model.pairs)):
         yield "image must be a permutation of the pairs"
 

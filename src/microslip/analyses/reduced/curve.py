@@ -27,17 +27,19 @@ class TableCurve(NamedTuple):
     knots : (n,) array
     coefficients : (4, n - 1, 4 + 8 s) array
         Powers, intervals; k_eq, gamma_eq, cross, then motion, compliance, in_phase and quadrature
-        of s upper harmonics, each as real and imaginary part.
-    upper : (s, 2) array
-        Order and circular frequency of the upper harmonics.
+        of s upper harmonics, each as real and imaginary part; where `damped` what damps the shape, 1/s, last.
+    upper : (s, 3) array
+        Order, circular frequency and damping beyond alpha and beta of the upper harmonics.
     reference : float
         omega_0².
+    damped : bool
     """
 
     knots: Array
     coefficients: Array
     upper: Array
     reference: float
+    damped: bool
 
 
 def table_curve(table: EquivalentTable) -> TableCurve:
@@ -48,22 +50,26 @@ def table_curve(table: EquivalentTable) -> TableCurve:
     if not (np.diff(x) > 0).all():
         raise MicroslipError("amplitudes of the table do not grow with the load: drive it further")
     columns = [table.k_eq, table.gamma_eq, table.cross.real, table.cross.imag]
-    upper, reference = np.zeros((0, 2)), 0.0
+    upper, reference = np.zeros((0, 3)), 0.0
     if table.upper is not None:
         u = table.upper
-        upper, reference = np.column_stack([u.order, u.omega]), u.reference_omega**2
+        upper, reference = np.column_stack([u.order, u.omega, u.damping]), u.reference_omega**2
         for values in zip(u.motion.T, u.compliance.T, u.in_phase.T, u.quadrature.T, strict=True):
             columns += [part for y in values for part in (y.real, y.imag)]
+    damped = table.damping is not None
+    if table.damping is not None:
+        columns.append(table.damping)
     if not all(np.isfinite(y).all() for y in columns):
         raise MicroslipError("the table of equivalent stiffness holds numbers that are not finite")
     interpolate = PchipInterpolator if table.uncertainty is None else Akima1DInterpolator
     c = np.stack([interpolate(x, y).c for y in columns])
-    return TableCurve(x, np.ascontiguousarray(np.moveaxis(c, 0, -1)), upper, float(reference))
+    coefficients = np.ascontiguousarray(np.moveaxis(c, 0, -1))
+    return TableCurve(x, coefficients, upper, float(reference), damped)
 
 
 def no_curve() -> TableCurve:
     """Curve without a table: of the frictionless joint."""
-    return TableCurve(np.zeros(0), np.zeros((4, 0, 4)), np.zeros((0, 2)), 0.0)
+    return TableCurve(np.zeros(0), np.zeros((4, 0, 4)), np.zeros((0, 3)), 0.0, False)
 
 
 @strict_jit
@@ -79,7 +85,7 @@ def evaluate_curve(curve, x, out):
         ) * t + coefficients[3, i, j]
     if x < knots[0]:
         out[1] *= np.exp(x - knots[0])
-        out[4:] = 0.0
+        out[4 : 4 + 8 * curve.upper.shape[0]] = 0.0
 
 
 @strict_jit
@@ -92,7 +98,7 @@ def upper_force(curve, out, w, alpha, beta):
     total = 0.0 + 0.0j
     for s in range(upper.shape[0]):
         hw, own = upper[s, 0] * w, upper[s, 1]
-        D = hw * hw - reference - 1j * hw * (alpha + beta * own * own)
+        D = hw * hw - reference - 1j * hw * (alpha + beta * own * own + upper[s, 2])
         o = out[4 + 8 * s : 12 + 8 * s]
         load = D * (o[0] + 1j * o[1]) / (1.0 - D * (o[2] + 1j * o[3]))
         total += (o[4] + 1j * o[5]) * load.real + (o[6] + 1j * o[7]) * load.imag

@@ -14,6 +14,9 @@ takes it from cycles driven by the end moment. Here, in order of what each is wo
   own pattern: it offsets the amplitude, ``A = Q + c M``, ``F = omega_sl² kappa(|A|) A``.
 * The other modes have their inertia at a reference frequency between the sliding and the stuck one.
 * What is elastic in F has the material's loss, ``k_eq (1 + i omega beta)``.
+* Damping that couples the modes is that of the shape which the joint has at the amplitude,
+  ``eta^H D eta / eta^H eta`` of the cycle's first harmonic: ``i omega d Q`` of the sliding mode, and what it
+  differs from that at the amplitude, ``i omega (d(|A|) - d) A``.
 * An upper mode near a multiple of the first is in superharmonic resonance with the corners of the
   contact force. Its harmonic ``eta`` obeys ``eta = eta_0 + S P`` under a load P on its port, and
   the rest of its inertia is such a load, ``P = D eta``, ``D = h² omega² - omega_0² - i h omega c``;
@@ -40,6 +43,7 @@ from microslip.analyses.statics.prescribed import (
     prescribed_cycle,
 )
 from microslip.errors import ContactError, Failure, MicroslipError
+from microslip.model.shape_damping import damping_of_shape
 from microslip.numerics.execute import Executor, each, threads
 from microslip.typing import Array, Complex
 
@@ -167,8 +171,18 @@ def refined_table(
         uncertainty=missed(np.log(size), kappa),
         upper=_upper_harmonics(held, solved, band, knots, max(steps // 2, 4 * HIGHEST), where),
         motion=np.array([c.output / c.q for c in solved]),
+        damping=_beyond_sliding(held, solved),
     )
     return table, failures
+
+
+def _beyond_sliding(held: HeldMode, solved: Sequence[PrescribedCycle]) -> Array | None:
+    """`EquivalentTable.damping`."""
+    model = held.model
+    if model.damping is None:
+        return None
+    own = damping_of_shape(model, model.port_modes[:, model.port(held.port)])
+    return np.array([c.damping for c in solved]) - own
 
 
 def missed(x: Array, y: Complex) -> Array:
@@ -258,6 +272,7 @@ def _upper_harmonics(
         compliance=spread([0.5 * (row.motion[:, 0] - 1j * row.motion[:, 1]) for row in rows]),
         in_phase=spread([row.force[:, 0] for row in rows]),
         quadrature=spread([row.force[:, 1] for row in rows]),
+        damping=held.upper_damping[[n for n, _ in kept]],
     )
 
 
@@ -269,9 +284,9 @@ def _resonant(held: HeldMode, cycle: PrescribedCycle, omegas: Array) -> list[tup
     w0 = held.reference_omega
     alpha, beta = held.model.rayleigh
     found = []
-    for mode, own in enumerate(held.upper_omega):
+    for mode, (own, beyond) in enumerate(zip(held.upper_omega, held.upper_damping, strict=True)):
         for order in range(2, HIGHEST + 1):
-            loss = 1j * order * omegas * (alpha + beta * own**2)
+            loss = 1j * order * omegas * (alpha + beta * own**2 + beyond)
             D = order**2 * omegas**2 - w0**2 - loss
             load = D * cycle.upper[mode, order - 1] / (1 - D / (own**2 - w0**2))
             if np.abs(load).max() > NOTICED * abs(cycle.force):

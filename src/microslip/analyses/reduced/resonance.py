@@ -60,7 +60,9 @@ class Resonance(Brief):
         return min(int(above[-1]) + 1, len(self.load) - 1) if len(above) else 0
 
 
-def resonance(model: TwoModeModel, amplitude: Array, kappa: Complex) -> Resonance:
+def resonance(
+    model: TwoModeModel, amplitude: Array, kappa: Complex, damping: Array | None = None
+) -> Resonance:
     """Resonance at modal amplitudes whose contact force is known.
 
     Parameters
@@ -71,6 +73,8 @@ def resonance(model: TwoModeModel, amplitude: Array, kappa: Complex) -> Resonanc
         Ascending.
     kappa : (n,) complex array
         ``k_eq + i gamma_eq`` over omega_sl².
+    damping : (n,) array, optional
+        `EquivalentTable.damping`.
 
     Notes
     -----
@@ -80,6 +84,7 @@ def resonance(model: TwoModeModel, amplitude: Array, kappa: Complex) -> Resonanc
     keep = kappa.real > -1
     k, gamma, a = kappa.real[keep], kappa.imag[keep], amplitude[keep]
     alpha, beta = model.rayleigh
+    alpha = alpha + model.damping[0, 0] + (0.0 if damping is None else damping[keep])
     w2 = model.omega**2
     omega = model.omega * np.sqrt(1 + k)
     loss = np.maximum(gamma, 0) + omega * beta * (1 + model.lossy * k) + omega * alpha / w2
@@ -89,13 +94,13 @@ def resonance(model: TwoModeModel, amplitude: Array, kappa: Complex) -> Resonanc
 
 def resonance_of(model: TwoModeModel, table: EquivalentTable) -> Resonance:
     """`resonance` at the amplitudes of a table."""
-    return resonance(model, table.amplitude, table.k_eq + 1j * table.gamma_eq)
+    return resonance(model, table.amplitude, table.k_eq + 1j * table.gamma_eq, table.damping)
 
 
 def linear_resonance(model: TwoModeModel, load: float = 1.0) -> tuple[float, float]:
     """Peak of the frictionless joint: frequency, Hz, and modal amplitude under a load.
 
-    ``q = Phi^T p M / D(omega)``. With ``d = alpha + beta omega_sl²``, ``|D|²`` is least at
+    ``q = Phi^T p M / D(omega)``. With ``d = alpha + beta omega_sl² + d_11``, ``|D|²`` is least at
     ``omega² = omega_sl² - d²/2``, where it is ``d² (omega_sl² - d²/4)``. Without damping the
     amplitude is infinite; with ``d² >= 2 omega_sl²`` it is largest at rest.
 
@@ -110,7 +115,7 @@ def linear_resonance(model: TwoModeModel, load: float = 1.0) -> tuple[float, flo
     """
     alpha, beta = model.rayleigh
     w2 = model.omega**2
-    d2 = (alpha + beta * w2) ** 2
+    d2 = (alpha + beta * w2 + float(model.damping[0, 0])) ** 2
     square = max(w2 - 0.5 * d2, 0.0)
     stiffness = np.sqrt(d2 * (w2 - 0.25 * d2)) if square > 0 else w2
     push = abs(model.force[0]) * load

@@ -191,12 +191,15 @@ def stiffness(
     alpha, beta = model.rayleigh
     kappa = columns[0] * (1 + 1j * w * beta * model.lossy) + 1j * columns[1]
     upper = np.zeros(a.shape, complex)
-    for s, (order, own) in enumerate(curve.upper):
-        D = (order * w) ** 2 - curve.reference - 1j * order * w * (alpha + beta * own**2)
+    for s, (order, own, beyond) in enumerate(curve.upper):
+        loss = alpha + beta * own**2 + beyond
+        D = (order * w) ** 2 - curve.reference - 1j * order * w * loss
         parts = columns[4 + 8 * s : 12 + 8 * s].reshape(4, 2, *columns.shape[1:])
         motion, compliance, in_phase, quadrature = parts[:, 0] + 1j * parts[:, 1]
         load = D * motion / (1 - D * compliance)
         upper += in_phase * load.real + quadrature * load.imag
+    if curve.damped:
+        upper += 1j * w * columns[-1]
     return np.asarray(model.linear_stiffness(w) + model.omega**2 * kappa + upper)
 
 
@@ -213,7 +216,8 @@ def _columns(curve: TableCurve, x: Array) -> Array:
     out = np.moveaxis(((c[0, i] * t + c[1, i]) * t + c[2, i]) * t + c[3, i], -1, 0)
     below, beyond = x < knots[0], np.maximum(x - knots[-1], 0.0)
     out[1] *= np.where(below, np.exp(np.minimum(x - knots[0], 0.0)), 1.0)
-    out[4:] = np.where(below, 0.0, out[4:])
+    upper = slice(4, 4 + 8 * len(curve.upper))
+    out[upper] = np.where(below, 0.0, out[upper])
     last = knots[-1] - knots[-2]
     slope = (3 * c[0, -1, :2] * last + 2 * c[1, -1, :2]) * last + c[2, -1, :2]
     out[0] += slope[0] * beyond

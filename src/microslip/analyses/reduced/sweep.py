@@ -39,6 +39,8 @@ class FixedPoint(NamedTuple):
         Rayleigh damping, 1/s and s.
     omega2 : float
         omega_sl².
+    damping : (2, 2) array
+        As in `TwoModeModel`.
     """
 
     preload: float
@@ -54,6 +56,7 @@ class FixedPoint(NamedTuple):
     alpha: float
     beta: float
     omega2: float
+    damping: Array
 
 
 class Answers(NamedTuple):
@@ -105,6 +108,7 @@ def fixed_point(
         alpha=float(alpha),
         beta=float(beta),
         omega2=float(model.omega**2),
+        damping=model.damping,
     )
 
 
@@ -121,17 +125,19 @@ def next_amplitude(a, w, system, out, y):
         evaluate_curve(curve, np.log(max(a, 1e-300) / preload), out)
         kappa = w2 * (out[0] * (1.0 + 1j * w * beta * lossy) + 1j * out[1])
         kappa += upper_force(curve, out, w, alpha, beta)
+        if curve.damped:
+            kappa += 1j * w * out[out.shape[0] - 1]
         chi = w2 * (out[2] + 1j * out[3])
     stiff = 1.0 + 1j * w * beta
-    inert = -w * w + 1j * w * alpha
+    inert, turn, d = -w * w + 1j * w * alpha, 1j * w, system.damping
     c00 = kappa * E[0, 0] + chi * X[0, 0]
     c01 = kappa * E[0, 1] + chi * X[0, 1]
     c10 = kappa * E[1, 0] + chi * X[1, 0]
     c11 = kappa * E[1, 1] + chi * X[1, 1]
-    z00 = inert * m[0, 0] + stiff * k[0, 0] + c00
-    z01 = inert * m[0, 1] + stiff * k[0, 1] + c01
-    z10 = inert * m[1, 0] + stiff * k[1, 0] + c10
-    z11 = inert * m[1, 1] + stiff * k[1, 1] + c11
+    z00 = inert * m[0, 0] + stiff * k[0, 0] + c00 + turn * d[0, 0]
+    z01 = inert * m[0, 1] + stiff * k[0, 1] + c01 + turn * d[0, 1]
+    z10 = inert * m[1, 0] + stiff * k[1, 0] + c10 + turn * d[1, 0]
+    z11 = inert * m[1, 1] + stiff * k[1, 1] + c11 + turn * d[1, 1]
     f0 = force[0] - c00 * offset[0] - c01 * offset[1]
     f1 = force[1] - c10 * offset[0] - c11 * offset[1]
     det = z00 * z11 - z01 * z10
@@ -254,4 +260,6 @@ def contact_coefficient(
     alpha, beta = model.rayleigh
     upper = upper_force(curve, out, omega, alpha, beta) / model.omega**2
     elastic = out[0] * (1 + 1j * omega * beta * model.lossy)
+    if curve.damped:
+        elastic += 1j * omega * out[-1] / model.omega**2
     return complex(elastic + 1j * out[1] + upper), complex(upper)

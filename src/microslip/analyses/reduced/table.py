@@ -46,6 +46,8 @@ class UpperHarmonics(Brief):
         S, s².
     in_phase, quadrature : (n, s) complex arrays
         T for the real and the imaginary part of the load.
+    damping : (s,) array
+        What damps the mode beyond alpha and beta, 1/s.
     """
 
     order: Indices
@@ -55,6 +57,7 @@ class UpperHarmonics(Brief):
     compliance: Complex
     in_phase: Complex
     quadrature: Complex
+    damping: Array
 
 
 @dataclass(frozen=True, repr=False)
@@ -87,6 +90,9 @@ class EquivalentTable(Brief):
     motion : (n, p) complex array, optional
         First harmonics of the outputs of all ports over Q_1, without what the driving load moves
         besides the mode, see `outputs.py`.
+    damping : (n,) array, optional
+        d of the shape at each amplitude (`microslip.model.shape_damping`) less that of the sliding mode, 1/s;
+        of the refined model where damping couples the modes.
     """
 
     drive: str
@@ -102,6 +108,7 @@ class EquivalentTable(Brief):
     upper: UpperHarmonics | None = None
     uncertainty: Array | None = None
     motion: Complex | None = None
+    damping: Array | None = None
 
 
 def modal_quantities(cycle: Cycle, joint: PreparedJoint) -> tuple[Array, Array]:

@@ -2,10 +2,10 @@
 
 Two coordinates, ``x = T y`` with ``T = [Phi_sl Phi_st]``. At each frequency
 
-    [-omega² m + (1 + i omega beta) k + i omega alpha m] y + f_f(y) = T^T F
+    [-omega² m + (1 + i omega beta) k + i omega (alpha m + d)] y + f_f(y) = T^T F
 
-with the friction force replaced by its first harmonic from a table of equivalent stiffness and
-damping against amplitude:
+with ``d = T^T D T`` of what damps the kept modes beyond alpha and beta, and the friction force replaced by
+its first harmonic from a table of equivalent stiffness and damping against amplitude:
 
 ``printed``      f_f = (k_eq + i gamma_eq)(|y_sl|) omega_sl² I y on the coordinates of T (the paper's
                  eqs. (15), (16); the misprints of its eqs. (6), (7), (10), (13), (14) corrected).
@@ -25,6 +25,7 @@ import numpy as np
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.brief import Brief
 from microslip.errors import MicroslipError
+from microslip.model.shape_damping import damping_of_pair
 from microslip.typing import Array, Complex
 
 VARIANTS = ("printed", "consistent", "refined")
@@ -34,7 +35,7 @@ VARIANTS = ("printed", "consistent", "refined")
 class TwoModeModel(Brief):
     """Linear part of the reduced model and where the table enters it.
 
-    ``[-omega² m + (1 + i omega beta) k + i omega alpha m] y + omega_sl² (E kappa + X chi)
+    ``[-omega² m + (1 + i omega beta) k + i omega (alpha m + d)] y + omega_sl² (E kappa + X chi)
     (y + offset) = force``, with ``kappa = k_eq (1 + i omega beta lossy) + i gamma_eq`` and ``chi``
     the cross coefficient at ``a = |argument . (y + offset)|``; the modal amplitude reported is
     ``sliding . y``.
@@ -51,6 +52,8 @@ class TwoModeModel(Brief):
     rayleigh : tuple of float
     omega : float
         omega_sl, rad/s.
+    damping : (2, 2) array
+        d, 1/s.
     """
 
     m: Array
@@ -64,11 +67,13 @@ class TwoModeModel(Brief):
     omega: float
     offset: Array = field(default_factory=lambda: np.zeros(2))
     lossy: float = 0.0
+    damping: Array = field(default_factory=lambda: np.zeros((2, 2)))
 
     def linear_stiffness(self, omega: Array | float) -> Complex:
         """What the sliding mode resists without contact at circular frequencies, rad/s:
-        ``D = omega_sl² (1 + i omega beta) - omega² + i omega alpha``."""
+        ``D = omega_sl² (1 + i omega beta) - omega² + i omega (alpha + d_11)``."""
         alpha, beta = self.rayleigh
+        alpha = alpha + float(self.damping[0, 0])
         w = np.asarray(omega, dtype=float)
         return np.asarray(self.omega**2 * (1 + 1j * w * beta) - w**2 + 1j * w * alpha)
 
@@ -92,8 +97,10 @@ def two_mode_model(
     mode, rayleigh, load = joint.principal(), joint.model.rayleigh, port or joint.drive
     c = mode.overlap
     sl2, st2 = mode.sliding_omega**2, mode.stuck_omega**2
+    d = damping_of_pair(joint.model, mode.sliding, mode.stuck)
     f_sl, f_st = mode.load_on_sliding[load], mode.load_on_stuck[load]
     if variant == "printed":
+        T = np.array([[1.0, c], [0.0, np.sqrt(max(1 - c**2, 0.0))]])
         return TwoModeModel(
             m=np.array([[1.0, c], [c, 1.0]]),
             k=np.array([[sl2, c * sl2], [c * sl2, st2]]),
@@ -104,6 +111,7 @@ def two_mode_model(
             force=np.array([f_sl, f_st]),
             rayleigh=rayleigh,
             omega=mode.sliding_omega,
+            damping=T.T @ d @ T,
         )
     if variant == "refined":
         return TwoModeModel(
@@ -118,6 +126,7 @@ def two_mode_model(
             omega=mode.sliding_omega,
             offset=np.array([offset, 0.0]),
             lossy=1.0,
+            damping=np.array([[d[0, 0], 0.0], [0.0, 0.0]]),
         )
     if variant != "consistent":
         raise MicroslipError(f"no variant {variant!r}: choose one of {', '.join(VARIANTS)}")
@@ -132,4 +141,5 @@ def two_mode_model(
         force=np.array([f_sl, (f_st - c * f_sl) / s]),
         rayleigh=rayleigh,
         omega=mode.sliding_omega,
+        damping=d,
     )

@@ -20,6 +20,7 @@ from microslip.contact.pairs import normal_rows
 from microslip.contact.solver import ContactSolver
 from microslip.model.flexibility import Flexibility
 from microslip.model.joint import JointModel, bonded_modes
+from microslip.model.shape_damping import with_mode_outputs
 from microslip.typing import Array, Indices, Mask
 
 HOLD = 100.0
@@ -42,7 +43,7 @@ class HeldMode(Brief):
     Attributes
     ----------
     model : JointModel
-        With one more port per upper mode, after its own.
+        With a port per kept mode where damping couples them and one per upper mode, after its own.
     flexibility : Flexibility
         At the reference frequency, the prestress exact.
     prestress : Prestress
@@ -51,8 +52,8 @@ class HeldMode(Brief):
         omega_sl, omega_0 (rad/s) and ``omega_sl² - omega_0² + kappa``.
     load_on_sliding : float
         ``Phi^T p`` of a unit load on the driven port.
-    upper_omega : (u,) array
-        Upper modes of the sliding state, rad/s.
+    upper_omega, upper_damping : (u,) arrays
+        Upper modes of the sliding state: rad/s, and what damps them beyond alpha and beta, 1/s.
     floating : Floating or None
         Motions with more inertia than support, where they are sought.
     port : str
@@ -75,6 +76,7 @@ class HeldMode(Brief):
     hold: float
     load_on_sliding: float
     upper_omega: Array
+    upper_damping: Array
     floating: Floating | None
     port: str
     drive: str
@@ -86,6 +88,12 @@ class HeldMode(Brief):
         """Contact solver in the states of prestress, that others are made of."""
         force = np.full(self.model.pairs, self.prestress.largest_reaction)
         return ContactSolver(self.flexibility, self.friction, force, self.prestress.status)
+
+    @property
+    def own_ports(self) -> int:
+        """Number of the joint's own ports, the first ones."""
+        modes = 0 if self.model.damping is None else len(self.model.omega)
+        return len(self.model.ports) - len(self.upper_omega) - modes
 
     @property
     def carried(self) -> Array:
@@ -180,7 +188,8 @@ def hold_port(
     omegas, shapes = bonded_modes(model, start.bonded(1))
     own = int(np.argmax(np.abs(shapes.T @ g)))
     chosen = np.arange(len(omegas))[own + 1 : own + 1 + upper]
-    wide = model.with_modal_ports({f"upper {i}": shapes[:, n] for i, n in enumerate(chosen)})
+    wide = with_mode_outputs(model)
+    wide = wide.with_modal_ports({f"upper {i}": shapes[:, n] for i, n in enumerate(chosen)})
     still = _sliding_past(model, walking_modes(model) if static is None else static)
     inertia = w0**2 * (np.eye(len(g)) - still @ still.T)
     stiffness = np.diag(model.omega**2) - inertia + HOLD * w**2 * np.outer(g, g)
@@ -222,6 +231,7 @@ def hold_port(
         hold=w**2 - w0**2 + HOLD * w**2,
         load_on_sliding=load_on_mode,
         upper_omega=omegas[chosen],
+        upper_damping=np.diag(model.damping_beyond(shapes[:, chosen])).copy(),
         floating=free,
         port=port,
         drive=joint.drive,

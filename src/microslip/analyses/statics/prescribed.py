@@ -44,6 +44,7 @@ from microslip.contact.pairs import slip_history
 from microslip.contact.path import PathRecord, follow_path
 from microslip.contact.solver import ContactSolver
 from microslip.errors import ContactError
+from microslip.model.shape_damping import damping_of_shape
 from microslip.numerics.fourier import harmonic, without_drift
 from microslip.typing import Array, Complex, Status
 
@@ -83,6 +84,8 @@ class PrescribedCycle(Brief):
         Harmonics of the upper modes, column ``h - 1`` for harmonic h.
     output : (p,) complex array
         First harmonics of the outputs of the joint's own ports.
+    damping : float
+        What damps its shape beyond alpha and beta, `microslip.model.shape_damping`, 1/s.
     dissipated : float
         Friction work, J per metre of width.
     closure : float
@@ -98,6 +101,7 @@ class PrescribedCycle(Brief):
     force: complex
     upper: Complex
     output: Complex
+    damping: float
     dissipated: float
     closure: float
     residual: float
@@ -186,13 +190,15 @@ def prescribed_cycle(
     y = output[:, model.port(held.port)]
     force = path[:, model.port(held.port)] - held.hold * y
     force = force + held.load_on_sliding * path[:, model.port(held.drive)]
-    first = len(model.ports) - len(held.upper_omega)
+    own, first = held.own_ports, len(model.ports) - len(held.upper_omega)
+    moved = harmonic(without_drift(output[:, :first], theta), theta)
     tops = [harmonic(output[:, first:], theta, h) for h in range(1, harmonics + 1)]
     return PrescribedCycle(
         q=complex(harmonic(y, theta)),
         force=complex(harmonic(force, theta)),
         upper=np.array(tops).T,
-        output=harmonic(without_drift(output[:, :first], theta), theta),
+        output=moved[:own],
+        damping=damping_of_shape(model, moved[own:]),
         dissipated=closed.dissipated,
         closure=closed.change / top,
         residual=closed.residual,

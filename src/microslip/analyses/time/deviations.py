@@ -24,6 +24,7 @@ from dataclasses import replace
 import numpy as np
 
 from microslip.analyses.prepared.joint_modes import walking_modes
+from microslip.analyses.time.coupled import accelerations
 from microslip.analyses.time.scheme import State, TimeScheme, no_tangents, prestressed_state
 from microslip.contact.pairs import normal_rows
 from microslip.contact.tangent import Tangents
@@ -126,9 +127,11 @@ class StateSpace:
         found = no_tangents(self.scheme, self.directions + len(others))
         moving, count = len(self.rates), self.directions
         found.rate[:moving] = self.rates
-        found.acceleration[:moving] = -kernel.mode_damping * self.rates
+        none = np.zeros_like(self.rates)
+        found.acceleration[:moving] = accelerations(kernel, none, self.rates)
         found.eta[moving:count] = self.positions
-        found.acceleration[moving:count] = -(model.omega**2) * self.positions
+        resisted, none = -(model.omega**2) * self.positions, np.zeros_like(self.positions)
+        found.acceleration[moving:count] = accelerations(kernel, resisted, none)
         found.residual_v[moving:count] = -self.positions @ model.mode_v.T
         found.residual_before[moving:count] = found.residual_v[moving:count]
         for row, z in enumerate(others, start=self.directions):

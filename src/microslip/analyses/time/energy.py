@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from microslip.analyses.time.coupled import kinetic_energy
 from microslip.analyses.time.scheme import State, TimeScheme
 from microslip.brief import Brief
 from microslip.typing import Array
@@ -51,7 +52,8 @@ class Energies(Brief):
 def mechanical_energy(scheme: TimeScheme, state: State, load: float) -> float:
     """Kinetic and strain energy less the potential of the preload, J per metre of width."""
     model, a = scheme.joint.model, port_amplitudes(scheme, load)
-    modes = 0.5 * np.sum(state.rate**2) + 0.5 * np.sum((model.omega * state.eta) ** 2)
+    modes = kinetic_energy(scheme.kernel, state.rate)
+    modes += 0.5 * np.sum((model.omega * state.eta) ** 2)
     potential = 0.0
     for name, amplitude in scheme.joint.prestress.preload.items():
         port = model.port(name)

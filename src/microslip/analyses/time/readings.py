@@ -10,6 +10,7 @@ from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.time.scheme import March
 from microslip.analyses.time.steady import SteadyState
 from microslip.contact.pairs import normal, touches
+from microslip.model.shape_damping import damping_of_shape
 from microslip.numerics.fourier import harmonic
 from microslip.typing import Array, Complex
 
@@ -57,8 +58,9 @@ def equivalent_of(Q: complex, frequency: float, load: float, joint: PreparedJoin
 
     The equation of motion of the modal coordinate, with the linear part of the sliding state,
 
-        q'' + c q' + omega_sl² q + f = f_M M(t),     c = alpha + beta omega_sl²
+        q'' + c q' + omega_sl² q + f = f_M M(t),     c = alpha + beta omega_sl² + d
 
+    (d of the sliding mode, `microslip.model.shape_damping`; how it couples that to other modes is in f)
     defines the modal contact force ``f = Phi_sl^T F_c``. Its first harmonic is
 
         F_1 = f_M M - (omega_sl² - omega² + i omega c) Q_1
@@ -89,8 +91,10 @@ def equivalent_of(Q: complex, frequency: float, load: float, joint: PreparedJoin
 def _sliding_stiffness(omega: float, joint: PreparedJoint) -> complex:
     """Dynamic stiffness of the modal coordinate without contact force."""
     alpha, beta = joint.model.rayleigh
-    omega2 = joint.principal().sliding_omega ** 2
-    return omega2 - omega**2 + 1j * omega * (alpha + beta * omega2)
+    mode = joint.principal()
+    omega2 = mode.sliding_omega**2
+    own = alpha + beta * omega2 + damping_of_shape(joint.model, mode.sliding)
+    return omega2 - omega**2 + 1j * omega * own
 
 
 def modal_force(steady: SteadyState, joint: PreparedJoint, harmonics: int) -> Array:

@@ -13,9 +13,11 @@ from dataclasses import dataclass, field, fields, replace
 import numpy as np
 
 from microslip.analyses.prepared.joint import PreparedJoint
+from microslip.analyses.time.coupled import accelerations, coupled_steps
 from microslip.analyses.time.poles import ModeSteps, driven_steps, lags, matched_steps
 from microslip.brief import Brief
 from microslip.contact import spatial_tableau, tableau
+from microslip.contact.coupled_modes import UNCOUPLED
 from microslip.contact.pairs import normal, slip_history
 from microslip.contact.problem import contact_problem
 from microslip.contact.solver import CERTIFICATE, TOLERANCE, loaded, singularity_named
@@ -190,6 +192,8 @@ def time_scheme(
     if not dt > 0:
         raise MicroslipError(f"time step {dt:g} s must be positive")
     omega, damping = joint.model.omega, joint.model.modal_damping()
+    if joint.model.damping is not None:
+        damping = np.zeros_like(omega)  # steps are those without damping, which couples the modes
     if not matched:
         steps = ModeSteps(np.full(len(omega), float(dt)), damping, np.ones(len(omega)))
     elif frequency is None:
@@ -201,11 +205,17 @@ def time_scheme(
         joint, len(steps.step), dt, 0.0 if frequency is None else 2 * np.pi * frequency
     )
     model, port = joint.model, port or joint.drive
+    coupling = UNCOUPLED
+    if model.damping is not None and len(steps.step):
+        C = model.damping_matrix()
+        steps, coupling = coupled_steps(model.omega, C, dt, steps, frequency, matched)
     h, c, gain = steps
     damped = lags(model.rayleigh[1], dt, 0.0 if frequency is None else frequency)
     per_force = gain * 0.25 * h**2 / (1 + 0.5 * h * c + 0.25 * (h * model.omega) ** 2)
     residual = (model.residual + np.diag(joint.law.compliance)) / (1 + damped[0])
     modal = (model.mode_v * per_force) @ model.mode_v.T
+    if len(coupling.answer):
+        modal = model.mode_v @ (0.25 * dt**2 * coupling.answer * gain) @ model.mode_v.T
     driven, held, r = model.port(port), joint.held, joint.prestress.solution.r
     at_rest = static.port_v @ held + (model.residual - static.residual) @ r
     at_rest += damped.sum() * (joint.prestress.solution.v - model.mode_v @ _at_rest(joint))
@@ -224,6 +234,7 @@ def time_scheme(
         out_v=np.ascontiguousarray(model.port_v.T),
         out_load=np.vstack([held @ model.port_port, model.port_port[driven]]),
         drive=driven,
+        coupling=coupling,
     )
     return TimeScheme(
         joint=joint,
@@ -272,7 +283,7 @@ def prestressed_state(scheme: TimeScheme, amplitude: float = 0.0, omega: float =
     return State(
         eta=eta,
         rate=rate,
-        acceleration=-scheme.kernel.mode_damping * rate,
+        acceleration=accelerations(scheme.kernel, np.zeros_like(rate), rate),
         residual_v=solution.v - model.mode_v @ eta,
         residual_before=solution.v - model.mode_v @ eta,
         r=solution.r.copy(),

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from microslip.analyses.time.coupled import accelerations
 from microslip.analyses.time.scheme import State, TimeScheme
 from microslip.brief import Brief
 from microslip.typing import Array, Status
@@ -67,7 +68,7 @@ def placed(start: Start, scheme: TimeScheme, frequency: float, load: float) -> S
     return State(
         eta=eta,
         rate=rate,
-        acceleration=force - kernel.mode_damping * rate - model.omega**2 * eta,
+        acceleration=accelerations(kernel, force - model.omega**2 * eta, rate),
         residual_v=residual,
         residual_before=residual - scheme.dt * start.residual_rate,
         r=start.r.copy(),

@@ -172,12 +172,18 @@ def full_scheme(
     Raises
     ------
     ModelError
-        Where the step is not positive or the port is unknown, or where the contact is not rigid.
+        Where the step is not positive or the port is unknown, where the contact is not rigid, or
+        where damping couples the modes.
     """
     if not dt > 0:
         raise ModelError(f"time step {dt:g} s must be positive")
     if not joint.law.exact:
         raise ModelError("marching every degree of freedom needs rigid contact, without compliance")
+    if joint.model.damping is not None:
+        raise ModelError(
+            "marching every degree of freedom takes alpha M + beta K alone, and the damping of this joint "
+            "couples its modes: march the joint model (time_scheme)"
+        )
     port, rayleigh = port or joint.drive, joint.model.rayleigh
     if port not in structure.loads:
         raise ModelError(f"no load {port!r}; this structure has {', '.join(structure.loads)}")
