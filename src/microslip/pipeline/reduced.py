@@ -11,7 +11,7 @@ import numpy as np
 from microslip.analyses.reduced.refined import load_offset, refined_table
 from microslip.analyses.reduced.resonance import resonance
 from microslip.analyses.reduced.table import EquivalentTable
-from microslip.analyses.reduced.two_mode import TwoModeModel, two_mode_model
+from microslip.analyses.reduced.two_mode import TwoModeModel, stuck_model, two_mode_model
 from microslip.analyses.statics.held import hold_mode
 from microslip.analyses.statics.prescribed import cycle_at
 from microslip.brief import Brief
@@ -21,7 +21,7 @@ from microslip.pipeline.loads import GENTLE, amplitude_scale, opening_amplitude
 from microslip.pipeline.outcome import Outcome, value_of
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.progress import Progress
-from microslip.pipeline.resonant import resonant_table, steps_of
+from microslip.pipeline.resonant import resonant_table, steps_of, sticking_load
 
 BELOW = 0.1
 """Smallest amplitude of the refined table over that of mode-driven cycles: there the joint sticks."""
@@ -37,8 +37,8 @@ MOST_DOUBLINGS = 5
 """Times that the range is doubled at most where no amplitude opens the joint."""
 
 LIKE = 0.99
-"""Assurance of the sliding and the stuck mode below which the one is no coordinate of the other: an oscillator
-of the sliding mode lacks as much of the mass that vibrates."""
+"""Assurance of the sliding and the stuck mode below which the one is no coordinate of the other: an
+oscillator of the sliding mode lacks as much of the mass that vibrates."""
 
 OFF = 1e-3
 """Relative error of the stuck resonance in the table from which on it is said."""
@@ -93,10 +93,10 @@ def run_refined(
 
 
 def takes_resonances(assembly: Assembly) -> bool:
-    """Whether the table is of resonances of the full joint: where prescribed cycles do not tell what it does.
+    """Whether the table is of resonances of the full joint, as prescribed cycles do not tell what it does.
 
-    That is where the sliding mode is unlike the stuck one, and where no half turn takes the joint into itself:
-    its contact force then has a mean and even harmonics, which cycles give the inertia of the first.
+    That is where the sliding mode is unlike the stuck one, and where no half turn takes the joint into
+    itself: its contact force has a mean and even harmonics, which cycles give the inertia of the first.
     """
     if assembly.mode.assurance < LIKE:
         return True
@@ -105,9 +105,10 @@ def takes_resonances(assembly: Assembly) -> bool:
 
 def at_resonances(assembly: Assembly, progress: Progress) -> Outcome[Refined]:
     """Table of the refined model from resonances of the full joint under the loads of the file."""
-    loads = [load for load in assembly.joint.load_amplitudes() if load > 0]
-    progress.start("resonances of the full joint", len(steps_of(loads)))
-    model, table, failures = resonant_table(assembly.prepared, loads, advance=progress.advance)
+    joint, model = assembly.prepared, stuck_model(assembly.prepared)
+    steps = steps_of(assembly.joint.load_amplitudes(), sticking_load(joint, model))
+    progress.start("resonances of the full joint", len(steps))
+    table, failures = resonant_table(joint, model, steps, advance=progress.advance)
     progress.finish()
     return Outcome(Refined(table, float(model.offset[0]), model), tuple(failures))
 

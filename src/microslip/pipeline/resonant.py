@@ -1,13 +1,15 @@
 """Table of the refined model from resonances of the full joint.
 
-Prescribed cycles give all motion but that of one mode the inertia of the first harmonic at one frequency. That
-is right where the joint is its own image under a half turn, so that its contact force has no mean and no even
-harmonics, and its sliding mode is like the stuck one, as on a lap joint in the plane. Elsewhere, and in space
-above all, the mean and the upper harmonics move modes that lie below the resonance, with a stiffness that is
-negative at its frequency, and a load moves close modes beside its own. The full joint knows all of that: under
-the load M at omega its steady motion, of amplitude Q in the joint's coordinate, has with ``A = Q + c M``
+Prescribed cycles give all motion but that of one mode the inertia of the first harmonic at one frequency.
+That is right where the joint is its own image under a half turn, so that its contact force has no mean and no
+even harmonics, and its sliding mode is like the stuck one, as on a lap joint in the plane. Elsewhere, and in
+space above all, the mean and the upper harmonics move modes that lie below the resonance, with a stiffness
+that is negative at its frequency, and a load moves close modes beside its own. The full joint knows all of
+that: under the load M at omega its steady motion, of amplitude Q in the joint's coordinate, has with
+``A = Q + c M``
 
-    kappa(|A|) = ((s phi^T p + D c) M/A - D) / omega_st²,      D = omega_st² (1 + i omega beta) - omega² + i omega alpha,
+    kappa(|A|) = ((s phi^T p + D c) M/A - D) / omega_st²,
+    D = omega_st² (1 + i omega beta) - omega² + i omega alpha,
 
 with the stuck mode phi (`microslip.analyses.reduced.two_mode.stuck_model`). Where the joint sticks kappa
 vanishes and the model is exact. The load is raised from there in steps, each motion sought at the resonance
@@ -25,22 +27,26 @@ import numpy as np
 
 from microslip.analyses.prepared.direct import direct_motion
 from microslip.analyses.prepared.joint import PreparedJoint
+from microslip.analyses.prepared.scales import load_scale
 from microslip.analyses.reduced.refined import missed
 from microslip.analyses.reduced.table import EquivalentTable
-from microslip.analyses.reduced.two_mode import TwoModeModel, stuck_model
+from microslip.analyses.reduced.two_mode import TwoModeModel
 from microslip.errors import ContactError, Failure, MicroslipError
 from microslip.pipeline.corrected import BriefMotion, brief_motion
 from microslip.pipeline.walk import DOUBTFUL
 from microslip.typing import Array, Complex
 
 GENTLE = 0.02
-"""First load over the smallest one that is asked for."""
+"""First load over the smallest one that is asked for, ..."""
+
+STICKS = 1e-3
+"""... or less, so that the stuck joint resonates at this share of the amplitude that opens it."""
 
 ROOM = 1.1
 """Last load over the largest."""
 
-RISE = 1.8
-"""Factor between loads."""
+RISE, STRIDE = 1.8, 4.0
+"""Factor between loads, and between those below the first share."""
 
 FEWEST = 4
 """Motions that are a table."""
@@ -90,24 +96,26 @@ class Resonance:
 
 def resonant_table(
     joint: PreparedJoint,
+    model: TwoModeModel,
     loads: Sequence[float],
     *,
     advance: Callable[[], None] = lambda: None,
-) -> tuple[TwoModeModel, EquivalentTable, list[Failure]]:
+) -> tuple[EquivalentTable, list[Failure]]:
     """Tabulate the contact force at resonances of the full joint.
 
     Parameters
     ----------
     joint : PreparedJoint
         With a mode.
+    model : TwoModeModel
+        Its `microslip.analyses.reduced.two_mode.stuck_model`.
     loads : sequence of float
-        Amplitudes of the driven port for which the table is, > 0; each has a motion of its own.
+        Amplitudes of the driven port, ascending from one under which the joint sticks, see `steps_of`.
     advance : callable
-        Called after every load of `steps_of`.
+        Called after every load.
 
     Returns
     -------
-    model : TwoModeModel
     table : EquivalentTable
         ``load`` is that of each motion.
     failures : list of Failure
@@ -118,11 +126,10 @@ def resonant_table(
     ContactError
         Where fewer than `FEWEST` motions are steady.
     """
-    model = stuck_model(joint)
     found: list[Resonance] = []
     failures: list[Failure] = []
     lost = 0
-    for load in steps_of(loads):
+    for load in loads:
         more, why = _raised(joint, model, found, load)
         found += more
         advance()
@@ -134,30 +141,64 @@ def resonant_table(
             break
     chosen = _apart(found)
     if len(chosen) < FEWEST:
-        said = "; ".join(str(failure) for failure in failures[:2])
+        said = "".join(f"; {failure.where}: {failure.reason}" for failure in failures[:1])
         raise ContactError(
-            f"only {len(chosen)} of the motions at resonance are steady, too few for a table"
-            + (f": {said}" if said else "")
-            + "; ask for [analysis.time] or [analysis.harmonic] instead"
+            f"only {len(chosen)} motions of the full joint at resonance are steady, too few for a table"
+            f"{said}; ask for [analysis.time] or [analysis.harmonic]"
         )
-    return model, _table(joint, model, chosen), failures
+    return _table(joint, model, chosen), failures
 
 
-def steps_of(loads: Sequence[float]) -> list[float]:
+def sticking_load(joint: PreparedJoint, model: TwoModeModel) -> float:
+    """Load under which the stuck joint resonates at `STICKS` of the amplitude whose inertia opens it, or
+    whose inertia the contact feels as much as the preload; 0 where it feels none.
+
+    Parameters
+    ----------
+    joint : PreparedJoint
+        With a mode.
+    model : TwoModeModel
+        Its stuck oscillator.
+    """
+    mode = joint.principal()
+    scale = load_scale(joint, mode.stuck_port) / model.omega**2
+    share = abs(joint.model.port_modes[:, joint.model.port(joint.coordinate)] @ mode.stuck)
+    loss = complex(model.linear_stiffness(model.omega)).imag
+    push = abs(model.force[0])
+    return STICKS * scale * share * loss / push if 0 < scale < np.inf and push > 0 else 0.0
+
+
+def steps_of(loads: Sequence[float], sticking: float) -> list[float]:
     """Loads under which motions are sought, ascending: from sticking up, those asked for among them.
+
+    Parameters
+    ----------
+    loads : sequence of float
+        Asked for, > 0.
+    sticking : float
+        See `sticking_load`.
 
     Examples
     --------
-    >>> steps = steps_of([1.0, 2.0])
+    >>> steps = steps_of([1.0, 2.0], 0.1)
     >>> len(steps), 1.0 in steps, 2.0 in steps, round(steps[-1], 3)
     (9, True, True, 2.2)
+    >>> [round(x, 4) for x in steps_of([1.0, 2.0], 0.002)[:3]]
+    [0.002, 0.0063, 0.02]
     """
-    asked = sorted(set(map(abs, loads)))
+    asked = sorted(set(loads))
     low, high = GENTLE * asked[0], ROOM * asked[-1]
-    count = int(np.ceil(np.log(high / low) / np.log(RISE))) + 1
-    between = np.geomspace(low, high, count)[:-1]
-    beside = [float(x) for x in between if min(abs(np.log(x / a)) for a in asked) > np.log(RISE) / 3]
+    between = _geometric(low, high, RISE)[:-1]
+    beside = [x for x in between if min(abs(np.log(x / a)) for a in asked) > np.log(RISE) / 3]
+    if 0 < sticking < low:
+        beside += _geometric(sticking, low, STRIDE)[:-1]
     return sorted([*beside, *asked, high])
+
+
+def _geometric(low: float, high: float, factor: float) -> list[float]:
+    """From one load to another, by no more than a factor."""
+    count = int(np.ceil(np.log(high / low) / np.log(factor))) + 1
+    return [float(x) for x in np.geomspace(low, high, count)]
 
 
 def _raised(

@@ -20,9 +20,7 @@ RIGID = 1e-12
 loads on it are in equilibrium, and only rounding moves it."""
 
 
-def direct_motion(
-    joint: PreparedJoint, port: str, omega: Array, *, stuck: bool = False
-) -> Complex:
+def direct_motion(joint: PreparedJoint, port: str, omega: Array, *, stuck: bool = False) -> Complex:
     """Outputs of all ports per unit load on one, without the part of the joint's mode.
 
     Parameters

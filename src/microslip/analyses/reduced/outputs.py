@@ -12,9 +12,9 @@ moves besides the mode in the sliding state (`microslip.analyses.prepared.direct
 
     Y = (phi + s)(|A|) A + (h(omega) - c phi) M.
 
-Of the stuck oscillator (`two_mode.stuck_model`), whose table is of resonances, the outputs of a motion less what
-the load moves besides the stuck mode in the stuck state, over A, take the place of ``phi + s``: ``Y = (phi + s) A
-+ h M``.
+Of the stuck oscillator (`two_mode.stuck_model`), whose table is of resonances, the outputs of a motion less
+what the load moves besides the stuck mode in the stuck state, over A, take the place of ``phi + s``:
+``Y = (phi + s) A + h M``.
 
 Without friction s vanishes and this is the modal sum of the linear joint, exactly.
 """

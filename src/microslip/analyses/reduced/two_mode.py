@@ -144,15 +144,15 @@ def stuck_model(joint: PreparedJoint) -> TwoModeModel:
     """The stuck mode as an oscillator in the joint's coordinate, which the contact force of slip softens.
 
     With ``phi`` the stuck mode of the joint model and ``s = Phi_sl^T M phi``, the stuck joint moves the
-    coordinate by ``Q = A + d M``: A is the share of phi, d what the load moves by all other stuck modes, taken at
+    coordinate by ``Q = A + d M``: A is the share of phi, d what the load moves by all other stuck modes, at
     the frequency of this one,
 
         [omega_st² (1 + i omega beta) - omega² + i omega alpha + omega_st² kappa(|A|)] A = s phi^T p M,
 
     and kappa vanishes where the joint sticks. The sliding mode does not come in: where it is unlike the stuck
     one an oscillator of it has neither the mass nor the load of what vibrates. In the terms of `TwoModeModel`
-    the offset is ``c = -d``, and the load ``s phi^T p + D c``: right at the resonance of the stuck joint, where D
-    vanishes.
+    the offset is ``c = -d``, and the load on A is ``s phi^T p + D c``: right at the resonance of the stuck
+    joint, where D vanishes.
 
     Parameters
     ----------

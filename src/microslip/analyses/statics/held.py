@@ -225,8 +225,9 @@ def hold_port(
 def _without_residual(model: JointModel, port: str) -> JointModel:
     """The model with a port that acts on the kept modes alone, ``M Phi`` with Phi of length one.
 
-    The modes of a structure have a trace in the residual flexibility of its joint model. A port that is held to
-    its course would feel it ``HOLD**2`` times: a stuck resonance half a per cent too low where 25 modes are kept.
+    The modes of a structure have a trace in the residual flexibility of its joint model. A port that is held
+    to its course would feel it ``HOLD**2`` times: a stuck resonance half a per cent too low where 25 modes
+    are kept.
     """
     column = model.port(port)
     modes, v, own = model.port_modes.copy(), model.port_v.copy(), model.port_port.copy()
