@@ -77,7 +77,9 @@ def run_refined(
         return None
     settings = joint.analysis.reduced
     if takes_resonances(assembly):
-        return at_resonances(assembly, progress)
+        found = at_resonances(assembly, progress)
+        if not found.failures or assembly.mode.assurance < LIKE:
+            return found
     smallest, largest = table_range(assembly, tables_of(done).get("mode"))
     return tabulate(
         assembly,
@@ -104,7 +106,10 @@ def takes_resonances(assembly: Assembly) -> bool:
 
 
 def at_resonances(assembly: Assembly, progress: Progress) -> Outcome[Refined]:
-    """Table of the refined model from resonances of the full joint under the loads of the file."""
+    """Table of the refined model from resonances of the full joint under the loads of the file.
+
+    Where a motion is not steady, as beside opening, cycles serve a joint whose modes are alike.
+    """
     joint, model = assembly.prepared, stuck_model(assembly.prepared)
     steps = steps_of(assembly.joint.load_amplitudes(), sticking_load(joint, model))
     progress.start("resonances of the full joint", len(steps))

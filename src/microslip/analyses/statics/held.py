@@ -230,6 +230,8 @@ def _without_residual(model: JointModel, port: str) -> JointModel:
     are kept.
     """
     column = model.port(port)
+    if not (model.port_v[:, column].any() or model.port_port[column].any()):
+        return model
     modes, v, own = model.port_modes.copy(), model.port_v.copy(), model.port_port.copy()
     modes[:, column] /= np.linalg.norm(modes[:, column])
     v[:, column] = own[column] = own[:, column] = 0.0
