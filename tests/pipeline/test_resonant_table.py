@@ -1,4 +1,4 @@
-"""Tables at resonances of the full joint, against linear modes and against motions at other loads and steps."""
+"""Tables at resonances of the full joint, against linear modes and motions at other loads and steps."""
 
 from __future__ import annotations
 
