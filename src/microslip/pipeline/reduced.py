@@ -77,9 +77,15 @@ def run_refined(
         return None
     settings = joint.analysis.reduced
     if takes_resonances(assembly):
-        found = at_resonances(assembly, progress)
-        if not found.failures or assembly.mode.assurance < LIKE:
-            return found
+        alike = assembly.mode.assurance >= LIKE
+        try:
+            found = at_resonances(assembly, progress)
+            if not (alike and found.failures):
+                return found
+        except ContactError:
+            if not alike:
+                raise
+            progress.finish()
     smallest, largest = table_range(assembly, tables_of(done).get("mode"))
     return tabulate(
         assembly,

@@ -63,6 +63,9 @@ APART = 1.03
 STICKING = (0.01, 0.1)
 """Amplitudes over the smallest at which kappa falls in proportion, as partial slip does."""
 
+UNDAMPED = 1e-4
+"""Loss over ``omega_st²`` that a joint without damping is taken to have where a motion is guessed."""
+
 LOST = 2
 """Loads in a row without a motion after which the rest is left."""
 
@@ -163,7 +166,7 @@ def sticking_load(joint: PreparedJoint, model: TwoModeModel) -> float:
     mode = joint.principal()
     scale = load_scale(joint, mode.stuck_port) / model.omega**2
     share = abs(joint.model.port_modes[:, joint.model.port(joint.coordinate)] @ mode.stuck)
-    loss = complex(model.linear_stiffness(model.omega)).imag
+    loss = complex(model.linear_stiffness(model.omega)).imag or UNDAMPED * model.omega**2
     push = abs(model.force[0])
     return STICKS * scale * share * loss / push if 0 < scale < np.inf and push > 0 else 0.0
 
@@ -212,7 +215,7 @@ def _raised(
     for _ in range(VISITS):
         omega = model.omega * float(np.sqrt(max(1 + kappa.real, 0.05)))
         D, c = complex(model.linear_stiffness(omega)), float(model.offset[0])
-        loss = max((D + model.omega**2 * kappa).imag, D.imag)
+        loss = max((D + model.omega**2 * kappa).imag, D.imag) or UNDAMPED * model.omega**2
         expected = (model.force[0] + D * c) * load / (1j * loss) - c * load
         try:
             motion = brief_motion(joint, load, omega / (2 * np.pi), complex(expected))
