@@ -185,7 +185,7 @@ def steps_of(loads: Sequence[float], sticking: float) -> list[float]:
     --------
     >>> steps = steps_of([1.0, 2.0], 0.1)
     >>> len(steps), 1.0 in steps, 2.0 in steps, round(steps[-1], 3)
-    (9, True, True, 2.2)
+    (11, True, True, 2.2)
     >>> [round(x, 4) for x in steps_of([1.0, 2.0], 0.002)[:3]]
     [0.002, 0.0063, 0.02]
     """
