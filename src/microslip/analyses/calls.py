@@ -211,7 +211,9 @@ def reduced_response(
     """Forced response of the refined reduced model, with its error indicator at every point.
 
     The table of the modal contact force is computed first, up to 0.85 of the amplitude that opens the
-    joint; most of the time goes there. Its ``outputs`` are those of all ports, by their names.
+    joint; most of the time goes there. Its ``outputs`` are those of all ports, by their names. It is of
+    prescribed cycles; of a joint that no half turn takes into itself, as most in space, `run` of a joint file
+    makes a better one, of resonances.
 
     Parameters
     ----------

@@ -35,6 +35,7 @@ from microslip.analyses.time.steady import raised_state, steady_state
 from microslip.describe.requests import ResponseAnalysis
 from microslip.errors import JointOpensError, MicroslipError
 from microslip.numerics.execute import each, threads
+from microslip.numerics.fourier import harmonic, without_drift
 from microslip.pipeline.auto import ACCURACY, AT_A_TIME, BRANCH
 from microslip.pipeline.band import Curve
 from microslip.pipeline.creep import crept
@@ -48,7 +49,7 @@ from microslip.pipeline.walk import (
     lasting,
     watched,
 )
-from microslip.typing import Array
+from microslip.typing import Array, Complex
 
 FIRST = (-0.9, 0.9, -1.8, 1.8, -2.9, 2.9, -4.0, 4.0, -5.1, 5.1)
 """Detunings of the first steady states after resonance and ends, as far as the band goes: half power, and
@@ -205,12 +206,15 @@ class BriefMotion(NamedTuple):
         Relative error of the amplitude that is left; above `DOUBTFUL` the motion is not steady.
     opens : bool
         Whether at some instant no pair touches.
+    output : (p,) complex array
+        First harmonics of the outputs of all ports.
     """
 
     amplitude: complex
     change: float
     doubt: float
     opens: bool = False
+    output: Complex = np.zeros(0, complex)
 
 
 def brief_motion(
@@ -241,14 +245,17 @@ def brief_motion(
     least = 0.0 if found.converged else SLOWEST
     slowest = float(np.abs(found.multipliers).max(initial=least))
     left = found.change * lasting(slowest, LASTS)
+    theta = found.phase + np.linspace(0, 2 * np.pi, len(found.cycle.output))
+    output = harmonic(without_drift(found.cycle.output, theta), theta)
     if left <= SURE:
-        return BriefMotion(found.amplitude, found.change, left)
+        return BriefMotion(found.amplitude, found.change, left, output=output)
     Q, _ = watched(scheme, load, found.cycle.state, WATCHED, found.phase)
     size, mean = np.abs(Q), complex(np.mean(Q))
     first, second = np.split(size, 2)
     kept = min(slowest, SLOWEST) ** (WATCHED // 2)
     to_come = abs(second.mean() - first.mean()) * kept / (1 - kept)
-    return BriefMotion(mean, found.change, float(np.ptp(size) + to_come) / max(abs(mean), 1e-300))
+    doubt = float(np.ptp(size) + to_come) / max(abs(mean), 1e-300)
+    return BriefMotion(mean, found.change, doubt, output=output * (mean / found.amplitude))
 
 
 def patient_motion(

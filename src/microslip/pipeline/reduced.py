@@ -1,4 +1,4 @@
-"""Table of the refined model: cycles with the mode's motion prescribed."""
+"""Table of the refined model: cycles with the mode's motion prescribed, or resonances of the full joint."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from microslip.analyses.reduced.refined import load_offset, refined_table
 from microslip.analyses.reduced.resonance import resonance
 from microslip.analyses.reduced.table import EquivalentTable
-from microslip.analyses.reduced.two_mode import two_mode_model
+from microslip.analyses.reduced.two_mode import TwoModeModel, stuck_model, two_mode_model
 from microslip.analyses.statics.held import hold_mode
 from microslip.analyses.statics.prescribed import cycle_at
 from microslip.brief import Brief
@@ -21,6 +21,7 @@ from microslip.pipeline.loads import GENTLE, amplitude_scale, opening_amplitude
 from microslip.pipeline.outcome import Outcome, value_of
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.progress import Progress
+from microslip.pipeline.resonant import resonant_table, steps_of, sticking_load
 
 BELOW = 0.1
 """Smallest amplitude of the refined table over that of mode-driven cycles: there the joint sticks."""
@@ -35,6 +36,10 @@ ROOM = 1.1
 MOST_DOUBLINGS = 5
 """Times that the range is doubled at most where no amplitude opens the joint."""
 
+LIKE = 0.99
+"""Assurance of the sliding and the stuck mode below which the one is no coordinate of the other: an
+oscillator of the sliding mode lacks as much of the mass that vibrates."""
+
 OFF = 1e-3
 """Relative error of the stuck resonance in the table from which on it is said."""
 
@@ -48,10 +53,17 @@ class Refined(Brief):
     table : EquivalentTable
     offset : float
         c of the refined model, `microslip.analyses.reduced.refined.load_offset`.
+    model : TwoModeModel, optional
+        That the table is of, where it is not `two_mode_model` with this offset.
     """
 
     table: EquivalentTable
     offset: float
+    model: TwoModeModel | None = None
+
+    def model_of(self, assembly: Assembly) -> TwoModeModel:
+        """The model that the table is of."""
+        return self.model or two_mode_model(assembly.prepared, "refined", self.offset)
 
 
 def run_refined(
@@ -64,6 +76,16 @@ def run_refined(
     if assembly.measures.friction == 0:
         return None
     settings = joint.analysis.reduced
+    if takes_resonances(assembly):
+        alike = assembly.mode.assurance >= LIKE
+        try:
+            found = at_resonances(assembly, progress)
+            if not (alike and found.failures):
+                return found
+        except ContactError:
+            if not alike:
+                raise
+            progress.finish()
     smallest, largest = table_range(assembly, tables_of(done).get("mode"))
     return tabulate(
         assembly,
@@ -76,6 +98,30 @@ def run_refined(
         sticking=smallest,
         progress=progress,
     )
+
+
+def takes_resonances(assembly: Assembly) -> bool:
+    """Whether the table is of resonances of the full joint, as prescribed cycles do not tell what it does.
+
+    That is where the sliding mode is unlike the stuck one, and where no half turn takes the joint into
+    itself: its contact force has a mean and even harmonics, which cycles give the inertia of the first.
+    """
+    if assembly.mode.assurance < LIKE:
+        return True
+    return hold_mode(assembly.prepared, assembly.between_states).half_turn is None
+
+
+def at_resonances(assembly: Assembly, progress: Progress) -> Outcome[Refined]:
+    """Table of the refined model from resonances of the full joint under the loads of the file.
+
+    Where a motion is not steady, as beside opening, cycles serve a joint whose modes are alike.
+    """
+    joint, model = assembly.prepared, stuck_model(assembly.prepared)
+    steps = steps_of(assembly.joint.load_amplitudes(), sticking_load(joint, model))
+    progress.start("resonances of the full joint", len(steps))
+    table, failures = resonant_table(joint, model, steps, advance=progress.advance)
+    progress.finish()
+    return Outcome(Refined(table, float(model.offset[0]), model), tuple(failures))
 
 
 def table_range(assembly: Assembly, driven: EquivalentTable | None) -> tuple[float, float]:

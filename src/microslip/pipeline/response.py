@@ -220,8 +220,10 @@ def models_of(assembly: Assembly, done: Mapping[str, Outcome[Any]]) -> dict[str,
         if drive not in tables and variant != "refined":
             drive = next((name for name in tables if name != "prescribed"), "")
         if drive in tables or idle:
-            offset = refined.offset if drive == "prescribed" and drive in tables else 0.0
-            linear = two_mode_model(assembly.prepared, variant, offset)
+            if refined is not None and drive == "prescribed":
+                linear = refined.model_of(assembly)
+            else:
+                linear = two_mode_model(assembly.prepared, variant)
             models[variant] = (linear, tables.get(drive))
     return models
 

@@ -22,7 +22,7 @@ RIGID = 1e-12
 loads on it are in equilibrium, and only rounding moves it."""
 
 
-def direct_motion(joint: PreparedJoint, port: str, omega: Array) -> Complex:
+def direct_motion(joint: PreparedJoint, port: str, omega: Array, *, stuck: bool = False) -> Complex:
     """Outputs of all ports per unit load on one, without the part of the joint's mode.
 
     Parameters
@@ -33,6 +33,8 @@ def direct_motion(joint: PreparedJoint, port: str, omega: Array) -> Complex:
         Loaded port.
     omega : (n,) array
         Circular frequencies, rad/s; 0 for a static load.
+    stuck : bool
+        Of the stuck state, without its stuck mode.
 
     Returns
     -------
@@ -50,8 +52,10 @@ def direct_motion(joint: PreparedJoint, port: str, omega: Array) -> Complex:
     >>> bool(abs(direct_motion(joint, "sliding", np.zeros(1))[0, lift]) < 1e-6 * abs(own))
     True
     """
-    own = joint.principal().port
-    return _modal_sum(joint, port, np.asarray(omega, dtype=float), 1, without=own)
+    mode, w = joint.principal(), np.asarray(omega, dtype=float)
+    if stuck:
+        return _modal_sum(joint, port, w, joint.model.dimension, without=mode.stuck_port)
+    return _modal_sum(joint, port, w, 1, without=mode.port)
 
 
 def mode_motion(joint: PreparedJoint) -> Array:
@@ -69,6 +73,46 @@ def mode_motion(joint: PreparedJoint) -> Array:
     W, psi = model.residual[np.ix_(bonded, bonded)], model.mode_v[bonded]
     reaction = np.linalg.solve(W, psi @ shape)
     return np.asarray(shape @ model.port_modes - reaction @ model.port_v[bonded])
+
+
+def stuck_oscillator(joint: PreparedJoint) -> tuple[float, Array, Array]:
+    """The joint's stuck mode as its joint model has it, behind the compliance of the contact.
+
+    Parameters
+    ----------
+    joint : PreparedJoint
+        With a mode.
+
+    Returns
+    -------
+    omega : float
+        rad/s.
+    shape : (k,) array
+        In the free-interface modes, of length one and the sign of `JointMode.stuck`.
+    output : (p,) array
+        Outputs of all ports per unit of it, which of loads are what works on it: ``phi^T p`` less what the
+        bonds' reactions to the truncated modes do.
+
+    Examples
+    --------
+    >>> import microslip
+    >>> joint = microslip.prepare(microslip.reference_joint(pairs=21))
+    >>> omega, shape, output = stuck_oscillator(joint)
+    >>> bool(abs(omega / joint.mode.stuck_omega - 1) < 1e-5)
+    True
+    >>> load = joint.mode.load_on_stuck["moment"]
+    >>> bool(abs(output[joint.model.port("moment")] / load - 1) < 1e-3)
+    True
+    """
+    model, mode = joint.model, joint.principal()
+    bonded, compliance = joint.prestress.bonded(model.dimension), joint.law.compliance
+    omegas, shapes = bonded_modes(model, bonded, compliance)
+    like = shapes.T @ mode.stuck
+    k = int(np.argmax(np.abs(like)))
+    shape = shapes[:, k] * np.sign(like[k])
+    W = model.residual[np.ix_(bonded, bonded)] + np.diag(compliance[bonded])
+    reaction = np.linalg.solve(W, model.mode_v[bonded] @ shape)
+    return float(omegas[k]), shape, shape @ model.port_modes - reaction @ model.port_v[bonded]
 
 
 def stuck_motion(joint: PreparedJoint, port: str) -> Array:

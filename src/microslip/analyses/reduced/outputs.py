@@ -12,6 +12,10 @@ moves besides the mode in the sliding state (`microslip.analyses.prepared.direct
 
     Y = (phi + s)(|A|) A + (h(omega) - c phi) M.
 
+Of the stuck oscillator (`two_mode.stuck_model`), whose table is of resonances, the outputs of a motion less
+what the load moves besides the stuck mode in the stuck state, over A, take the place of ``phi + s``:
+``Y = (phi + s) A + h M``.
+
 Without friction s vanishes and this is the modal sum of the linear joint, exactly.
 """
 
@@ -95,6 +99,7 @@ def response_motion(
     phi = np.array([own.get(name, value) for name, value in zip(ports, modal, strict=True)])
     offset = model.offset[0] if table is not None else 0.0
     A = np.asarray(response.amplitude) + offset * response.load
-    h = direct_motion(joint, joint.drive, 2 * np.pi * response.frequency)
+    h = direct_motion(joint, joint.drive, 2 * np.pi * response.frequency, stuck=model.stuck)
     per_amplitude = phi[None] if table is None else motion_per_amplitude(table, np.abs(A))
-    return np.asarray(per_amplitude * A[:, None] + (h - offset * phi) * response.load)
+    rest = h if model.stuck else h - offset * phi
+    return np.asarray(per_amplitude * A[:, None] + rest * response.load)

@@ -13,7 +13,8 @@ its first harmonic from a table of equivalent stiffness and damping against ampl
                  ``omega_sl² (k_eq + i gamma_eq)(|q|) q`` and on the second coordinate its measured
                  cross part, both functions of ``q = Phi_sl^T M x``.
 ``refined``      one coordinate; the force tabulated with q prescribed, at the amplitude of
-                 ``q + c M``, with upper harmonics (`refined.py`).
+                 ``q + c M``, with upper harmonics (`refined.py`). Where the table is of resonances of
+                 the full joint (`resonant.py`) it is the stuck mode that slip softens, `stuck_model`.
 """
 
 from __future__ import annotations
@@ -22,10 +23,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from microslip.analyses.prepared.direct import direct_motion, stuck_oscillator
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.brief import Brief
 from microslip.errors import MicroslipError
-from microslip.model.shape_damping import damping_of_pair
+from microslip.model.shape_damping import damping_of_pair, damping_of_shape
 from microslip.typing import Array, Complex
 
 VARIANTS = ("printed", "consistent", "refined")
@@ -51,9 +53,11 @@ class TwoModeModel(Brief):
         Projection of a unit load.
     rayleigh : tuple of float
     omega : float
-        omega_sl, rad/s.
+        omega_sl, rad/s; that of the stuck mode of `stuck_model`.
     damping : (2, 2) array
         d, 1/s.
+    stuck : bool
+        Whether it is the model of `stuck_model`.
     """
 
     m: Array
@@ -68,6 +72,7 @@ class TwoModeModel(Brief):
     offset: Array = field(default_factory=lambda: np.zeros(2))
     lossy: float = 0.0
     damping: Array = field(default_factory=lambda: np.zeros((2, 2)))
+    stuck: bool = False
 
     def linear_stiffness(self, omega: Array | float) -> Complex:
         """What the sliding mode resists without contact at circular frequencies, rad/s:
@@ -142,4 +147,54 @@ def two_mode_model(
         rayleigh=rayleigh,
         omega=mode.sliding_omega,
         damping=d,
+    )
+
+
+def stuck_model(joint: PreparedJoint) -> TwoModeModel:
+    """The stuck mode as an oscillator in the joint's coordinate, which the contact force of slip softens.
+
+    With ``phi`` the stuck mode of the joint model and ``s = Phi_sl^T M phi``, the stuck joint moves the
+    coordinate by ``Q = A + d M``: A is the share of phi, d what the load moves by all other stuck modes, at
+    the frequency of this one,
+
+        [omega_st² (1 + i omega beta) - omega² + i omega alpha + omega_st² kappa(|A|)] A = s phi^T p M,
+
+    and kappa vanishes where the joint sticks. The sliding mode does not come in: where it is unlike the stuck
+    one an oscillator of it has neither the mass nor the load of what vibrates. In the terms of `TwoModeModel`
+    the offset is ``c = -d``, and the load on A is ``s phi^T p + D c``: right at the resonance of the stuck
+    joint, where D vanishes.
+
+    Parameters
+    ----------
+    joint : PreparedJoint
+        With a mode.
+
+    Raises
+    ------
+    MicroslipError
+        Where the stuck mode does not move the coordinate.
+    """
+    omega, shape, load = stuck_oscillator(joint)
+    others = direct_motion(joint, joint.drive, np.array([omega]), stuck=True)[0]
+    share = float(joint.model.port_modes[:, joint.model.port(joint.coordinate)] @ shape)
+    if share == 0:
+        raise MicroslipError(
+            f"the stuck mode of {omega / (2 * np.pi):.4g} Hz does not move the coordinate "
+            f"{joint.coordinate!r}: take another port"
+        )
+    one = np.array([1.0, 0.0])
+    return TwoModeModel(
+        m=np.eye(2),
+        k=omega**2 * np.eye(2),
+        E=np.diag(one),
+        X=np.zeros((2, 2)),
+        argument=one,
+        sliding=one,
+        force=share * load[joint.model.port(joint.drive)] * one,
+        rayleigh=joint.model.rayleigh,
+        omega=omega,
+        offset=-float(others[joint.model.port(joint.coordinate)].real) * one,
+        lossy=1.0,
+        damping=damping_of_shape(joint.model, shape) * np.diag(one),
+        stuck=True,
     )

@@ -184,6 +184,7 @@ def hold_port(
     """
     model, start = joint.model, joint.prestress
     w0, w = reference_omega, omega
+    model = _without_residual(model, port)
     g = model.port_modes[:, model.port(port)]
     omegas, shapes = bonded_modes(model, start.bonded(1))
     own = int(np.argmax(np.abs(shapes.T @ g)))
@@ -237,6 +238,22 @@ def hold_port(
         drive=joint.drive,
         half_turn=turn,
     )
+
+
+def _without_residual(model: JointModel, port: str) -> JointModel:
+    """The model with a port that acts on the kept modes alone, ``M Phi`` with Phi of length one.
+
+    The modes of a structure have a trace in the residual flexibility of its joint model. A port that is held
+    to its course would feel it ``HOLD**2`` times: a stuck resonance half a per cent too low where 25 modes
+    are kept.
+    """
+    column = model.port(port)
+    if not (model.port_v[:, column].any() or model.port_port[column].any()):
+        return model
+    modes, v, own = model.port_modes.copy(), model.port_v.copy(), model.port_port.copy()
+    modes[:, column] /= np.linalg.norm(modes[:, column])
+    v[:, column] = own[column] = own[:, column] = 0.0
+    return replace(model, port_modes=modes, port_v=v, port_port=own)
 
 
 def _unknowns_first(values: Array, mode_v: Array, omega: float) -> tuple[Indices, int]:

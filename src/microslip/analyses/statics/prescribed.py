@@ -219,6 +219,8 @@ def cycle_at(
 ) -> PrescribedCycle:
     """A cycle in equilibrium; where that has no stable path, with the motions of loose bodies sought.
 
+    A path that leaves the mode no stiffness is not stable either.
+
     Parameters as in `prescribed_cycle`; `start` is for the first.
 
     Raises
@@ -228,7 +230,7 @@ def cycle_at(
     """
 
     def cycle(of: HeldMode, start: ContactState | None) -> PrescribedCycle:
-        return prescribed_cycle(
+        found = prescribed_cycle(
             of,
             amplitude,
             steps=steps,
@@ -237,6 +239,9 @@ def cycle_at(
             harmonics=harmonics,
             start=start,
         )
+        if not of.sliding_omega**2 + (found.force / found.q).real > 0:
+            raise ContactError("the stiffness of the mode is not positive")
+        return found
 
     try:
         return cycle(held, start)

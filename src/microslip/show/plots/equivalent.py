@@ -60,7 +60,10 @@ def draw_equivalent(ax: Axes, run: Run, name: str) -> None:
             ax.plot(per_modal(run) * table.amplitude, getattr(table, name), **DRIVES[drive])
     if "prescribed" in run.tables:
         table = run.tables["prescribed"]
-        ax.plot(per_modal(run) * table.amplitude, getattr(table, name), **PRESCRIBED)
+        # of resonances it is counted from the stuck mode
+        ratio = (table.omega / run.mode.sliding_omega) ** 2
+        value = ratio * getattr(table, name) + (ratio - 1 if name == "k_eq" else 0.0)
+        ax.plot(per_modal(run) * table.amplitude, value, **PRESCRIBED)
     points = [p for p in run.time_domain if p.steady.converged and p.friction > 0]
     if points:
         found = [equivalent(p.steady, run.prepared) for p in points]
