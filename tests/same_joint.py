@@ -10,6 +10,10 @@ import numpy as np
 SAME = 1e-8
 """What the reference joint may differ from itself as dimensions."""
 
+ROUNDING, STUCK = 1e-15, 1e-6
+"""Where the loss of a cycle is this part of the largest one it is rounding of the preload's reactions, and so
+is what damping there has of it."""
+
 REQUESTS = {
     "cycle": {"moment": ["2 kN*m/m", "15 kN*m/m"], "drives": ["load", "mode"], "steps": 100},
     "response": {"count": 101},
@@ -71,4 +75,6 @@ def check_answers(lap, other, quality=1.0):
     for a, b in zip(lap.backbones, other.backbones, strict=True):
         for one, two in zip(a.points, b.points, strict=True):
             assert differ(one.omega, two.omega) < SAME
-            assert differ(one.damping_ratio, two.damping_ratio) < SAME
+            sticks = one.dissipated < ROUNDING * a.points[-1].dissipated
+            allowed = STUCK if sticks else SAME
+            assert differ(one.damping_ratio, two.damping_ratio) < allowed

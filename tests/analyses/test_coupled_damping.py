@@ -19,9 +19,10 @@ from microslip.analyses.backbone.extended_motion import harmonic_backbone
 from microslip.analyses.backbone.points import amplitude_scale
 from microslip.analyses.harmonic.hill import hill_exponents
 from microslip.analyses.harmonic.over_time import state_from_point
-from microslip.analyses.harmonic.paths import LoadPath, raise_load
+from microslip.analyses.harmonic.paths import LoadPath
 from microslip.analyses.harmonic.points import describe
 from microslip.analyses.harmonic.problem import harmonic_problem
+from microslip.analyses.harmonic.raising import raise_load
 from microslip.analyses.prepared.joint_modes import joint_modes
 from microslip.analyses.reduced.outputs import response_motion
 from microslip.analyses.reduced.refined import refined_table

@@ -319,9 +319,9 @@ def test_a_pressure_that_no_metal_bears_is_doubted(tmp_path):
     document["analysis"] = {"cycle": {"moment": [1000.0]}}
     quiet = assemble(parse_joint(document, "matrices", tmp_path))
     assert not quiet.doubts
-    document["preload"]["force"] *= 1e10 / quiet.prestress.pressure.max()
+    document["preload"]["force"] *= 0.99e10 / quiet.prestress.pressure.max()
     assert not assemble(parse_joint(document, "matrices", tmp_path)).doubts
-    document["preload"]["force"] *= 1.01
+    document["preload"]["force"] *= 1.02
     (doubt,) = assemble(parse_joint(document, "matrices", tmp_path)).doubts
     assert "10.1 GPa" in str(doubt)
     assert "units" in str(doubt)
