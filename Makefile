@@ -2,12 +2,14 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+# Bytecode is made of what is imported, not of every package.
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
 SERIAL := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 
 .PHONY: installed demo test test-oldest validate lint docs docs-check pictures wheel-test population bench bench-calculix clean
 
 # All packages that the other targets need.
-installed: $(VENV)/installed-test $(VENV)/installed-lint $(VENV)/installed-docs $(VENV)/installed-pages
+installed: $(VENV)/installed-all
 
 demo: $(VENV)/installed
 	$(BIN)/microslip run examples/lap_joint.toml --out demo-output --force
@@ -71,10 +73,15 @@ $(VENV)/created:
 	touch $@
 
 $(VENV)/installed: pyproject.toml | $(VENV)/created
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e .
+	$(PIP) -e .
 	$(BIN)/python -m microslip.pipeline.compile
 	touch $@
 
 $(VENV)/installed-%: pyproject.toml $(VENV)/installed | $(VENV)/created
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[$*]'
+	$(PIP) -e '.[$*]'
 	touch $@
+
+# At once: each call of pip makes and resolves the package anew.
+$(VENV)/installed-all: pyproject.toml $(VENV)/installed | $(VENV)/created
+	$(PIP) -e '.[test,lint,docs,pages]'
+	touch $(VENV)/installed-test $(VENV)/installed-lint $(VENV)/installed-docs $(VENV)/installed-pages $@

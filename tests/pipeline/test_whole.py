@@ -37,6 +37,7 @@ count = 3
 steps = 40
 [analysis.response]
 count = 41
+checks = 0
 [analysis.reduced]
 amplitudes = 6
 [analysis.backbone]

@@ -38,6 +38,9 @@ finds are worth: median of eleven points of four joints, 22 to 61."""
 SETTLING = 15
 """Cycles of a steady state that settles, on average, and of what is looked at where one does not."""
 
+RESONANCES = 64
+"""Cycles of plain marching that a table of resonances is worth: some sixteen motions, from small loads on."""
+
 SPATIAL_BASE, SPATIAL_GROWTH = 3.2e-6, 1.5
 """Seconds to reduce a mesh in space, and the power of its degrees of freedom that they go with: factors of
 bodies (`benchmarks/scale.py`, 7,500 to 123,000 degrees of freedom)."""
@@ -253,12 +256,13 @@ def response_seconds(joint: Joint) -> float:
 
 
 def refined_seconds(joint: Joint) -> float:
-    """Table of the refined model: cycles with the motion prescribed."""
+    """Table of the refined model: cycles with the motion prescribed, or in space resonances."""
     if "refined" not in joint.variants or joint.frictionless:
         return 0.0
     asked = joint.analysis.reduced
     cycles = asked.amplitudes * min(5, asked.max_cycles) + 100
-    return _cycle(joint, asked.steps) * cycles
+    resonances = _cycle(joint, 150) * RESONANCES if is_spatial(joint) else 0.0
+    return max(_cycle(joint, asked.steps) * cycles, resonances)
 
 
 def backbone_seconds(joint: Joint) -> float:
