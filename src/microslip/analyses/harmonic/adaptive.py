@@ -68,6 +68,10 @@ NEWTON_STEPS = 20
 PATIENCE = 5
 """Of these, those in which the residual has to fall to a half."""
 
+MOST_LOST = 8
+"""Ways to a response by small steps that may lead nowhere, in one response over frequency: each costs as much
+as dozens of its points, and where a branch is not stable they are lost one after the other."""
+
 MISSES = 1
 """Levels without an answer that are passed over on the way up; one more with a cycle over time."""
 
@@ -170,6 +174,7 @@ class Ladder:
         self.control = control
         self.adaptive = adaptive
         self.over_time = over_time
+        self.lost = 0
 
     def solve(self, problem: HarmonicProblem, w: Array, frequency: float) -> HarmonicPoint:
         """`least`, and as many harmonics as needed."""
@@ -294,8 +299,12 @@ class Ladder:
             with suppress(ContinuationError):
                 return self._from_start(start, point.frequency, began, point)
         for start, *_ in starts if steady is not None or self.over_time is None else ():
-            with suppress(ContinuationError):
+            if self.lost == MOST_LOST:
+                break
+            try:
                 return self._approached(start, point.frequency, began, point)
+            except ContinuationError:
+                self.lost += 1
         return None
 
     def _from_start(
