@@ -6,6 +6,7 @@ Prestress is without friction, so that the interface starts with no memory.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -156,8 +157,11 @@ def without_friction(
     solver = ContactSolver(flexibility, 0.0, shares, start)
     history = slip_history(np.zeros(len(v_free)), model.dimension)
     found = solver.solve(v_free, q_free, history)
-    # all analyses start from it: what soft supports hold is known less well than forces at first
-    return solver.solve(v_free, q_free, history) if found.residual > SETTLED else found
+    if found.residual > SETTLED:
+        # all analyses start from it: what soft supports hold is known less well than forces at first
+        with suppress(ContactError):
+            return min(found, solver.solve(v_free, q_free, history), key=lambda one: one.residual)
+    return found
 
 
 def opening_load(
