@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from microslip.analyses.harmonic.adaptive import Adaptive
+from microslip.analyses.harmonic.adaptive import TAIL_SHARE, Adaptive
 from microslip.analyses.harmonic.hill import HillExponents, exponents_of
 from microslip.analyses.harmonic.over_time import OverTime
 from microslip.analyses.harmonic.peaks import outputs_along
@@ -18,7 +18,7 @@ from microslip.analyses.harmonic.problem import harmonic_problem
 from microslip.analyses.harmonic.response import HarmonicResponse, frequency_response
 from microslip.brief import Brief
 from microslip.describe.requests import HarmonicAnalysis
-from microslip.errors import Failure, MicroslipError
+from microslip.errors import Caution, Failure, MicroslipError
 from microslip.numerics.execute import NotBegun, gather, threads
 from microslip.pipeline.loads import Load, loads_of_file
 from microslip.pipeline.outcome import Outcome, value_of
@@ -80,6 +80,7 @@ def run_harmonic(
 
     found: list[HarmonicRun] = []
     failures: list[Failure] = []
+    cautions: list[Caution] = []
     for load, outcome in zip(loads, gather(one, loads, threads(), stop), strict=True):
         place = str(load)
         if isinstance(outcome, NotBegun):
@@ -88,9 +89,40 @@ def run_harmonic(
             failures.append(Failure("harmonic", place, str(outcome)))
         else:
             found.append(outcome)
+            cautions += cut_off(place, outcome)
             failures += [_under(place, missed) for missed in outcome.response.failures]
     progress.finish()
-    return Outcome(tuple(found), tuple(failures), stop.is_set())
+    return Outcome(tuple(found), tuple(failures), stop.is_set(), cautions=tuple(cautions))
+
+
+def cut_off(place: str, entry: HarmonicRun) -> tuple[Caution, ...]:
+    """That a number of harmonics that was given leaves out more than a stated share, under one load.
+
+    What adaptive points are off by is estimated, or measured, and stands beside them.
+    """
+    given = [p for p in entry.points if np.isnan(p.error)]
+    short = [p for p in given if TAIL_SHARE * p.tail > CUT_OFF]
+    if not short:
+        return ()
+    worst = max(short, key=lambda p: p.tail)
+    H = worst.problem.harmonics
+    if H > TELLING:
+        reason = (
+            f"the last two of {H} harmonics hold {worst.tail:.0%} of the vibrating reactions, and more than "
+            f"{CUT_OFF / TAIL_SHARE:.0%} at {len(short)} of {len(given)} points: amplitudes may be off by "
+            f"{TAIL_SHARE * worst.tail:.1%} and more"
+        )
+    else:
+        reason = f"with {H} harmonic{'s' * (H > 1)} nothing shows what is left out"
+    where = f"{place}, {worst.frequency:.6g} Hz"
+    return (Caution("harmonic", where, reason, 'take harmonics = "adaptive", or more of them'),)
+
+
+CUT_OFF = 0.01
+"""Relative error of an amplitude, by a tenth of its tail as adaptive harmonics take it, that is said."""
+
+TELLING = 2
+"""Harmonics up to which the last two are all there are."""
 
 
 def _under(place: str, failure: Failure) -> Failure:

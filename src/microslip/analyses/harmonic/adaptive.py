@@ -20,9 +20,9 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import chain, pairwise
 
-import numpy as np
-
+from microslip.analyses.harmonic.alongside import Place, followed
 from microslip.analyses.harmonic.approach import approached
+from microslip.analyses.harmonic.climb import Climb
 from microslip.analyses.harmonic.over_time import MotionBeside, OverTime
 from microslip.analyses.harmonic.paths import EquationsAt, FrequencyPath
 from microslip.analyses.harmonic.points import PULL, HarmonicPoint, describe, distance
@@ -34,6 +34,7 @@ from microslip.analyses.harmonic.problem import (
 )
 from microslip.analyses.harmonic.starts import (
     Start,
+    augmentations,
     first_step,
     flexibility_of_cycle,
     flexibility_of_point,
@@ -56,9 +57,6 @@ ORDER = 1.5
 TAIL_SHARE = 0.1
 """Share s of the tail that the estimate of the error is at least."""
 
-SOFTEST = 1e-3
-"""Least augmentation over the default."""
-
 COMPARED = 13
 """Harmonics at which time integration is asked again, where it has left the response with the fewest."""
 
@@ -73,7 +71,7 @@ MOST_LOST = 8
 as dozens of its points, and where a branch is not stable they are lost one after the other."""
 
 MISSES = 1
-"""Levels without an answer that are passed over on the way up; one more with a cycle over time."""
+"""Levels without an answer that are passed over on the way up where no motion over time is known."""
 
 KEPT = 12
 """Paths whose factorisations are kept."""
@@ -134,20 +132,6 @@ def estimated_error(levels: Sequence[tuple[int, complex]], tail: float = 0.0) ->
     return max([*estimates, TAIL_SHARE * tail]) if estimates else float("nan")
 
 
-def augmentations(measured: float) -> list[float]:
-    """Augmentations to try over the default, from a measured one: the next half of a decade, its neighbours.
-
-    Examples
-    --------
-    >>> [float(round(each, 3)) for each in augmentations(0.12)]
-    [0.1, 0.316, 0.032]
-    >>> [float(round(each, 3)) for each in augmentations(2.0)]
-    [1.0, 0.316]
-    """
-    nearest = round(2 * np.log10(np.clip(measured, SOFTEST, 1.0)))
-    return [10 ** (0.5 * k) for k in (nearest, nearest + 1, nearest - 1) if k <= 0]
-
-
 class Ladder:
     """Paths with more and more harmonics, held or walking, each with its factorisation to reuse.
 
@@ -198,9 +182,16 @@ class Ladder:
                 point = self._newton(self._path(released), guess, frequency, began, point)
         return point
 
-    def grown(self, point: HarmonicPoint) -> HarmonicPoint:
-        """The same response with as many harmonics as needed; its `error` says so where that is not found."""
-        return self._climb(point, clock.perf_counter() - point.seconds)
+    def grown(self, point: HarmonicPoint, place: Place | None = None) -> HarmonicPoint:
+        """The same response with as many harmonics as needed; its `error` says so where that is not found.
+
+        Parameters
+        ----------
+        point : HarmonicPoint
+        place : Place, optional
+            Where it stands on its branch.
+        """
+        return self._climb(point, clock.perf_counter() - point.seconds, place=place)
 
     def solve_from_cycle(self, steady: SteadyState) -> tuple[HarmonicPoint, HarmonicPoint]:
         """The response next to a steady cycle of time integration.
@@ -235,77 +226,172 @@ class Ladder:
             yield problem
 
     def _climb(
-        self, point: HarmonicPoint, began: float, steady: SteadyState | None = None
+        self,
+        point: HarmonicPoint,
+        began: float,
+        steady: SteadyState | None = None,
+        place: Place | None = None,
     ) -> HarmonicPoint:
         """Add harmonics until the error is small, they are too many, or no answer is found."""
         if self.adaptive is None:
             return point
-        levels, misses = [(point.harmonics, point.amplitude)], 0
-        beside = self._beside(point)
-        point, last = self._measured(point, levels, beside), point
-        for more in self._levels(point.problem.walks):
-            if point.error <= self.adaptive.tolerance:
+        climb = Climb(
+            [(point.harmonics, point.amplitude)], point, self._beside(point), steady, place
+        )
+        climb.best = self._measured(point, climb)
+        missed = self._one_by_one(climb, began)
+        self._by_small_steps(climb, missed, began)
+        return climb.best
+
+    def _one_by_one(self, climb: Climb, began: float) -> list[HarmonicProblem]:
+        """Levels one after the other, by Newton's method or along the branch; returns those without answer.
+
+        All of them where a motion over time is known: the more harmonics, the nearer is its cycle to an
+        answer. Without one, what has none at one level has mostly none at the next.
+        """
+        assert self.adaptive is not None
+        missed: list[HarmonicProblem] = []
+        for more in self._levels(climb.best.problem.walks):
+            if climb.best.error <= self.adaptive.tolerance:
                 break
-            if more.harmonics <= levels[-1][0]:
+            if more.harmonics <= climb.levels[-1][0]:
                 continue
-            found = self._next(more, last, began, beside.steady if beside else steady)
-            if found is None:
-                misses += 1
-                if misses > MISSES + (beside is not None):
-                    break
+            found = self._next(more, climb, began)
+            found = self._alongside(more, climb, began) if found is None else found
+            if found is not None:
+                self._reached(climb, found)
                 continue
-            last = found
-            levels.append((found.harmonics, found.amplitude))
-            if beside is None and found.harmonics == COMPARED:
-                beside = self._beside(found)
-            found = self._measured(found, levels, beside)
-            if beside is None or not point.error <= found.error:
-                point = found
-        return point
+            missed.append(more)
+            if climb.beside is None and len(missed) > MISSES:
+                break
+        return missed
+
+    def _by_small_steps(
+        self, climb: Climb, missed: Sequence[HarmonicProblem], began: float
+    ) -> None:
+        """Levels that Newton's method has not found, from their likeliest starts by small steps.
+
+        Not where time integration was asked and has no motion beside the response, which is mostly none
+        with more harmonics either.
+        """
+        assert self.adaptive is not None
+        if climb.cycle is None and self.over_time is not None:
+            return
+        begun = climb.last
+        for more in missed:
+            if climb.best.error <= self.adaptive.tolerance:
+                break
+            if more.harmonics <= climb.levels[-1][0]:
+                continue
+            found = None if climb.last is begun else self._next(more, climb, began)
+            found = self._next_by_steps(more, climb, began) if found is None else found
+            if found is not None:
+                self._reached(climb, found)
+
+    def _next_by_steps(
+        self, new: HarmonicProblem, climb: Climb, began: float
+    ) -> HarmonicPoint | None:
+        """The same response with other harmonics by small steps, as long as these may be lost."""
+        for start, *_ in self._starts(new, climb):
+            if self.lost == MOST_LOST:
+                break
+            try:
+                return self._approached(start, climb.last.frequency, began, climb.last)
+            except ContinuationError:
+                self.lost += 1
+        return None
+
+    def _reached(self, climb: Climb, found: HarmonicPoint) -> None:
+        """Take down the answer of a level, with its error; it is the best where that is not larger."""
+        climb.last = found
+        climb.levels.append((found.harmonics, found.amplitude))
+        if climb.beside is None and found.harmonics == COMPARED:
+            climb.beside = self._beside(found)
+        found = self._measured(found, climb)
+        if climb.beside is None or not climb.best.error <= found.error:
+            climb.best = found
 
     def _beside(self, point: HarmonicPoint) -> MotionBeside | None:
         return None if self.over_time is None else self.over_time.beside(point)
 
-    def _measured(
-        self,
-        point: HarmonicPoint,
-        levels: Sequence[tuple[int, complex]],
-        beside: MotionBeside | None,
-    ) -> HarmonicPoint:
+    def _measured(self, point: HarmonicPoint, climb: Climb) -> HarmonicPoint:
         """With its error: by time integration, or by the levels up to it."""
-        if beside is None:
-            return replace(point, error=estimated_error(levels, point.tail))
-        return replace(point, error=beside.error_of(point.amplitude))
+        if climb.beside is None:
+            return replace(point, error=estimated_error(climb.levels, point.tail))
+        return replace(point, error=climb.beside.error_of(point.amplitude))
 
-    def _next(
-        self,
-        new: HarmonicProblem,
-        point: HarmonicPoint,
-        began: float,
-        steady: SteadyState | None,
-    ) -> HarmonicPoint | None:
-        """The same response with other harmonics, from a cycle over time or from the last ones.
-
-        By Newton's method from all starts, then from the likeliest by small steps; not where time integration
-        was asked and has no motion beside the response, which is mostly none with more harmonics either.
-        """
-        starts: list[list[Start]] = []
-        if steady is not None:
-            factors = augmentations(flexibility_of_cycle(new, steady))
-            starts.append([start_from_cycle(softened(new, factor), steady) for factor in factors])
-        factors = augmentations(flexibility_of_point(new, point))
-        starts.append([start_from_point(softened(new, factor), point) for factor in factors])
-        for start in chain(*starts):
+    def _next(self, new: HarmonicProblem, climb: Climb, began: float) -> HarmonicPoint | None:
+        """The same response with other harmonics, by Newton's method from all starts."""
+        for start in chain(*self._starts(new, climb)):
             with suppress(ContinuationError):
-                return self._from_start(start, point.frequency, began, point)
-        for start, *_ in starts if steady is not None or self.over_time is None else ():
+                return self._from_start(start, climb.last.frequency, began, climb.last)
+        return None
+
+    def _alongside(self, new: HarmonicProblem, climb: Climb, began: float) -> HarmonicPoint | None:
+        """The same response with other harmonics, on the branch through a neighbour that has them."""
+        if climb.place is None:
+            return None
+        frequency = climb.last.frequency
+        for least in self._neighbours(climb):
             if self.lost == MOST_LOST:
                 break
+            there = self._with(new, least, began)
+            if there is None:
+                continue
+            path = self._path(there.problem)
             try:
-                return self._approached(start, point.frequency, began, point)
+                w = followed(path, there.w, there.frequency, frequency)
+                found = self._newton(path, w, frequency, began, climb.last)
             except ContinuationError:
                 self.lost += 1
+                break
+            if not climb.left_by(found):
+                climb.neighbour = there
+                return found
+        climb.place = climb.neighbour = None
         return None
+
+    def _neighbours(self, climb: Climb) -> Iterator[HarmonicPoint]:
+        """That which has led to more harmonics before, and those with few that are not nearer.
+
+        The latter where not many more are wanted: each costs as much as several points.
+        """
+        assert climb.place is not None
+        frequency, least = climb.place.frequency, 0.0
+        if climb.neighbour is not None:
+            least = abs(climb.neighbour.frequency - frequency)
+            yield climb.neighbour
+            if climb.neighbour.harmonics >= COMPARED:
+                return
+        for point in climb.place.neighbours():
+            if abs(point.p - frequency) >= least:
+                with suppress(ContinuationError):
+                    yield self.least(climb.place.path.problem, point.u, point.p)
+
+    def _with(
+        self, new: HarmonicProblem, point: HarmonicPoint, began: float
+    ) -> HarmonicPoint | None:
+        """A neighbour with other harmonics; None where it has none, or one walks and the other does not."""
+        if point.problem.walks != new.walks:
+            return None
+        for factor in augmentations(flexibility_of_point(new, point)):
+            start = start_from_point(softened(new, factor), point)
+            with suppress(ContinuationError):
+                return self._from_start(start, point.frequency, began, point)
+        return None
+
+    def _starts(self, new: HarmonicProblem, climb: Climb) -> Iterator[list[Start]]:
+        """Starts of other harmonics, from a cycle over time and from the last ones, the likeliest first.
+
+        From the last ones not beyond levels that had no answer, where there is a cycle.
+        """
+        if climb.cycle is not None:
+            factors = augmentations(flexibility_of_cycle(new, climb.cycle))
+            yield [start_from_cycle(softened(new, factor), climb.cycle) for factor in factors]
+            if new.harmonics > more_harmonics(climb.last.harmonics):
+                return
+        factors = augmentations(flexibility_of_point(new, climb.last))
+        yield [start_from_point(softened(new, factor), climb.last) for factor in factors]
 
     def _from_start(
         self,

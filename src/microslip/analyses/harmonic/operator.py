@@ -15,11 +15,7 @@ import numpy as np
 from microslip.analyses.harmonic.problem import HarmonicProblem
 from microslip.brief import Brief
 from microslip.errors import MicroslipError
-from microslip.model.flexibility import (
-    CoupledCompliance,
-    amplitudes_under,
-    harmonic_compliance,
-)
+from microslip.model.flexibility import amplitudes_under, harmonic_compliance
 from microslip.numerics.fourier import parity, to_complex, to_real
 from microslip.typing import Array, Complex, Indices
 
@@ -64,11 +60,7 @@ class LinearOperator(Brief):
         """``W r`` of coefficients (2 m, c)."""
         p = self.problem
         own = to_complex(by_parity(p.residual, u)) * self.lag[:, None]
-        return to_real(own) + self.of_modes(self._moved(self.on_modes(u)))
-
-    def _moved(self, forces: Complex) -> Complex:
-        """Amplitudes of the modes, (H + 1, k), under forces on them."""
-        return forces * self.modal if self.modal.ndim == 2 else amplitudes_under(self.modal, forces)
+        return to_real(own) + self.of_modes(amplitudes_under(self.modal, self.on_modes(u)))
 
     def on_modes(self, u: Array) -> Complex:
         """Forces on the modes, (H + 1, k), to reactions, (2 m, c), along the displacements."""
@@ -117,7 +109,7 @@ class LinearOperator(Brief):
         force = -to_complex(by_parity(problem.gather.transpose(0, 2, 1), u))
         force[0] += model.port_modes @ problem.held_load
         force[1] += model.port_modes @ problem.driven(load)
-        modes = self._moved(force)
+        modes = amplitudes_under(self.modal, force)
         modes[0, : len(q)] = q
         return modes
 
@@ -198,7 +190,6 @@ def linear_operator(problem: HarmonicProblem, omega: float) -> LinearOperator:
     if not (np.isfinite(omega) and omega > 0):
         raise MicroslipError(f"frequency {omega / (2 * np.pi):g} Hz must be positive")
     with np.errstate(divide="ignore", invalid="ignore"):  # the mean of a free joint as a whole
-        found, lag = harmonic_compliance(problem.model, omega, problem.harmonics)
-    modal = found.matrices if isinstance(found, CoupledCompliance) else found
+        modal, lag = harmonic_compliance(problem.model, omega, problem.harmonics)
     modal[0, : len(problem.rigid_modes)] = 0.0
     return LinearOperator(problem, float(omega), modal, lag)

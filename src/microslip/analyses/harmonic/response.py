@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from microslip.analyses.harmonic.adaptive import Adaptive, Ladder
+from microslip.analyses.harmonic.alongside import Place
 from microslip.analyses.harmonic.over_time import OverTime
 from microslip.analyses.harmonic.paths import (
     CONTROL,
@@ -268,7 +269,8 @@ class _Search:
                 continue
             solved.append(least)
             share = abs(frequency - way.branch.points[place].p)
-            self._keep(number, place + share / (share + 1), self.ladder.grown(least))
+            here = Place(way.path, way.branch, place, frequency)
+            self._keep(number, place + share / (share + 1), self.ladder.grown(least, here))
 
     def _from_rest(
         self,

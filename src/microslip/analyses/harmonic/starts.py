@@ -43,6 +43,9 @@ FIRST_STEP = 1e-3
 WALKS = 1e-4
 """Drift of the slip per cycle, over its range, from which on a steady cycle counts as walking."""
 
+SOFTEST = 1e-3
+"""Least augmentation over the default."""
+
 
 @dataclass(frozen=True, repr=False)
 class Start(Brief):
@@ -140,6 +143,20 @@ def flexibility_of_point(problem: HarmonicProblem, point: HarmonicPoint) -> floa
     u, _ = point.problem.split(point.w)
     first = 2 * max(point.harmonics // 2, 1) + 1
     return _ratio(problem, u[:, first:], point.v[problem.rows][:, first:])
+
+
+def augmentations(measured: float) -> list[float]:
+    """Augmentations to try over the default, from a measured one: the next half of a decade, its neighbours.
+
+    Examples
+    --------
+    >>> [float(round(each, 3)) for each in augmentations(0.12)]
+    [0.1, 0.316, 0.032]
+    >>> [float(round(each, 3)) for each in augmentations(2.0)]
+    [1.0, 0.316]
+    """
+    nearest = round(2 * np.log10(np.clip(measured, SOFTEST, 1.0)))
+    return [10 ** (0.5 * k) for k in (nearest, nearest + 1, nearest - 1) if k <= 0]
 
 
 def _ratio(problem: HarmonicProblem, u: Array, v: Array) -> float:

@@ -1,0 +1,51 @@
+"""One response on its way to more harmonics: what is known of it so far."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from microslip.analyses.harmonic.alongside import Place
+from microslip.analyses.harmonic.over_time import LEFT, MotionBeside
+from microslip.analyses.harmonic.points import HarmonicPoint, distance
+from microslip.analyses.time.steady import SteadyState
+
+
+@dataclass
+class Climb:
+    """One response on its way to more harmonics.
+
+    Attributes
+    ----------
+    levels : list of (int, complex)
+        Harmonics and amplitude of the answers so far.
+    last : HarmonicPoint
+        The answer with the most harmonics.
+    beside : MotionBeside or None
+        The motion that time integration makes of it.
+    steady : SteadyState or None
+        A cycle that the response was looked for from.
+    place : Place or None
+        On a branch with few harmonics; None as well once its neighbours have not led to more.
+    neighbour : HarmonicPoint or None
+        The point of that branch that has led to more, with as many.
+    """
+
+    levels: list[tuple[int, complex]]
+    last: HarmonicPoint
+    beside: MotionBeside | None
+    steady: SteadyState | None
+    place: Place | None = None
+    neighbour: HarmonicPoint | None = None
+
+    def __post_init__(self) -> None:
+        self.best = self.last
+
+    @property
+    def cycle(self) -> SteadyState | None:
+        """Cycle to start other harmonics from."""
+        return self.steady if self.beside is None else self.beside.steady
+
+    def left_by(self, found: HarmonicPoint) -> bool:
+        """Whether an answer is that of another response."""
+        known = self.last.amplitude if self.cycle is None else self.cycle.amplitude
+        return distance(found.amplitude, known) > LEFT
