@@ -14,7 +14,7 @@ from microslip.model.bolts import Bolts, Tightening
 from microslip.model.elasticity import Material
 from microslip.model.mesh.assembly import assemble, material_of_elements
 from microslip.model.mesh.bolts import MeshBolt, bolt_between, bolt_through
-from microslip.model.mesh.constraints import rotations_of, spins
+from microslip.model.mesh.constraints import Rotations, rotations_of, spins
 from microslip.model.mesh.facets import facets_of
 from microslip.model.mesh.finite_elements import FiniteElementMesh
 from microslip.model.mesh.loads import (
@@ -76,7 +76,7 @@ def _force(mesh: FiniteElementMesh, name: str, direction: Array) -> Array:
 def _acting(
     mesh: FiniteElementMesh, name: str, turns: bool, direction: Sequence[float] | None, where: str
 ) -> Array:
-    """A unit force or a unit moment on a named place."""
+    """A unit force or a unit moment on a named place; (N,) with rotations on a reference node."""
     if not turns:
         return _force(mesh, name, direction_in(mesh, direction, where))
     if mesh.dimension == 2 and direction is not None:
@@ -86,7 +86,23 @@ def _acting(
     axis = None if mesh.dimension == 2 else direction_in(mesh, direction, where)
     if name in mesh.surfaces:
         return moment_load(mesh, name, axis)
-    return nodal_moment(mesh, nodes_named(mesh, name), axis)
+    nodes, rotations = np.unique(nodes_named(mesh, name)), rotations_of(mesh)
+    if len(nodes) == 1 and nodes[0] in rotations.nodes:
+        return _turned(rotations, int(nodes[0]), axis)
+    return nodal_moment(mesh, nodes, axis)
+
+
+def _turned(rotations: Rotations, node: int, axis: Array | None) -> Array:
+    """(N,) unit moment on a reference node, which its own rotations do the work of."""
+    out = np.zeros(rotations.dofs)
+    out[rotations.of(node)] = 1.0 if axis is None else axis / np.linalg.norm(axis)
+    return out
+
+
+def _difference(mesh: FiniteElementMesh, first: Array, second: Array) -> Array:
+    """One load less another, of which some have rotations of reference nodes."""
+    dofs = rotations_of(mesh).dofs
+    return np.pad(first, (0, dofs - len(first))) - np.pad(second, (0, dofs - len(second)))
 
 
 def with_masses(mesh: FiniteElementMesh, joint: MeshJoint) -> FiniteElementMesh:
@@ -269,7 +285,8 @@ def port_load(mesh: FiniteElementMesh, port: MeshPort, width: float) -> Array:
     turns, where = port.kind == "moment", f"port {port.name!r}"
     load = _acting(mesh, port.on, turns, port.direction, where)
     if port.opposite is not None:
-        load = load - _acting(mesh, port.opposite, turns, port.direction, where)
+        opposite = _acting(mesh, port.opposite, turns, port.direction, where)
+        load = _difference(mesh, load, opposite)
     return load
 
 

@@ -46,11 +46,14 @@ from microslip.model.mesh.overlaps import check_apart
 from microslip.model.mesh.read import read_mesh
 from microslip.model.mesh_in_words import (
     bodies_said,
+    coupled_said,
     doubtful_materials,
     interface_said,
     names_of_motions,
 )
 from microslip.model.meshed import structure_from_mesh
+from microslip.model.mortar.bonded import bonded_cautions
+from microslip.model.mortar.claims import Claim, check_claims
 from microslip.model.mortar.coupling import MortarCoupling, couple
 from microslip.model.mortar.flat import couple_with_flat
 from microslip.model.pair_table import Pairs
@@ -91,7 +94,7 @@ def _built(described: Described[MeshJoint], changed: Stamps) -> Imported:
     d = mesh.dimension
     width = _width(joint, d)
     ties = tuple(
-        Tie(f"{tie.slave} to {tie.master}", tie.slave, tie.master, tie.tolerance)
+        Tie(f"{tie.slave} to {tie.master}", tie.slave, tie.master, tie.tolerance, "[[tie]]")
         for tie in joint.tie
     )
     mesh = replace(mesh, ties=(*mesh.ties, *ties))
@@ -100,6 +103,7 @@ def _built(described: Described[MeshJoint], changed: Stamps) -> Imported:
     whole = mesh
     mesh, bolts = bolted(with_masses(mesh, joint), joint.preload, width)
     couplings = [_coupled(mesh, entry) for entry in joint.interface]
+    check_claims(mesh, [_claim(mesh, entry) for entry in joint.interface], mesh.ties)
     check_apart(whole, _touching(whole, joint))
     loads, preload = {}, {}
     for each in joint.preload:
@@ -134,7 +138,7 @@ def _built(described: Described[MeshJoint], changed: Stamps) -> Imported:
     if bases:
         structure = with_bases(found, bases, materials, width)
     structure = _per_width(structure, width)
-    _check_moved(structure, joint)
+    _check_moved(structure, joint, mesh)
     zero = zero_modes(structure.stiffness, structure.mass, None)
     names = names_of_motions(found, zero.shapes)
     pairs = _pairs(joint, structure, couplings)
@@ -154,6 +158,7 @@ def _built(described: Described[MeshJoint], changed: Stamps) -> Imported:
         first_frequency=zero.first,
         cautions=(
             *found.cautions,
+            *bonded_cautions(couplings, found.bonded),
             *bolt_cautions(found.mesh, joint.preload),
             *([] if joint.material else doubtful_materials(mesh, given)),
         ),
@@ -273,6 +278,15 @@ def _coupled(mesh: FiniteElementMesh, entry: MeshInterface) -> MortarCoupling:
     )
 
 
+def _claim(mesh: FiniteElementMesh, entry: MeshInterface) -> Claim:
+    """Which facets an interface is of."""
+    said = f"interface {entry.name!r}"
+    if entry.second is not None:
+        return Claim(said, (entry.first, entry.second), entry.reach)
+    normal = direction_in(mesh, entry.flat, said)
+    return Claim(said, (entry.first,), entry.reach, normal, entry.offset)
+
+
 def _touching(mesh: FiniteElementMesh, joint: MeshJoint) -> set[str]:
     """Surfaces of contacts and ties."""
     names = {name for each in joint.interface for name in (each.first, each.second) if name}
@@ -300,14 +314,20 @@ def _per_width(structure: Structure, width: float) -> Structure:
     )
 
 
-def _check_moved(structure: Structure, joint: MeshJoint) -> None:
+def _check_moved(structure: Structure, joint: MeshJoint, mesh: FiniteElementMesh) -> None:
     """Raise `InputError` where supports hold all of what a load acts on, or an output is of."""
     for port in joint.port:
         if not np.abs(structure.loads[port.name]).max(initial=0.0) > 0:
-            raise InputError(f"port {port.name!r}: all that it acts on is held: it moves nothing")
+            raise InputError(
+                f"port {port.name!r}: all that it acts on is held: it moves nothing"
+                + coupled_said(mesh, port.on)
+            )
     for output in joint.measured:
         if not np.abs(structure.loads[output.port]).max(initial=0.0) > 0:
-            raise InputError(f"output {output.name!r}: what it is of is held: it does not move")
+            raise InputError(
+                f"output {output.name!r}: what it is of is held: it does not move"
+                + coupled_said(mesh, output.on)
+            )
 
 
 def _pairs(joint: MeshJoint, structure: Structure, couplings: Sequence[MortarCoupling]) -> Pairs:

@@ -46,16 +46,41 @@ def names_of_motions(found: MeshedStructure, null: Array) -> tuple[str, ...]:
         if not rank:
             continue
         basis = np.linalg.svd(own, full_matrices=False)[0][:, :rank]
-        whose = " and ".join(bodies[k][0] for k in np.unique(owner[node[inside]]) if k >= 0)
+        # springs of bolts join bodies of which some are held
+        points = inside & (structure.free < mesh.points.size)
+        moving = [
+            k
+            for k in np.unique(owner[node[points]])
+            if k >= 0 and np.linalg.norm(own[points & (owner[node] == k)]) > 1e-6 * largest
+        ]
+        whose = " and ".join(bodies[k][0] for k in moving)
         moved = 0
         for axis in range(d):
-            rigid = inside & (structure.free < mesh.points.size) & (structure.free % d == axis)
+            rigid = points & np.isin(owner[node], moving) & (structure.free % d == axis)
             unit = rigid / max(float(np.linalg.norm(rigid)), 1e-300)
             if np.linalg.norm(basis.T @ unit) > 1 - FREE:
                 names.append(f"translation along {'xyz'[axis]} of {whose}")
                 moved += 1
         names += [f"rotation of {whose}"] * (rank - moved)
     return tuple(names)
+
+
+def coupled_said(mesh: FiniteElementMesh, on: str | None) -> str:
+    """That a coupling leaves out some directions of its reference node, where a place is one: the end of a
+    message about what does not move."""
+    if on is None or on not in mesh.node_sets:
+        return ""
+    every = range(6) if mesh.dimension == 3 else (0, 1, 5)
+    for coupling in mesh.couplings:
+        given = [c + 1 for c in every if c in coupling.components]
+        if coupling.reference in mesh.node_sets[on] and len(given) < len(every):
+            if coupling.kind == "distributing":
+                given = [1, 2, 3][: mesh.dimension] + [c for c in given if c > 3]
+            return (
+                f", or not coupled: of this reference node coupling {coupling.name!r} couples the components "
+                f"{', '.join(map(str, given))} alone"
+            )
+    return ""
 
 
 def bodies_said(mesh: FiniteElementMesh) -> list[str]:

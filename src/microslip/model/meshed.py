@@ -28,9 +28,10 @@ from microslip.model.mesh.constraints import (
     spins,
     stacked,
 )
-from microslip.model.mesh.finite_elements import FiniteElementMesh, bending_cautions
+from microslip.model.mesh.finite_elements import FiniteElementMesh, bending_cautions, said_too
 from microslip.model.mesh.naming import named_bodies
 from microslip.model.mesh.thermal import thermal_load
+from microslip.model.mortar.bonded import bonded_pairs
 from microslip.model.mortar.coupling import MortarCoupling
 from microslip.model.mortar.ties import tied
 from microslip.model.structure import Reaction, Structure
@@ -61,6 +62,8 @@ class MeshedStructure(Brief):
     cautions : tuple of Caution
     held_motions : mapping of str to (N,) array
         Unit motions of the supports whose reactions are outputs.
+    bonded : tuple of int
+        Pairs of each coupling that constraints hold together.
     """
 
     structure: Structure
@@ -71,6 +74,7 @@ class MeshedStructure(Brief):
     bolts: Bolts = NO_BOLTS
     cautions: tuple[Caution, ...] = ()
     held_motions: Mapping[str, Array] = field(default_factory=dict)
+    bonded: tuple[int, ...] = ()
 
     @property
     def gap(self) -> Array:
@@ -104,7 +108,7 @@ def structure_from_mesh(
     held : mapping of str to sequence of int
         Node sets and their components that do not move; components of rotations, from the dimension on, are
         those of reference nodes.
-    loads : mapping of str to (d n,) array
+    loads : mapping of str to (d n,) array, or (N,) with rotations
         Of `microslip.model.mesh.loads`.
     materials : optional
         See `microslip.model.mesh.assembly.assemble`.
@@ -146,7 +150,7 @@ def structure_from_mesh(
     fixed = np.union1d(supported, idle)
     basis, kept = free_displacements(constraints, fixed)
     relative = sp.vstack([coupling.relative() for coupling in couplings]).tocsr()
-    motions = _motions(mesh, rotations, coordinates)
+    motions = _motions(mesh, rotations, coordinates, idle)
     stops = _stopped(mesh, bolts, coordinates, constraints.rows)
     motions = _left_free(motions, fixed, stops)
     aside = any(bolt.stiffness is not None for bolt in bolts) and not len(supported)
@@ -156,7 +160,8 @@ def structure_from_mesh(
         name: thermal_load(mesh, change, materials) for name, change in (temperatures or {}).items()
     }
     every = {**loads, **thermal}
-    vectors = {name: basis.T @ np.pad(load, (0, extra)) for name, load in every.items()}
+    full = {name: np.pad(load, (0, rotations.dofs - len(load))) for name, load in every.items()}
+    vectors = {name: basis.T @ load for name, load in full.items()}
     whole = _symmetric(basis.T @ K @ basis)
     ours, pulls, found = _bolted(whole, kept, bolts, coordinates, vectors)
     apart = _wide(relative, extra)
@@ -164,7 +169,6 @@ def structure_from_mesh(
         name: carried(constraints, fixed, kept, _of_supports(name, motion, supported))
         for name, motion in (reactions or {}).items()
     }
-    full = {name: np.pad(load, (0, extra)) for name, load in every.items()}
     lengths = coordinates[[bolt.keeps_length for bolt in bolts]] if bolts else coordinates
     full |= _pulled(K, basis[:, np.searchsorted(kept, lengths)], found)
     basis, kept = basis[:, ours], kept[ours]
@@ -187,8 +191,9 @@ def structure_from_mesh(
         },
     )
     cautions = (*mesh.cautions, *bending_cautions(mesh), *_coverage(couplings))
+    still = bonded_pairs(couplings, apart, structure.interface.relative, fixed)
     return MeshedStructure(
-        structure, mesh, tuple(couplings), basis, rotations, found, cautions, moved
+        structure, mesh, tuple(couplings), basis, rotations, found, cautions, moved, still
     )
 
 
@@ -349,9 +354,11 @@ def _stopped(
     return sp.vstack([rows, *lengths, *springs]).tocsr()
 
 
-def _motions(mesh: FiniteElementMesh, rotations: Rotations, coordinates: Indices) -> Array:
+def _motions(
+    mesh: FiniteElementMesh, rotations: Rotations, coordinates: Indices, idle: Indices
+) -> Array:
     """(N, e) rigid motions of all bodies and reference nodes, turns about their mean and of unit size; and
-    further coordinates."""
+    further coordinates. Rotations that are not coupled, among `idle`, do not turn with a body."""
     d = mesh.dimension
     groups = [*mesh.bodies, *(np.array([node]) for node in rotations.nodes)]
     each = d + (1 if d == 2 else 3)
@@ -363,8 +370,9 @@ def _motions(mesh: FiniteElementMesh, rotations: Rotations, coordinates: Indices
         rows = (d * nodes[:, None] + np.arange(d)).ravel()
         out[rows, each * k : each * (k + 1)] = rigid.reshape(-1, each)
         for node in nodes[np.isin(nodes, rotations.nodes)]:
-            turns = each * k + d + np.arange(rotations.each)
-            out[rotations.of(int(node)), turns] = 1.0 / size
+            turns, at = each * k + d + np.arange(rotations.each), rotations.of(int(node))
+            along = ~np.isin(at, idle) | (len(nodes) == 1)
+            out[at[along], turns[along]] = 1.0 / size
     alone = np.zeros((len(out), len(coordinates)))
     alone[coordinates, np.arange(len(coordinates))] = 1.0
     return np.hstack([out, alone])
@@ -421,10 +429,11 @@ def _check_held(
             "nothing holds the bodies, and a bolt that keeps its length does not pull along the line through "
             "the middles of its two places, so that it resists a turn of all bodies together: let its "
             "direction be that of the line, or hold the bodies, if only by soft springs"
+            + said_too(mesh)
         )
     raise ModelError(
         f"{loose.shape[1]} rigid motions meet no support, no spring and no other body; the bodies that "
-        f"move are {', '.join(names)}: hold them, tie them, or give them springs"
+        f"move are {', '.join(names)}: hold them, tie them, or give them springs" + said_too(mesh)
     )
 
 

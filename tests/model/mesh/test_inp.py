@@ -183,8 +183,12 @@ REFUSED = [
         r"deck.inp:\d+: \*SHELL SECTION: solid elements alone",
     ),
     ("*Rigid body, nset=top, ref node=1\n", r"\*RIGID BODY: write it as \*COUPLING"),
+    (
+        "*Pre-tension section, surface=s, node=1\n",
+        r"name its surface as section of a \[\[preload\]\]",
+    ),
     ("*Frobnicate\n", r"\*FROBNICATE: this keyword is not understood"),
-    ("*Element, type=S4R\n9, 1, 2, 3, 4\n", r"\*ELEMENT: elements of type S4R are not understood"),
+    ("*Element, type=S9R5\n9, 1, 2\n", r"\*ELEMENT: elements of type S9R5 are not understood"),
     ("*Nset, nset=a, shape=round\n1\n", r"\*NSET: the parameter SHAPE is not understood"),
     ("*Element, type=C3D4\n9, 1, 2, 3\n", r"an element C3D4 has 4 nodes, and 3 are given"),
     ("*Element, type=C3D4\n9, 1, 2, 3, 77\n", r"element 9: there is no node 77"),

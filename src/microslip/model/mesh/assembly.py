@@ -107,6 +107,8 @@ def material_of_elements(
         return [materials], np.zeros(mesh.elements, dtype=np.int64)
     if materials is None:
         unknown = [s for s in mesh.sections if s.material not in mesh.materials]
+        if unknown and unknown[0].material in mesh.lacking:
+            raise ModelError(mesh.lacking[unknown[0].material])
         if unknown:
             there = ", ".join(mesh.materials) or "none"
             raise ModelError(

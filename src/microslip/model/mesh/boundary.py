@@ -42,6 +42,28 @@ def boundary(blocks: Sequence[Block]) -> tuple[Surface, Indices]:
     return Surface(surface.elements[free], surface.faces[free]), corners[free]
 
 
+def faces_at(blocks: Sequence[Block], cells: Indices) -> tuple[Surface, Indices]:
+    """A face with the corners of each cell (c, 4), and how many there are: one on the outside, two inside.
+
+    Examples
+    --------
+    >>> block = Block("quad4", np.array([[0, 1, 4, 3], [1, 2, 5, 4]]), np.array([1, 2]))
+    >>> found, count = faces_at([block], np.array([[2, 5, -1, -1], [4, 1, -1, -1]]))
+    >>> int(found.elements[0]), int(found.faces[0]), count.tolist()
+    (1, 1, [1, 2])
+    """
+    surface, corners = all_faces(blocks)
+    both = np.concatenate([np.sort(cells, axis=1), corners])
+    _, number = np.unique(both, axis=0, return_inverse=True)
+    number = number.ravel()
+    mine, theirs = number[: len(cells)], number[len(cells) :]
+    counts = np.bincount(theirs, minlength=int(number.max(initial=0)) + 1)
+    first = np.zeros(len(counts), dtype=np.int64)
+    first[theirs[::-1]] = np.arange(len(theirs))[::-1]
+    at = first[mine]
+    return Surface(surface.elements[at], surface.faces[at]), counts[mine]
+
+
 def surface_of_nodes(blocks: Sequence[Block], nodes: Indices) -> Surface:
     """Outside faces all of whose corners are among nodes."""
     surface, corners = boundary(blocks)

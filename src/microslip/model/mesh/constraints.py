@@ -124,6 +124,14 @@ def coupling_rows(mesh: FiniteElementMesh, coupling: Coupling, rotations: Rotati
     facets = facets_of(mesh, coupling.surface)
     nodes = facets.nodes
     arms = mesh.points[nodes] - mesh.points[coupling.reference]
+    if coupling.radius is not None:
+        near = np.linalg.norm(arms, axis=1) <= coupling.radius
+        if not near.any():
+            raise ModelError(
+                f"coupling {coupling.name!r}: no node of surface {coupling.surface!r} lies within the "
+                f"influence radius of {coupling.radius:.4g} m of its reference node"
+            )
+        nodes, arms = nodes[near], arms[near]
     # (k, d, d + rotations): displacement of each node with the reference node
     rigid = np.concatenate([np.tile(np.eye(d), (len(nodes), 1, 1)), spins(arms)], axis=2)
     own = np.concatenate([d * coupling.reference + np.arange(d), rotations.of(coupling.reference)])
@@ -140,6 +148,9 @@ def coupling_rows(mesh: FiniteElementMesh, coupling: Coupling, rotations: Rotati
         )
     fit = np.linalg.solve(gram, (weight[:, None] * moved).T)
     columns = (d * nodes[:, None] + np.arange(d)).ravel()
+    # rotations that are not coupled turn alone
+    coupled = [k for k in range(len(own)) if k < d or _turns(k, d) in coupling.components]
+    own, fit = own[coupled], fit[coupled]
     count = len(own)
     place = (
         np.concatenate([np.arange(count), np.repeat(np.arange(count), len(columns))]),
@@ -147,6 +158,11 @@ def coupling_rows(mesh: FiniteElementMesh, coupling: Coupling, rotations: Rotati
     )
     values = np.concatenate([np.ones(count), -fit.ravel()])
     return Constraints(sp.coo_matrix((values, place), (count, rotations.dofs)).tocsr(), own)
+
+
+def _turns(row: int, dimension: int) -> int:
+    """Component, as decks count them from 0, of a rotation behind the displacements."""
+    return 5 if dimension == 2 else row
 
 
 def _follow(

@@ -83,12 +83,18 @@ class Tie:
         Names of surfaces.
     tolerance : float, optional
         Distance up to which they are tied, m.
+    where : str
+        Place in the file that says so, for messages.
+    adjust : bool
+        Whether the slave may be moved onto the master.
     """
 
     name: str
     slave: str
     master: str
     tolerance: float | None = None
+    where: str = ""
+    adjust: bool = True
 
 
 @dataclass(frozen=True)
@@ -118,6 +124,8 @@ class Coupling:
     surface : str
     components : tuple of int
         From 0; 3 to 5 are rotations.
+    radius : float, optional
+        Distance from the reference node up to which nodes of the surface follow, m; all without it.
     """
 
     name: str
@@ -125,6 +133,7 @@ class Coupling:
     reference: int
     surface: str
     components: tuple[int, ...]
+    radius: float | None = None
 
 
 @dataclass(frozen=True)
@@ -159,6 +168,8 @@ class FiniteElementMesh(Brief):
     node_sets, element_sets : mapping of str to int array
     surfaces : mapping of str to Surface
     materials : mapping of str to Material
+    lacking : mapping of str to str
+        Materials that cannot be used, and why: an error where they are.
     sections : tuple of Section
     ties, equations, couplings : tuples
     masses : mapping of int to float
@@ -168,6 +179,8 @@ class FiniteElementMesh(Brief):
         reference nodes, also in the plane.
     cautions : tuple of Caution
         What should be known of what was read.
+    unread : str
+        What was not read that may hold something, for errors about what nothing holds.
     """
 
     points: Array
@@ -177,6 +190,7 @@ class FiniteElementMesh(Brief):
     element_sets: Mapping[str, Indices] = field(default_factory=dict)
     surfaces: Mapping[str, Surface] = field(default_factory=dict)
     materials: Mapping[str, Material] = field(default_factory=dict)
+    lacking: Mapping[str, str] = field(default_factory=dict)
     sections: tuple[Section, ...] = ()
     ties: tuple[Tie, ...] = ()
     equations: tuple[Equation, ...] = ()
@@ -184,6 +198,7 @@ class FiniteElementMesh(Brief):
     masses: Mapping[int, float] = field(default_factory=dict)
     held: Indices = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
     cautions: tuple[Caution, ...] = ()
+    unread: str = ""
 
     @property
     def dimension(self) -> int:
@@ -260,6 +275,11 @@ def _named(sets: Mapping[str, Indices], name: str, what: str) -> Indices:
     if not len(sets[name]):
         raise ModelError(f"{what} {name!r} is empty")
     return sets[name]
+
+
+def said_too(mesh: FiniteElementMesh | None) -> str:
+    """The end of a message about what nothing holds."""
+    return f"; {mesh.unread}" if mesh is not None and mesh.unread else ""
 
 
 BENDS_BADLY = {

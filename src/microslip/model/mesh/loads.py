@@ -108,6 +108,11 @@ def nodal_moment(mesh: FiniteElementMesh, nodes: Indices, axis: Array | None = N
     moved = np.cross(turn / np.linalg.norm(turn), arms)[:, :d]
     work = float((moved**2).sum())
     if not work > 1e-20 * float((arms**2).sum()):
+        if len(nodes) == 1:
+            raise ModelError(
+                f"a moment on node {mesh.node_labels[nodes[0]]} alone has no arm: reference nodes of "
+                "couplings have rotations, others do not; name a surface, or more nodes"
+            )
         raise ModelError("a moment on nodes that all lie on its axis has no arm")
     load = np.zeros_like(mesh.points)
     load[nodes] = moved / work

@@ -178,13 +178,17 @@ def couple(
     sides = facets_of(mesh, first), facets_of(mesh, second)
     own, other = _chosen(sides, slave)
     _check_apart(own, other)
-    size = max(own.size(), other.size())
-    within = REACH * size if reach is None else reach
+    within = reach_of(sides, reach)
     found = list(segments(own, other, within, degree))
     if not found:
         raise ModelError(_never_meet(own, other, within))
     allowed = OVERLAP * min(own.size(), other.size()) if overlap is None else overlap
     return coupling_of(own, other.name, found, nodal_normals(own), allowed)
+
+
+def reach_of(sides: Sequence[Facets], given: float | None) -> float:
+    """Distance up to which surfaces are coupled, m: that given, else so many facets."""
+    return REACH * max(side.size() for side in sides) if given is None else given
 
 
 def coupling_of(

@@ -13,7 +13,7 @@ import numpy as np
 from microslip.errors import ModelError
 from microslip.model.mesh.facets import FacetGroup, Facets, area_vectors, facets_of, is_affine
 from microslip.model.mesh.finite_elements import FiniteElementMesh
-from microslip.model.mortar.coupling import OVERLAP, REACH, MortarCoupling, coupling_of
+from microslip.model.mortar.coupling import OVERLAP, MortarCoupling, coupling_of, reach_of
 from microslip.model.mortar.segments import CURVED, FACING, NOTHING, Segments
 from microslip.typing import Array
 
@@ -65,8 +65,8 @@ def couple_with_flat(
     n = n / np.linalg.norm(n)
     own = facets_of(mesh, surface)
     size = own.size()
-    within = REACH * size if reach is None else reach
-    found = list(_segments(own, n, offset, within))
+    within = reach_of([own], reach)
+    found = list(faces_of_flat(own, n, offset, within))
     if not found:
         height = own.points[own.nodes] @ n - offset
         raise ModelError(
@@ -79,7 +79,7 @@ def couple_with_flat(
     return coupling_of(own, FLAT, found, np.tile(-n, (len(mesh.points), 1)), allowed)
 
 
-def _segments(
+def faces_of_flat(
     own: Facets, normal: Array, offset: float, reach: float
 ) -> Iterator[tuple[FacetGroup, Segments]]:
     """Whole facets that face the flat within reach, group by group."""

@@ -17,7 +17,7 @@ import scipy.sparse.linalg as spla
 
 from microslip.errors import Caution, ModelError
 from microslip.model.mesh.constraints import Constraints
-from microslip.model.mesh.facets import facets_of
+from microslip.model.mesh.facets import STRAIGHT, facets_of
 from microslip.model.mesh.finite_elements import FiniteElementMesh, Tie
 from microslip.model.mortar.coupling import couple
 
@@ -28,16 +28,23 @@ PARTLY = 0.98
 """A caution says how much of a slave is tied where it is less."""
 
 
+def tolerance_of(mesh: FiniteElementMesh, tie: Tie) -> float:
+    """Distance up to which surfaces are tied, m."""
+    if tie.tolerance is not None:
+        return tie.tolerance
+    return TOLERANCE * max(facets_of(mesh, name).size() for name in (tie.slave, tie.master))
+
+
 def tied(mesh: FiniteElementMesh, tie: Tie) -> tuple[FiniteElementMesh, Constraints]:
     """The mesh with the slave of a tie moved onto its master, and the constraints of the tie.
 
     Raises
     ------
     ModelError
-        Where the surfaces never meet within the tolerance, or overlap beyond it.
+        Where the surfaces never meet within the tolerance, overlap beyond it, or lie apart and may not be
+        moved.
     """
-    sizes = [facets_of(mesh, name).size() for name in (tie.slave, tie.master)]
-    tolerance = TOLERANCE * max(sizes) if tie.tolerance is None else tie.tolerance
+    tolerance = tolerance_of(mesh, tie)
     try:
         pairs = couple(
             mesh, tie.slave, tie.master, slave=tie.slave, reach=tolerance, overlap=tolerance
@@ -47,7 +54,16 @@ def tied(mesh: FiniteElementMesh, tie: Tie) -> tuple[FiniteElementMesh, Constrai
     jump = (pairs.slave_weights - pairs.master_weights).tocsr()
     own = pairs.slave_weights[:, pairs.nodes].tocsc()
     points = mesh.points.copy()
-    points[pairs.nodes] -= spla.splu(own).solve(jump @ mesh.points)
+    moved = spla.splu(own).solve(jump @ mesh.points)
+    farthest = float(np.linalg.norm(moved, axis=1).max())
+    if not tie.adjust and farthest > STRAIGHT * facets_of(mesh, tie.slave).size():
+        where = f" ({tie.where})" if tie.where else ""
+        raise ModelError(
+            f"tie {tie.name!r}{where}: ADJUST=NO, and {tie.slave!r} lies {farthest:.4g} m off "
+            f"{tie.master!r}: tied across a gap bodies resist turns as if the ground held them. Take "
+            "ADJUST=NO out, so that the slave is moved onto the master, or close the gap in the mesh"
+        )
+    points[pairs.nodes] -= moved
     d = mesh.dimension
     rows = sp.kron(jump, sp.identity(d)).tocsr()
     constraints = Constraints(rows, (d * pairs.nodes[:, None] + np.arange(d)).ravel())

@@ -15,8 +15,10 @@ import numpy as np
 from microslip.errors import Caution, InputError
 from microslip.model.elasticity import Material
 from microslip.model.mesh.abaqus.deck import Keyword, Row, read_deck
+from microslip.model.mesh.abaqus.materials import lacking_in, material_of
 from microslip.model.mesh.abaqus.reading import Deck, Sorter
 from microslip.model.mesh.abaqus.scopes import ELEMENTS, NODES, WHOLE, Directory, Instance
+from microslip.model.mesh.abaqus.skins import Placed, cautions_of, parted, surfaces_of_sets
 from microslip.model.mesh.abaqus.vocabulary import NAMED_SUPPORTS, Solid
 from microslip.model.mesh.boundary import boundary, surface_of_nodes
 from microslip.model.mesh.finite_elements import (
@@ -58,6 +60,7 @@ class Builder:
         self.deck, self.file = deck, file
         self.length, self.force = length, force
         self.cautions = list(deck.cautions)
+        self.lacking: dict[str, str] = {}
 
     def mesh(self) -> FiniteElementMesh:
         """The mesh."""
@@ -68,8 +71,10 @@ class Builder:
             self.deck.instances, self.deck.whole, self.index, self.nodes_of_element
         )
         elements = dict(self._sets(ELEMENTS))
-        self.solid_sets = {k: v[v >= 0] for k, v in elements.items()}
-        surfaces = dict(self._surfaces(blocks))
+        self.solid_sets = {
+            k: v[v >= 0] for k, v in elements.items() if (v >= 0).any() or not self._skins(v)
+        }
+        surfaces = self._with_skins(dict(self._surfaces(blocks)), elements, blocks, points)
         sections, materials = self._sections()
         mesh = FiniteElementMesh(
             points=self.length * (points[:, :2] if plane else points),
@@ -79,11 +84,13 @@ class Builder:
             element_sets=self.solid_sets,
             surfaces=surfaces,
             materials=materials,
+            lacking=self.lacking,
             sections=sections,
             ties=tuple(self._ties(surfaces)),
             equations=tuple(self._equations()),
             couplings=tuple(self._couplings(surfaces)),
             masses=self._masses(),
+            unread=self.deck.unread,
         )
         return replace(mesh, held=self._held(mesh.dimension), cautions=tuple(self.cautions))
 
@@ -109,26 +116,36 @@ class Builder:
         return np.vstack(points), np.array(labels)
 
     def _blocks(self) -> tuple[Block, ...]:
-        groups: dict[Solid, list[tuple[str, int, tuple[int, ...]]]] = {}
+        groups: dict[Solid, list[Placed]] = {}
         nodes = self.index[NODES]
-        for name, instance in self._placed():
-            for label, element in instance.scope.elements.items():
-                rows = tuple(nodes[name, node] for node in element.nodes)
-                groups.setdefault(replace(element.solid, remark=""), []).append((name, label, rows))
-        if not groups:
+        every = [
+            Placed(name, label, element, tuple(nodes[name, node] for node in element.nodes))
+            for name, instance in self._placed()
+            for label, element in instance.scope.elements.items()
+        ]
+        bodies, skins = parted(every)
+        if not bodies:
             raise InputError(f"{self.file}: there are no elements")
+        for each in bodies:
+            groups.setdefault(replace(each.element.solid, remark=""), []).append(each)
         index: dict[tuple[str, int], int] = {}
         self.nodes_of_element: dict[int, tuple[int, ...]] = {}
         self.planes: list[str | None] = []
         blocks = []
         for solid, members in groups.items():
-            for name, label, rows in members:
-                index[name, label] = len(self.nodes_of_element)
-                self.nodes_of_element[len(self.nodes_of_element)] = rows
+            for each in members:
+                index[each.instance, each.label] = len(self.nodes_of_element)
+                self.nodes_of_element[len(self.nodes_of_element)] = each.rows
                 self.planes.append(solid.plane)
-            labels = np.array([label for _, label, _ in members])
-            table = np.array([rows for _, _, rows in members])
+            labels = np.array([each.label for each in members])
+            table = np.array([each.rows for each in members])
             blocks.append(Block(solid.kind, table, labels, solid.formulation))
+        # what lies on bodies has numbers below those of the point masses
+        self.skins = {-1 - len(nodes) - k: each for k, each in enumerate(skins)}
+        for number, each in self.skins.items():
+            index[each.instance, each.label] = number
+            self.nodes_of_element[number] = each.rows
+        self.cautions += cautions_of(skins)
         for name, instance in self._placed():
             for label, node in instance.scope.points.items():
                 # point masses have numbers below zero: their node is behind them
@@ -138,12 +155,7 @@ class Builder:
         return tuple(blocks)
 
     def _dimension(self, points: np.ndarray) -> int:
-        flat = [plane is not None for plane in self.planes]
-        if any(flat) and not all(flat):
-            raise InputError(
-                f"{self.file}: plane elements (CPS, CPE) and solid ones (C3D) in one model"
-            )
-        if not all(flat):
+        if self.planes[0] is None:
             return 3
         if np.abs(points[:, 2]).max() > FLAT * np.ptp(points, axis=0).max():
             raise InputError(f"{self.file}: plane elements (CPS, CPE) lie in the plane z = 0")
@@ -181,6 +193,27 @@ class Builder:
                 )
                 yield self.names.shown(name, place), Surface(keys[:, 0], keys[:, 1])
 
+    def _skins(self, rows: Indices) -> list[Placed]:
+        return [self.skins[k] for k in rows.tolist() if k in self.skins]
+
+    def _with_skins(
+        self,
+        surfaces: dict[str, Surface],
+        elements: dict[str, Indices],
+        blocks: tuple[Block, ...],
+        points: np.ndarray,
+    ) -> dict[str, Surface]:
+        """Surfaces of the deck, and those that sets of elements on bodies name."""
+        taken = {name.upper() for name in surfaces}
+        named = {
+            name: own
+            for name, rows in elements.items()
+            if name.upper() not in taken and (own := self._skins(rows)) and len(own) == len(rows)
+        }
+        found, cautions = surfaces_of_sets(blocks, named, points)
+        self.cautions += cautions
+        return surfaces | found
+
     def _faces(self, row: Row, place: str, outside: Surface) -> Surface:
         found = np.array(self.names.members(ELEMENTS, row.values[0], place, row.where), np.int64)
         found = found[found >= 0]
@@ -206,6 +239,13 @@ class Builder:
                     )
                     raise keyword.refuse(f"there is no material {material!r}; there is {there}")
                 rows = self.names.of_set(ELEMENTS, name, place, keyword.where)
+                on = self._skins(np.array(rows))
+                if on:
+                    raise keyword.refuse(
+                        f"element set {name!r} has {len(on)} elements {on[0].element.type} "
+                        f"({on[0].element.where}) beside solid ones: bodies of one dimension alone are "
+                        "read. Take them out of the set"
+                    )
                 planes = {self.planes[k] for k in rows if k >= 0}
                 if len(planes) != 1:
                     raise keyword.refuse(
@@ -214,7 +254,12 @@ class Builder:
                 plane = planes.pop()
                 key = cards[material.upper()]["MATERIAL"].parameters["NAME"]
                 key = f"{key} in plane stress" if plane == "stress" else key
-                materials[key] = self._material(cards[material.upper()], plane)
+                own = cards[material.upper()]
+                if lacking := lacking_in(own):
+                    # an error where it is used: the joint file may have materials of its own
+                    self.lacking[key] = lacking
+                else:
+                    materials[key] = material_of(own, plane, self.length, self.force, self.cautions)
                 thick = keyword.rows[0].number(0, 0.0) if plane and keyword.rows else 0.0
                 thicknesses.add(thick)
                 written = self.names.scope(place).sets[ELEMENTS][name.upper()][0]
@@ -230,48 +275,6 @@ class Builder:
             )
         return tuple(sections), materials
 
-    def _material(self, cards: dict[str, Keyword], plane: str | None) -> Material:
-        head = cards["MATERIAL"]
-        for name in ("ELASTIC", "DENSITY"):
-            if name not in cards or not cards[name].rows:
-                raise head.refuse(f"{head.parameters['NAME']!r} has no *{name}")
-            if len(cards[name].rows) > 1:
-                raise cards[name].refuse("values at several temperatures: give those of one")
-        elastic, density = cards["ELASTIC"], cards["DENSITY"]
-        elastic.only("TYPE")
-        if elastic.parameters.get("TYPE", "ISO").upper() not in ("ISO", "ISOTROPIC"):
-            raise elastic.refuse("isotropic materials alone are understood")
-        E = elastic.rows[0].number(0) * self.force / self.length**2
-        nu = elastic.rows[0].number(1)
-        if not (E > 0 and -1 < nu < 0.5):
-            raise elastic.refuse(
-                f"E = {E:g} Pa and nu = {nu:g}: E > 0 and -1 < nu < 0.5 are possible"
-            )
-        rho = density.rows[0].number(0) * self.force / self.length**4
-        if not rho > 0:
-            raise density.refuse(f"{rho:g} kg/m³: it must be positive")
-        return Material(E, nu, rho, plane or "strain", self._expansion(cards.get("EXPANSION")))
-
-    def _expansion(self, card: Keyword | None) -> float:
-        """Coefficient of thermal expansion, 1/K; none, with a caution, of what is not the same at all
-        temperatures and in all directions."""
-        if card is None:
-            return 0.0
-        if not card.rows:
-            raise card.refuse("the coefficient is missing")
-        kind = card.parameters.get("TYPE", "ISO").upper()
-        if kind in ("ISO", "ISOTROPIC") and len(card.rows) == 1:
-            return card.rows[0].number(0)
-        self.cautions.append(
-            Caution(
-                "mesh",
-                f"*EXPANSION, {card.where}",
-                "not used: one isotropic coefficient alone is",
-                "give thermal_expansion in [[material]] if temperatures change",
-            )
-        )
-        return 0.0
-
     def _masses(self) -> dict[int, float]:
         out: dict[int, float] = {}
         for place in self.names.places():
@@ -282,7 +285,7 @@ class Builder:
                 for element in self.names.of_set(
                     ELEMENTS, keyword.required("ELSET"), place, keyword.where
                 ):
-                    if element >= 0:
+                    if element >= 0 or element in self.skins:
                         raise keyword.refuse(
                             "its element set has elements that are not of type MASS"
                         )
@@ -305,6 +308,9 @@ class Builder:
             for keyword in self.names.scope(place).keywords.get("TIE", []):
                 keyword.only("NAME", "POSITION TOLERANCE", "ADJUST", "TYPE", "NO ROTATION")
                 given = keyword.parameters.get("POSITION TOLERANCE")
+                adjust = keyword.parameters.get("ADJUST", "YES").upper()
+                if adjust not in ("YES", "NO"):
+                    raise keyword.refuse(f"ADJUST={adjust}: YES and NO are understood")
                 head = (
                     Row(keyword.rows[0].file, keyword.line, (given or "",))
                     if keyword.rows
@@ -323,7 +329,8 @@ class Builder:
                     tolerance = None
                     if given and head is not None:
                         tolerance = self.length * head.number(0)
-                    yield Tie(name, slave, master, tolerance)
+                    where = f"{row.where}: *TIE"
+                    yield Tie(name, slave, master, tolerance, where, adjust == "YES")
 
     def _equations(self) -> Iterator[Equation]:
         for place in self.names.places():
@@ -371,7 +378,19 @@ class Builder:
                 components |= set(range(first - 1, last))
             name = head.parameters.get("CONSTRAINT NAME") or surface
             chosen = tuple(sorted(components)) or tuple(range(6))
-            yield Coupling(name, kinds[0].lower(), reference[0], surface, chosen)
+            yield Coupling(
+                name, kinds[0].lower(), reference[0], surface, chosen, self._radius(head)
+            )
+
+    def _radius(self, head: Keyword) -> float | None:
+        """How far from its reference node a coupling reaches, m."""
+        given = head.parameters.get("INFLUENCE RADIUS")
+        if given is None:
+            return None
+        radius = self.length * Row(head.file, head.line, (given,)).number(0)
+        if not radius > 0:
+            raise head.refuse(f"INFLUENCE RADIUS={given}: it must be positive")
+        return radius
 
     def _held(self, dimension: int) -> Indices:
         out: list[tuple[int, int]] = []

@@ -12,9 +12,12 @@ from microslip.model.mesh.abaqus.scopes import ELEMENTS, NODES, Element, Entry, 
 from microslip.model.mesh.abaqus.vocabulary import (
     FROM_JOINT_FILE,
     INSTEAD,
+    INSTEAD_OF_ELEMENTS,
     KNOWN,
     SILENT,
+    SKINS,
     SOLIDS,
+    USUAL_OF_DISTRIBUTING,
 )
 from microslip.model.mesh.element_types import TYPES
 from microslip.typing import Array
@@ -38,6 +41,8 @@ class Deck:
     couplings : list of (Keyword, Keyword or None)
         ``*COUPLING`` and what says its kind.
     cautions : list of Caution
+    step_supports : list of str
+        Where steps have supports.
     """
 
     whole: Scope
@@ -46,6 +51,23 @@ class Deck:
     materials: list[dict[str, Keyword]] = field(default_factory=list)
     couplings: list[dict[str, Keyword]] = field(default_factory=list)
     cautions: list[Caution] = field(default_factory=list)
+    step_supports: list[str] = field(default_factory=list)
+
+    @property
+    def unread(self) -> str:
+        """What is not read that may hold something; empty where there is nothing."""
+        if not self.step_supports:
+            return ""
+        return f"{STEP_SUPPORTS} ({_listed(self.step_supports)}): {SUPPORTS_INSTEAD}"
+
+
+def _listed(places: list[str]) -> str:
+    more = f" and {len(places) - 3} more" if len(places) > 3 else ""
+    return ", ".join(places[:3]) + more
+
+
+STEP_SUPPORTS = "supports inside *STEP are not read"
+SUPPORTS_INSTEAD = "write them before the first *STEP, or give [[support]]"
 
 
 class Sorter:
@@ -76,11 +98,15 @@ class Sorter:
                 )
             if in_step:
                 in_step = keyword.name != "END STEP"
+                if keyword.name == "BOUNDARY":
+                    self.deck.step_supports.append(keyword.where)
                 continue
             self._one(keyword)
         for reason, places in self.remarks.items():
-            more = f" and {len(places) - 3} more" if len(places) > 3 else ""
-            self.deck.cautions.append(Caution("mesh", ", ".join(places[:3]) + more, reason))
+            self.deck.cautions.append(Caution("mesh", _listed(places), reason))
+        if self.deck.step_supports:
+            where = _listed(self.deck.step_supports)
+            self.deck.cautions.append(Caution("mesh", where, STEP_SUPPORTS, SUPPORTS_INSTEAD))
         return self.deck
 
     def _remark(self, reason: str, where: str) -> None:
@@ -209,11 +235,13 @@ class Sorter:
     def _elements(self, keyword: Keyword) -> None:
         keyword.only("TYPE", "ELSET", "INPUT")
         kind = keyword.required("TYPE").upper()
-        if kind != "MASS" and kind not in SOLIDS:
+        if kind != "MASS" and kind not in SOLIDS and kind not in SKINS:
+            instead = INSTEAD_OF_ELEMENTS.get(kind)
             raise keyword.refuse(
-                f"elements of type {kind} are not understood; those are {', '.join(SOLIDS)}, MASS"
+                f"elements of type {kind} are not understood; "
+                + (instead or f"those are {', '.join(SOLIDS)}, MASS")
             )
-        solid = SOLIDS.get(kind)
+        solid = SOLIDS.get(kind) or SKINS.get(kind)
         count = 1 if solid is None else TYPES[solid.kind].size
         if solid is not None and solid.remark:
             self._remark(f"{kind}: {solid.remark}", keyword.where)
@@ -237,7 +265,7 @@ class Sorter:
             if solid is None:
                 self.scope.points[label] = nodes[0]
             else:
-                self.scope.elements[label] = Element(solid, tuple(nodes), start.where)
+                self.scope.elements[label] = Element(solid, tuple(nodes), start.where, kind)
             heads.append(Row(start.file, start.line, (str(label),)))
             values, start = [], None
         if start is not None:
@@ -283,11 +311,16 @@ class Sorter:
         self.deck.materials[-1][keyword.name] = keyword
 
     def _coupling(self, keyword: Keyword) -> None:
-        keyword.only("CONSTRAINT NAME", "REF NODE", "SURFACE")
+        keyword.only("CONSTRAINT NAME", "REF NODE", "SURFACE", "INFLUENCE RADIUS")
         self.deck.couplings.append({keyword.name: keyword})
 
     def _of_coupling(self, keyword: Keyword) -> None:
-        keyword.only()
+        usual = USUAL_OF_DISTRIBUTING if keyword.name == "DISTRIBUTING" else {}
+        keyword.only(*usual)
+        for parameter, value in usual.items():
+            given = keyword.parameters.get(parameter, value)
+            if given.upper() != value:
+                raise keyword.refuse(f"{parameter}={given}: {value} alone is understood")
         if not self.deck.couplings or len(self.deck.couplings[-1]) > 1:
             raise keyword.refuse("it stands behind no *COUPLING")
         self.deck.couplings[-1][keyword.name] = keyword

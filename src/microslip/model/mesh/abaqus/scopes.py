@@ -39,6 +39,7 @@ class Element:
     solid: Solid
     nodes: tuple[int, ...]
     where: str
+    type: str = ""
 
 
 @dataclass

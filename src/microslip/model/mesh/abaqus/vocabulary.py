@@ -20,12 +20,15 @@ class Solid:
     formulation : str
     remark : str
         What is computed otherwise than the name says; empty where nothing is.
+    skin : bool
+        Whether it is no body: programs write the faces of bodies so that a group names.
     """
 
     kind: str
     plane: str | None = None
     formulation: str = FULL
     remark: str = ""
+    skin: bool = False
 
 
 REDUCED = "reduced integration is not used: integrated fully"
@@ -64,6 +67,21 @@ SOLIDS: dict[str, Solid] = {
 }
 """Element types that are understood, beside MASS."""
 
+SKINS: dict[str, Solid] = {
+    name: Solid(kind, skin=True)
+    for kind, names in {
+        "line2": ("T3D2", "T2D2"),
+        "line3": ("T3D3", "T2D3"),
+        "tri3": ("M3D3", "S3", "S3R", "SFM3D3"),
+        "tri6": ("M3D6", "S6", "STRI65", "SFM3D6"),
+        "quad4": ("M3D4", "M3D4R", "S4", "S4R", "SFM3D4", "SFM3D4R"),
+        "quad8": ("M3D8", "M3D8R", "S8", "S8R", "SFM3D8", "SFM3D8R"),
+    }.items()
+    for name in names
+}
+"""Element types that are understood where they lie on bodies and have no section of their own; so are plane
+ones beside solid ones."""
+
 SILENT = {
     "HEADING",
     "PREPRINT",
@@ -91,10 +109,10 @@ FROM_JOINT_FILE = {
 """Keywords whose place the joint file takes: contact, friction, damping, loads; a caution names them."""
 
 INSTEAD = {
-    "PRE-TENSION SECTION": "give the bolt force as a load of the joint file",
+    "PRE-TENSION SECTION": "name its surface as section of a [[preload]] of the joint file",
     "RIGID BODY": "write it as *COUPLING with *KINEMATIC",
     "KINEMATIC COUPLING": "write it as *COUPLING with *KINEMATIC",
-    "DISTRIBUTING COUPLING": "write it as *COUPLING with *DISTRIBUTING",
+    "DISTRIBUTING COUPLING": "write it as *SURFACE and *COUPLING with *DISTRIBUTING",
     "MPC": "write it as *EQUATION or *TIE",
     "NGEN": "write the nodes out",
     "NFILL": "write the nodes out",
@@ -108,6 +126,18 @@ INSTEAD = {
     "BEAM SECTION": "solid elements alone are read",
 }
 """What to write in the place of keywords that are refused."""
+
+COUPLED = (
+    "write what it couples as *SURFACE, and *COUPLING, REF NODE=..., SURFACE=... with *DISTRIBUTING"
+)
+INSTEAD_OF_ELEMENTS = {
+    "DCOUP2D": COUPLED,
+    "DCOUP3D": COUPLED,
+}
+"""What to write in the place of element types that are refused."""
+
+USUAL_OF_DISTRIBUTING = {"WEIGHTING METHOD": "UNIFORM", "COUPLING": "CONTINUUM"}
+"""Parameters of *DISTRIBUTING, and their values that say what is usual."""
 
 KNOWN = (
     "*NODE, *ELEMENT, *NSET, *ELSET, *SURFACE, *SYSTEM, *MATERIAL, *ELASTIC, *DENSITY, *EXPANSION, "
