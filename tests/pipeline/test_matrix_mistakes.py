@@ -193,6 +193,10 @@ def swapped(k, row):
     return [*row[:2], row[3], row[2], *row[4:]]
 
 
+def only(change, row_number):
+    return lambda k, row: change(k, row) if k == row_number - 1 else row
+
+
 def long(k, row):
     return [*row[:5], "2"]
 
@@ -205,6 +209,8 @@ PAIRS = {
     "normals turned round": (turned, "normals were turned round"),
     "sides in the other order": (swapped, "are the two sides in this order"),
     "a normal that is too long": (long, "the normal has the length 2"),
+    "one normal turned round": (only(turned, 5), "row 5: the normal of this pair opposes"),
+    "one pair in the other order": (only(swapped, 1), "row 1: the normal of this pair opposes"),
     "a node from zero": (elsewhere(0), "there is no node 0"),
     "a node that faces another": (elsewhere(57), "row 4: its nodes are 0.0112 m apart along"),
     "a held node": (elsewhere(1), r"row 4: there is no node 1 among .* held by supports"),
@@ -237,6 +243,28 @@ def test_a_shifted_map_is_seen_where_the_nodes_are_known(tmp_path):
         match=r"along the interface, and the tangential one across it: .* indices count from 1",
     ):
         assemble(load_joint(file))
+
+
+def test_a_field_of_a_structure_is_said_to_be_one(tmp_path):
+    """And not a file that is missing."""
+    (tmp_path / "K.mat").write_bytes(b"")
+    for field in ("sys/K", "sys.K"):
+        file = written(
+            lambda text, f=field: text.replace(f"{EXAMPLE}/beam.sti", f"{tmp_path}/K.mat:{f}"),
+            tmp_path,
+        )
+        with pytest.raises(InputError, match=r"fields of structures are not read"):
+            load_joint(file)
+
+
+def test_nodes_of_incompatible_modes_are_named(tmp_path):
+    """CalculiX numbers them beyond the nodes of the deck."""
+    rows = (EXAMPLE / "nodes.csv").read_text().splitlines()
+    (tmp_path / "nodes.csv").write_text("\n".join(rows[:-2]) + "\n")
+    with pytest.raises(
+        InputError, match=r"is not among the 144 nodes of the table, as more .* C3D8I"
+    ):
+        assemble(load_joint(written(lambda text: text, tmp_path, nodes="nodes")))
 
 
 def test_a_list_of_degrees_of_freedom_with_those_that_are_held(tmp_path):

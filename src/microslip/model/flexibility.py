@@ -68,24 +68,7 @@ def with_compliance(flexibility: Flexibility, compliance: Array) -> Flexibility:
     return replace(flexibility, W=flexibility.W + np.diag(compliance))
 
 
-@dataclass(frozen=True, repr=False)
-class CoupledCompliance(Brief):
-    """Compliance of modes that damping couples: what multiplies their forces to amplitudes, both (H + 1, k).
-
-    Attributes
-    ----------
-    matrices : (H + 1, k, k) complex array
-    """
-
-    matrices: Complex
-
-    def __mul__(self, forces: Complex) -> Complex:
-        return amplitudes_under(self.matrices, forces)
-
-
-def harmonic_compliance(
-    model: JointModel, omega: float, harmonics: int
-) -> tuple[Complex | CoupledCompliance, Complex]:
+def harmonic_compliance(model: JointModel, omega: float, harmonics: int) -> tuple[Complex, Complex]:
     """Compliance of every mode, and lag of the residual part, at the harmonics 0..H of `omega`.
 
     ``W_h = residual lag_h + mode_v diag(modal_h) mode_v^T`` with
@@ -105,8 +88,8 @@ def harmonic_compliance(
 
     Returns
     -------
-    modal : (H + 1, k) complex array or CoupledCompliance
-        s² (mass-normalised modes); times forces on the modes it is their amplitudes.
+    modal : (H + 1, k) or (H + 1, k, k) complex array
+        s² (mass-normalised modes), for `amplitudes_under`; matrices where damping couples the modes.
     lag : (H + 1,) complex array
         The truncated modes follow quasi-statically behind their stiffness damping.
     """
@@ -122,7 +105,7 @@ def harmonic_compliance(
         resisted = 1j * h[n, 0] * model.damping
         resisted[k, k] += 1 / modal[n]
         coupled[n] = np.linalg.inv(resisted)
-    return CoupledCompliance(coupled), lag
+    return coupled, lag
 
 
 def amplitudes_under(modal: Complex, forces: Complex | Array) -> Complex:
@@ -137,5 +120,5 @@ def amplitudes_under(modal: Complex, forces: Complex | Array) -> Complex:
     [[2.0, 1.0]]
     """
     if modal.ndim == 2:
-        return np.asarray(modal * forces)
+        return np.asarray(forces * modal)
     return np.asarray((modal @ forces[:, :, None])[:, :, 0])

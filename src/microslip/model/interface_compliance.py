@@ -20,26 +20,17 @@ equal stay equal: one of them is factorised.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg as sl
 import scipy.sparse as sp
 
-from microslip.model.modes import equal
-from microslip.numerics.factors import SymmetricFactors, trailing_inverse
+from microslip.model.modes import likeness
+from microslip.numerics.factors import trailing_inverse
 from microslip.typing import Array, Indices
 
 RIGID = 1e-6
 """A motion this small beside the largest of a part adds no spring to it."""
-
-
-class _Part(NamedTuple):
-    """A part with its interface last: matrix, factors, and the compliance of the last degrees of freedom."""
-
-    matrix: sp.csc_matrix
-    factors: SymmetricFactors
-    compliance: Array
 
 
 def interface_compliance(
@@ -82,20 +73,19 @@ def interface_compliance(
     total = np.zeros((relative.shape[0], relative.shape[0]))
     felt = np.zeros(n, dtype=bool)
     felt[np.unique(relative.indices)] = True
-    parts: list[_Part] = []
-    for order in orders:
-        boundary = order[felt[order]]
-        own = np.concatenate([order[~felt[order]], boundary])
-        block = stiff[own][:, own].tocsc()
-        alike = [
-            part
-            for part in parts
-            if len(part.compliance) == len(boundary) and equal(part.matrix, block)
-        ]
-        part = alike[0] if alike else _Part(block, *trailing_inverse(block, len(boundary)))
-        parts.append(part)
-        answer[own] = part.factors.solve(border[own])
-        total += _sandwich(relative[:, boundary], part.compliance)
+    boundaries = [order[felt[order]] for order in orders]
+    parts = [
+        np.concatenate([order[~felt[order]], boundary])
+        for order, boundary in zip(orders, boundaries, strict=True)
+    ]
+    blocks = [stiff[part][:, part].tocsc() for part in parts]
+    first = likeness(blocks)
+    for own in dict.fromkeys(first):
+        # factors of one kind at a time: they are most of the memory
+        factors, compliance = trailing_inverse(blocks[own], len(boundaries[own]))
+        for k in (k for k, like in enumerate(first) if like == own):
+            answer[parts[k]] = factors.solve(border[parts[k]])
+            total += _sandwich(relative[:, boundaries[k]], compliance)
     of_border = np.asarray(relative @ answer)
     small = border.T @ answer
     # unknowns lambda and s: x = x_f - X_U lambda + k X_E s

@@ -55,10 +55,11 @@ def separated(
     return replace(modes, shapes=turned, omega=omega), count
 
 
-def check_balanced(structure: Structure, names: Iterable[str]) -> None:
+def check_balanced(structure: Structure, names: Iterable[str], unread: str = "") -> None:
     """Raise `InputError` for the first load that would push away all bodies together, held by nothing.
 
     Such a motion c of the rigid ones R moves no pair, ``B R c = 0``; a load p is balanced if ``p^T R c = 0``.
+    `unread` is what its message says beside.
     """
     if structure.motions is None or not structure.motions.shape[1]:
         return
@@ -76,6 +77,7 @@ def check_balanced(structure: Structure, names: Iterable[str]) -> None:
             raise InputError(
                 f"nothing holds the joint as a whole against the load {name!r}: no part of it has a support; "
                 "add one, or soft springs: [[spring]] of a mesh, or in K, and matrices.supports names them"
+                + unread
             )
 
 

@@ -6,6 +6,7 @@ modes are mass-normalised, ``phi^T M phi = 1``.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -72,10 +73,7 @@ class PartFactors:
             else [np.arange(matrix.shape[0])]
         )
         blocks = [matrix[part][:, part] for part in self.parts]
-        self.likeness = [
-            next(j for j in range(k + 1) if j == k or equal(blocks[j], block))
-            for k, block in enumerate(blocks)
-        ]
+        self.likeness = likeness(blocks)
         made = {k: factorise(blocks[k]) for k in dict.fromkeys(self.likeness)}
         self._factors = [made[k] for k in self.likeness]
 
@@ -96,6 +94,21 @@ class PartFactors:
         return [
             part[factors.order] for part, factors in zip(self.parts, self._factors, strict=True)
         ]
+
+
+def likeness(blocks: Sequence[sp.csc_matrix]) -> list[int]:
+    """Number of the first of some sparse matrices that is equal to each.
+
+    Examples
+    --------
+    >>> one, two = sp.identity(2, format="csc"), sp.csc_matrix(2 * np.eye(2))
+    >>> likeness([one, two, one.copy(), two])
+    [0, 1, 0, 1]
+    """
+    return [
+        next(j for j in range(k + 1) if j == k or equal(blocks[j], block))
+        for k, block in enumerate(blocks)
+    ]
 
 
 def equal(one: sp.csc_matrix, other: sp.csc_matrix) -> bool:

@@ -134,6 +134,13 @@ def numbering_of_table(table: Table, source: str, dofs: int) -> Numbering:
     return Numbering(labels, table.get("x"), table.get("y"), table.get("z"))
 
 
+HIDDEN = (
+    ", as more are not: CalculiX writes the incompatible modes of C3D8I as nodes of their own, and such "
+    "matrices cannot be used; take C3D20, C3D20R or C3D10 there"
+)
+"""What nodes may be that no table has."""
+
+
 def with_coordinates(numbering: Numbering, table: Table, source: str) -> Numbering:
     """The numbering with coordinates from a table of nodes, with columns node, x and y, and z in space.
 
@@ -151,7 +158,7 @@ def with_coordinates(numbering: Numbering, table: Table, source: str) -> Numberi
     if missing:
         raise InputError(
             f"{source}: node {missing[0]} has degrees of freedom and is not among the "
-            f"{len(place)} nodes of the table"
+            f"{len(place)} nodes of the table{HIDDEN if len(set(missing)) > 1 else ''}"
         )
     rows = [place[node] for node, _ in numbering.labels]
     z = table.get("z")

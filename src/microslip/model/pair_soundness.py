@@ -9,6 +9,7 @@ import scipy.spatial
 from microslip.describe.matrices import LENGTHS, MatricesJoint
 from microslip.errors import InputError
 from microslip.model.numbering import Numbering
+from microslip.model.pair_sense import check_sense
 from microslip.model.pair_table import Pairs
 from microslip.model.readers.found import DIRECTIONS
 from microslip.typing import Array, Indices
@@ -23,7 +24,11 @@ AXES = ("x", "y", "z")
 
 
 def check_pairs(
-    relative: sp.csr_matrix, numbering: Numbering | None, pairs: Pairs, joint: MatricesJoint
+    relative: sp.csr_matrix,
+    stiffness: sp.csc_matrix,
+    numbering: Numbering | None,
+    pairs: Pairs,
+    joint: MatricesJoint,
 ) -> None:
     """Raise `InputError` for the first pair whose relative displacement cannot be what it is said to be.
 
@@ -31,6 +36,8 @@ def check_pairs(
     ----------
     relative : (d m, n) sparse
         B.
+    stiffness : (n, n) sparse
+        It says which sides are of one body.
     numbering : Numbering or None
         Without it nothing can be said.
     pairs : Pairs
@@ -45,13 +52,15 @@ def check_pairs(
     if d == 3:
         _at_right_angles(relative, numbering, pairs, source)
     places = numbering.coordinates(d)
-    if places is None or pairs.count < 2:
+    if pairs.count < 2:
         return
-    places = LENGTHS[joint.matrices.length_unit] * places
-    if given.by_nodes:
-        _face_each_other(relative, places, pairs, source)
-    else:
-        _point_across(relative, numbering, places, pairs, source)
+    if places is not None:
+        places = LENGTHS[joint.matrices.length_unit] * places
+        if given.by_nodes:
+            _face_each_other(relative, places, pairs, source)
+        else:
+            _point_across(relative, numbering, places, pairs, source)
+    check_sense(relative, stiffness, numbering, places, pairs, source)
 
 
 def _move_together(

@@ -293,10 +293,11 @@ def check_motions(
         raise InputError(
             f"matrices.stiffness: {source}: {many} motions have no stiffness, where {count} connected "
             f"{'part has' if count == 1 else 'parts have'} at most {rigid} rigid ones each "
-            f"{where}: hinges, loose nodes, or elements with too few integration points; there are: "
-            f"{'; '.join(dict.fromkeys(modes.names)) or 'none'}"
+            f"{where}: hinges, loose nodes, elements with too few integration points, hidden degrees of "
+            "freedom (C3D8I of CalculiX), or a list of degrees of freedom in another order than K; there "
+            f"are: {'; '.join(dict.fromkeys(modes.names)) or 'none'}"
         )
-    check_pairs(relative, numbering, pairs, joint)
+    check_pairs(relative, structure.stiffness, numbering, pairs, joint)
     return [
         *cautions,
         *_incomplete(modes, numbering, source),

@@ -16,7 +16,7 @@ import numpy as np
 from microslip.brief import Brief
 from microslip.model.modes import linear_modes
 from microslip.model.structure import Structure
-from microslip.typing import Array, Indices
+from microslip.typing import Array, Indices, Mask
 
 
 @dataclass(frozen=True, repr=False)
@@ -81,10 +81,10 @@ def linear_states(
     p = structure.loads[load]
     sliding, stuck = (linear_modes(structure, held, search, align=load) for held in bonded)
     work = np.abs(stuck.shapes.T @ p) / np.maximum(stuck.omega, 1e-6 * stuck.omega[-1]) ** 2
-    k = int(np.argmax(np.where(stuck.omega >= least * stuck.omega[-1], work, -1.0)))
-    overlap = sliding.shapes.T @ (structure.mass @ stuck.shapes[:, k])
     vibrates = sliding.omega >= least * sliding.omega[-1]
-    partner = int(np.argmax(np.where(vibrates, overlap**2, -1.0)))
+    k = largest_of(work, stuck.omega >= least * stuck.omega[-1])
+    overlap = sliding.shapes.T @ (structure.mass @ stuck.shapes[:, k])
+    partner = largest_of(overlap**2, vibrates)
     sign = 1.0 if overlap[partner] >= 0 else -1.0
     return LinearStates(
         sliding=sign * sliding.shapes[:, partner],
@@ -95,3 +95,14 @@ def linear_states(
         pairs=np.asarray(pairs),
         drifting=float((overlap[~vibrates] ** 2).sum()),
     )
+
+
+def largest_of(values: Array, among: Mask) -> int:
+    """Index of the largest of some values, none of them negative.
+
+    Examples
+    --------
+    >>> largest_of(np.array([3.0, 1.0, 2.0]), np.array([False, True, True]))
+    2
+    """
+    return int(np.argmax(np.where(among, values, -1.0)))

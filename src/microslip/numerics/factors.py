@@ -122,11 +122,15 @@ def factorise(matrix: sp.spmatrix) -> SymmetricFactors:
     >>> factors.solve(np.ones(3)).tolist(), factors.negative
     ([0.5, -0.25, 0.125], 1)
     """
-    if matrix.shape[0] >= LARGE and pardiso_installed():
-        factors = pardiso.Pardiso(matrix)
-        if not factors.perturbed:
-            return factors
-    return SuperLU(matrix)
+    return _by_pardiso(matrix) or SuperLU(matrix)
+
+
+def _by_pardiso(matrix: sp.spmatrix) -> pardiso.Pardiso | None:
+    """Factors of a large matrix by PARDISO, where it is installed and has replaced no pivot."""
+    if matrix.shape[0] < LARGE or not pardiso_installed():
+        return None
+    factors = pardiso.Pardiso(matrix)
+    return None if factors.perturbed else factors
 
 
 def trailing_inverse(matrix: sp.spmatrix, count: int) -> tuple[SymmetricFactors, Array]:
@@ -152,11 +156,10 @@ def trailing_inverse(matrix: sp.spmatrix, count: int) -> tuple[SymmetricFactors,
     ModelError
         Where the factors do not keep the last rows last.
     """
-    if matrix.shape[0] >= LARGE and pardiso_installed():
-        factors = pardiso.Pardiso(matrix)
-        complement = pardiso.schur_complement(matrix, count)
-        if complement is not None and not factors.perturbed:
-            inverse = np.linalg.inv(complement)
-            return factors, 0.5 * (inverse + inverse.T)
+    factors = _by_pardiso(matrix)
+    complement = None if factors is None else pardiso.schur_complement(matrix, count)
+    if factors is not None and complement is not None:
+        inverse = np.linalg.inv(complement)
+        return factors, 0.5 * (inverse + inverse.T)
     lu = SuperLU(matrix, ordered=True)
     return lu, lu.trailing_inverse(count)
