@@ -18,6 +18,7 @@ from microslip.analyses.statics.held import hold_mode
 from microslip.analyses.time.points import Request, steady_states
 from microslip.errors import InputError
 from microslip.pipeline import auto as method
+from microslip.pipeline.search import leaving
 from microslip.pipeline.walk import Found, Lost, sought
 
 FILE = coupled_document(41, load={"moment": ["90 N*m/m"]})
@@ -171,8 +172,8 @@ def test_what_has_not_settled_beside_a_jump_may_be_leaving():
         }
 
     bound = np.zeros(18)
-    assert method.leaving(anchors(range(7)), bound) == [11, 12, 13]
-    assert method.leaving(anchors(range(6, -1, -1)), bound) == [13, 14, 15]
+    assert leaving(anchors(range(7)), bound) == [11, 12, 13]
+    assert leaving(anchors(range(6, -1, -1)), bound) == [13, 14, 15]
 
 
 def test_a_jump_may_lie_between_steady_states_that_are_no_neighbours():
@@ -183,9 +184,9 @@ def test_a_jump_may_lie_between_steady_states_that_are_no_neighbours():
         for j, (size, change) in enumerate(zip(sizes, changes, strict=True))
     }
     bound = np.zeros(22)
-    assert method.leaving(anchors, bound) == []
+    assert leaving(anchors, bound) == []
     bound[18] = np.inf
-    assert method.leaving(anchors, bound) == [11, 12, 13, 14, 15, 16]
+    assert leaving(anchors, bound) == [11, 12, 13, 14, 15, 16]
 
 
 def joint_with_a_fold(asked):
@@ -267,6 +268,57 @@ def test_where_motions_creep_the_response_is_where_they_end(refined, monkeypatch
     assert (off[sure] <= found.error_indicator[sure]).all()
 
 
+def walking(joint, targets):
+    """Motions whose bodies come to rest a tenth above where searches stop, and on the larger branch alone."""
+    for target in targets:
+        Q = complex(branch("larger")[target.point])
+        rest = np.array([1e-5 * target.point])
+        yield Found(Q, 0.0, 1e-4, "larger", 100, scatter=1e-4, past=0.0, rest=rest, lasts=5e4)
+
+
+def test_where_bodies_walk_what_has_not_settled_is_doubted_by_as_much(refined, monkeypatch):
+    """Searches that say that they know it to a part in a thousand, and are off by ten times that."""
+
+    def sought(joint, targets):
+        for target in targets:
+            Q = complex(0.9 * branch("larger")[target.point])
+            doubt = 0.02 if target.point % 2 else 1e-3
+            yield Found(Q, 1e-5, doubt, "larger", 10, scatter=1e-5, past=0.0)
+
+    found = held_to(sought, refined, monkeypatch, 300, walking)
+    off = np.abs(np.abs(found.response.amplitude) / np.abs(branch("larger")) - 1)
+    sure = found.response.error_indicator <= 0.01
+    assert sure.mean() > 0.9
+    assert (off[sure] <= found.response.error_indicator[sure]).all()
+    assert max(long for _, long in found.walks) == 5e4
+
+
+@pytest.mark.parametrize("fell", [0, 7, 20])
+def test_a_branch_that_is_left_ends_where_motions_stay(refined, monkeypatch, fell):
+    """Motions linger past the end of a branch; marched from where they are they leave it there."""
+
+    def sought(joint, targets):
+        for target in targets:
+            lingers = target.point >= ENDS
+            Q = complex(branch("larger" if lingers else "smaller")[target.point])
+            change = 1e-4 if lingers else 1e-8
+            yield Found(Q, change, 1e-4, "larger", 10, scatter=1e-5, past=0.0)
+
+    def marched(joint, targets):
+        for target in targets:
+            stays = target.point >= ENDS + fell
+            Q = complex(branch("larger" if stays else "smaller")[target.point])
+            yield Found(Q, 1e-8, 1e-4, "larger", 100, scatter=1e-5, past=0.0, own=True)
+
+    found = held_to(sought, refined, monkeypatch, 141, marched).response
+    k = np.arange(len(FOLD))
+    true = np.where(k >= ENDS + fell, branch("larger"), branch("smaller"))
+    sure = found.error_indicator <= 0.01
+    off = np.abs(np.abs(found.amplitude) / np.abs(true) - 1)
+    assert (off[sure] <= found.error_indicator[sure]).all()
+    assert sure[ENDS + fell + 2 :].mean() > 0.9
+
+
 def test_a_motion_that_ends_on_another_branch_is_not_taken(refined, monkeypatch):
     found = held_to(creeping, refined, monkeypatch, 40, ending(0.2)).response
     own = [one.frequency for one in found.anchors]
@@ -279,11 +331,12 @@ def test_a_motion_that_ends_on_another_branch_is_not_taken(refined, monkeypatch)
 def test_a_branch_is_followed_to_its_end_whatever_the_search_from_rest_finds(refined, monkeypatch):
     asked = []
     fold = joint_with_a_fold(asked)
-    found, lost, opens, spent = held_to(fold, refined, monkeypatch, 141)
+    found, lost, opens, spent, walks = held_to(fold, refined, monkeypatch, 141)
     k = np.arange(len(FOLD))
     true = np.where(k >= ENDS, branch("larger"), branch("smaller"))
     assert not lost
     assert not opens
+    assert not walks
     assert spent.startswith(f"{len(asked)} steady states")
     assert {ENDS - 1, ENDS} <= set(asked)  # the jump lies between two steady states
     known = found.flag == CONVERGED

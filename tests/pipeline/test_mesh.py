@@ -119,8 +119,10 @@ def test_extruded_section_answers_as_the_plane_one(sections):
     for a, b in zip(plane.backbones, extruded.backbones, strict=True):
         for one, other in zip(a.points, b.points, strict=True):
             assert differ(one.omega, other.omega) < OTHER_MODES
-            # near opening the error of the load steps, see the next test
+        for one, other in zip(a.points[:-1], b.points[:-1], strict=True):
             assert differ(one.damping_ratio, other.damping_ratio) < 1e-3
+        # near opening rounding decides what the load steps lock in: 1 % is asked of a cycle
+        assert differ(a.points[-1].damping_ratio, b.points[-1].damping_ratio) < 0.01
 
 
 @pytest.mark.parametrize(("share", "steps", "lost"), [(0.1, 80, PLACE), (0.8, 320, 1e-4)])

@@ -55,7 +55,7 @@ def held(assembly, output):
 )
 @pytest.mark.parametrize("direction", ["x", "y"])
 def test_ends_hold_what_a_load_pushes_in_statics(ends, direction):
-    """Slipping pairs and all: forces and moments balance at every step of a cycle."""
+    """Forces and moments balance at every step of a cycle, under moments with pairs that slip."""
     at = "right" if ends[1] == "pinned" else "left"
     if direction == "y" and "pinned" in ends:
         port = {"name": "push", "kind": "moment", "at": at}
@@ -64,7 +64,7 @@ def test_ends_hold_what_a_load_pushes_in_statics(ends, direction):
     assembly = assemble(joint(ends, port))
     size = 2e3 if port["kind"] == "force" else 100.0
     cycle = microslip.cycle(assembly.prepared, size, steps=20)
-    assert cycle.dissipated > 0 or ends == ("pinned", "pinned")
+    assert cycle.dissipated > 0 or direction == "x"  # pushed along, the joint sticks
     R = held(assembly, cycle.output)
     side = 1.0 if at == "right" else -1.0
     force = cycle.load if port["kind"] == "force" else 0.0 * cycle.load

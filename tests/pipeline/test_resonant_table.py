@@ -20,6 +20,8 @@ from microslip.analyses.time.steady import steady_state
 from microslip.describe.reading import parse_joint
 from microslip.errors import ContactError
 from microslip.numerics.fourier import harmonic
+from microslip.pipeline.followed import followed
+from microslip.pipeline.kept import KeptMotion
 from microslip.pipeline.prepare import assemble
 from microslip.pipeline.reduced import takes_resonances
 from microslip.pipeline.resonant import resonant_table, steps_of, sticking_load
@@ -77,6 +79,43 @@ def test_where_it_sticks_the_model_is_the_linear_joint(assembly):
         expected = (model.force[0] + D * c) * load / D - c * load
         found = settled(joint, load, f, expected).amplitude
         assert abs(expected / found - 1) < 5e-3
+
+
+def test_a_transient_tells_the_contact_force(assembly):
+    """Where the joint sticks there is none, though the motion has half of its amplitude and grows."""
+    joint, model = assembly.prepared, stuck_model(assembly.prepared)
+    load, omega = 1e-3 * sticking_load(joint, model), model.omega
+    D, c = complex(model.linear_stiffness(omega)), float(model.offset[0])
+    motion = KeptMotion(joint, model, omega, load, 0.5 * (model.force[0] + D * c) * load / D)
+    first = motion.march(motion.begun([])).state
+    A, kappa = motion.reading(first, motion.march(first))
+    resists = abs(motion.resists(0j))
+    as_if_steady = abs((model.force[0] + D * c) * load / A - D) / model.omega**2
+    assert as_if_steady > 0.5 * resists
+    assert abs(kappa) < 5e-3 * resists
+
+
+def test_a_followed_motion_is_the_linear_one_where_the_joint_sticks(assembly):
+    joint, model = assembly.prepared, stuck_model(assembly.prepared)
+    one = followed(joint, model, 1e-3 * sticking_load(joint, model), [])
+    assert one is not None
+    D = complex(model.linear_stiffness(one.omega))
+    expected = (model.force[0] + D * model.offset[0]) * one.load / D
+    assert abs(one.amplitude / expected - 1) < 5e-3
+
+
+def test_a_followed_motion_is_steady(assembly, tabulated):
+    """Amplitude and phase against the search for a steady state from rest, under a load that slips."""
+    joint, (model, _) = assembly.prepared, tabulated
+    past = []
+    for load in steps_of([LOAD], sticking_load(joint, model)):
+        one = followed(joint, model, load, past)
+        assert one is not None
+        past.append(one)
+    last = past[-1]
+    Q = last.amplitude - model.offset[0] * last.load
+    found = settled(joint, last.load, last.omega / (2 * np.pi), Q)
+    assert abs(Q / found.amplitude - 1) < 0.02
 
 
 def test_a_load_that_the_table_was_not_made_for(assembly, tabulated):

@@ -49,7 +49,10 @@ def test_motion_of_harmonic_balance_is_that_of_the_finite_elements(made, tmp_pat
     u, seen, output = whole(assembly, vibration.motion, port, theta)
     v = (point.v @ point.problem.table.basis).T[::4]
     moved = np.abs(v - assembly.prestress.solution.v).max()
-    assert np.abs(seen - v).max() < 1e-6 * moved
+    off = seen - v
+    # a mean on weak springs is known to rounding of the whole displacement, not of what vibrates
+    assert np.abs(off.mean(0)).max() < 1e-6 * np.abs(v).max()
+    assert np.abs(off - off.mean(0)).max() < 1e-6 * moved
     Y = point.output[:, assembly.model.port(port)]
     y = Y[0].real + (np.exp(1j * np.outer(theta, np.arange(1, len(Y)))) @ Y[1:]).imag
     assert output == pytest.approx(y, abs=1e-9 * np.abs(y).max())

@@ -7,7 +7,7 @@ import pytest
 
 import microslip
 from microslip.analyses.time.scheme import march, time_scheme
-from microslip.analyses.time.starts import placed
+from microslip.analyses.time.starts import mixed, placed
 from microslip.analyses.time.steady import raised_state, steady_state
 from microslip.errors import ContactError
 from microslip.pipeline import walk
@@ -19,7 +19,6 @@ from microslip.pipeline.walk import (
     Found,
     Lost,
     Target,
-    mixed,
     seek,
 )
 

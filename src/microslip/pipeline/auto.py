@@ -11,19 +11,17 @@ where that is. The search ends when the bound holds everywhere, or with what it 
 from __future__ import annotations
 
 import threading
-import time
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable
+from dataclasses import replace
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
-from microslip.analyses.reduced.anchors import JUMP, Anchor, Held, anchor_at, held, step_of
+from microslip.analyses.reduced.anchors import JUMP, Held, step_of
 from microslip.analyses.reduced.response import Response, held_to
 from microslip.analyses.reduced.surface import (
     Contours,
-    LoadSurface,
     contours,
     largest,
     load_surface,
@@ -31,7 +29,6 @@ from microslip.analyses.reduced.surface import (
 from microslip.analyses.reduced.sweep import CONVERGED
 from microslip.analyses.time.starts import Start
 from microslip.describe.requests import (
-    CYCLES_EACH,
     MARCHED_EACH,
     SECONDS_EACH,
     ResponseAnalysis,
@@ -39,14 +36,17 @@ from microslip.describe.requests import (
 from microslip.pipeline.band import Curve
 from microslip.pipeline.creep import raised_and_marched
 from microslip.pipeline.prepare import Assembly
-from microslip.pipeline.walk import DOUBTFUL, TOLERANCE, Found, Lost, Target, sought, what_it_is
+from microslip.pipeline.search import Search
+from microslip.pipeline.walk import (
+    TOLERANCE,
+    Target,
+    sought,
+    what_it_is,
+)
 from microslip.typing import Array
 
 FIRST = (0.0, -1.2, 1.2)
 """Detunings of the first anchors: the resonance, below and above half power. Then come the ends."""
-
-ACCURACY = 1e-3
-"""Relative error of a time point with so many steps, at worst."""
 
 AT_A_TIME = 4
 """Steady states sought at a time."""
@@ -61,121 +61,8 @@ GAP, UNSEEN = 1 / 16, 0.25
 """Share of the frequencies without a steady state among them that is not left so, whatever the bound says: a
 resonance of an upper mode may hide there. They count for so much of those whose bound is too wide."""
 
-BRANCH = 0.3
-"""A motion whose size differs by more, in logarithm, from that sought is one of another branch."""
-
 SAID = 2
 """Of so many motions that are not steady it is said what they are."""
-
-
-@dataclass
-class _Search:
-    """What is known while anchors are sought."""
-
-    surface: LoadSurface
-    base: Response
-    points: int
-    anchors: dict[int, Anchor] = field(default_factory=dict)
-    found: dict[int, Found] = field(default_factory=dict)
-    origin: dict[int, int] = field(default_factory=dict)
-    lost: dict[int, Lost] = field(default_factory=dict)
-    fell: set[int] = field(default_factory=set)
-    tried: set[int] = field(default_factory=set)
-    marched: int = 0
-    count: int = 0
-    spent: int = 0
-    opens: bool = False
-    began: float = field(default_factory=time.process_time)
-
-    @property
-    def seconds(self) -> float:
-        """Processor time spent."""
-        return time.process_time() - self.began
-
-    @property
-    def over(self) -> bool:
-        """Whether all that may be spent is."""
-        dear = self.spent >= CYCLES_EACH * self.points or self.seconds >= SECONDS_EACH * self.points
-        return dear or self.count >= self.points
-
-    @property
-    def marks(self) -> list[int]:
-        """Frequencies that were sought, by index."""
-        return sorted({*self.anchors, *self.lost})
-
-    def held(self) -> Held:
-        """The response through the anchors so far; of what may be on its way out nothing is known."""
-        now = held(self.surface, self.base.load, self.doubted(), self.lost, ACCURACY)
-        now.error[leaving(self.anchors, now.error)] = np.inf
-        return now
-
-    def doubted(self) -> dict[int, Anchor]:
-        """The anchors, each with how far its amplitude scatters with its past."""
-        return {k: replace(one, scatter=self.found[k].scatter) for k, one in self.anchors.items()}
-
-    def blurred(self, wanted: float) -> set[int]:
-        """Steady states that are themselves not known as well as is wanted."""
-        now = held(self.surface, self.base.load, self.doubted(), self.lost, ACCURACY)
-        return {k for k in self.anchors if not now.error[k] <= wanted}
-
-    def keep_end(self, target: Target, answer: Found | Lost) -> None:
-        """Learn where a motion ends that was marched, if that is on the branch that is known there."""
-        k = target.point
-        self.count += 1
-        self.tried.add(k)
-        self.marched += answer.cycles
-        self.opens = self.opens or answer.opens
-        if isinstance(answer, Lost) or not answer.doubt <= DOUBTFUL:
-            return
-        own = [self.anchors[k]] if k in self.anchors else self.beside(k)
-        apart = [abs(np.log(abs(answer.amplitude) / abs(one.amplitude))) for one in own]
-        if min(apart, default=np.inf) > BRANCH:
-            return
-        self.lost.pop(k, None)
-        self._take(target, answer)
-
-    def beside(self, k: int) -> list[Anchor]:
-        """The steady states next to a frequency, below and above."""
-        marks = sorted(self.anchors)
-        i = int(np.searchsorted(marks, k))
-        return [self.anchors[j] for j in marks[max(i - 1, 0) : i + 1]]
-
-    def forget_between(self, wanted: float) -> None:
-        """Drop steady states that are not known well and lie between two that were marched and are."""
-        blurred, marks = self.blurred(wanted), sorted(self.anchors)
-        sure = {k for k in marks if k not in blurred}
-        for left, k, right in zip(marks, marks[1:], marks[2:], strict=False):
-            if k in blurred - self.tried and {left, right} <= sure:
-                del self.anchors[k], self.found[k]
-
-    def keep(self, target: Target, answer: Found | Lost) -> None:
-        """Learn from an answer."""
-        k = target.point
-        self.count += 1
-        self.spent += answer.cycles
-        self.opens = self.opens or answer.opens
-        self.origin[k] = target.origin
-        if isinstance(answer, Lost):
-            if k in self.anchors:
-                self.fell.add(k)
-            else:
-                self.lost[k] = answer
-            return
-        before = self.anchors.get(k)
-        if before is not None and abs(answer.amplitude) < abs(before.amplitude) * (1 + JUMP / 2):
-            return
-        self.lost.pop(k, None)
-        # what was started from the smaller motion here may be started anew
-        self.origin = {j: at for j, at in self.origin.items() if at != k}
-        self._take(target, answer)
-
-    def _take(self, target: Target, answer: Found) -> None:
-        k, Q, load = target.point, answer.amplitude, self.base.load
-        self.found[k] = answer
-        past = float(np.nan_to_num(answer.past))
-        self.anchors[k] = anchor_at(
-            self.surface, target.frequency, load, Q, answer.change, answer.doubt, past
-        )
 
 
 class Anchored(NamedTuple):
@@ -190,12 +77,16 @@ class Anchored(NamedTuple):
         Whether that opens the joint.
     spent : str
         When the search ended, in words.
+    walks : tuple of (float, float)
+        Of bodies that have come to rest, how far they have walked past each other, m, and in how many cycles;
+        a pair for each steady state.
     """
 
     response: Response
     lost: tuple[str, ...]
     opens: bool
     spent: str
+    walks: tuple[tuple[float, float], ...] = ()
 
 
 def anchored_response(
@@ -223,7 +114,7 @@ def anchored_response(
     """
     assert case.table is not None
     surface = load_surface(case.model, case.table, base.frequency, base.load)
-    search = _Search(surface, base, settings.points)
+    search = Search(surface, base, settings.points)
     guess = largest(contours(surface, base.load))
     try:
         advance(_learn(assembly, search, _first(search, guess)))
@@ -243,17 +134,18 @@ def anchored_response(
         stop.set()
     cycles = search.spent + search.marched
     spent = f"{search.count} steady states, {cycles} cycles and {search.seconds:.0f} s"
-    return Anchored(_response(search), _said(assembly, search, stop), search.opens, spent)
+    said = _said(assembly, search, stop)
+    return Anchored(_response(search), said, search.opens, spent, search.walks)
 
 
-def _learn(assembly: Assembly, search: _Search, targets: list[Target]) -> int:
+def _learn(assembly: Assembly, search: Search, targets: list[Target]) -> int:
     """Steady states at targets; how many were sought."""
     for target, answer in zip(targets, sought(assembly.prepared, targets), strict=True):
         search.keep(target, answer)
     return len(targets)
 
 
-def _first(search: _Search, guess: Contours) -> list[Target]:
+def _first(search: Search, guess: Contours) -> list[Target]:
     """Where the refined model has its resonance and half power, and the ends of the band."""
     u, chosen = guess.detuning, [0, len(search.base.frequency) - 1]
     if len(u):
@@ -263,7 +155,7 @@ def _first(search: _Search, guess: Contours) -> list[Target]:
     return [_target(search, k, guess, now) for k in dict.fromkeys(chosen)]
 
 
-def _least_known(search: _Search, guess: Contours, wanted: float) -> list[Target]:
+def _least_known(search: Search, guess: Contours, wanted: float) -> list[Target]:
     """Jumps to be followed, then the middles of the stretches where most is not known."""
     now = search.held()
     targets = [
@@ -289,31 +181,66 @@ def _least_known(search: _Search, guess: Contours, wanted: float) -> list[Target
     return targets[: min(AT_A_TIME, search.points - search.count)]
 
 
-def _to_march(search: _Search, wanted: float) -> list[Target]:
+def _to_march(search: Search, wanted: float) -> list[Target]:
     """Steady states that are not known well, far from those marched so far, then what is flagged between."""
     slow = search.seconds >= 2 * SECONDS_EACH * search.points
     if slow or search.marched >= MARCHED_EACH * search.points or search.count >= search.points:
         return []
-    marched = sorted(search.tried)
+    now, marched = search.held(), sorted(search.tried)
     left = sorted((search.blurred(wanted) | set(search.lost)) - search.tried)
-    chosen: list[int] = []
+    chosen = [k for k in _may_leave(search) if not now.error[k] <= wanted][:AT_A_TIME]
+    left = [k for k in left if k not in chosen]
     while left and len(chosen) < AT_A_TIME:
         known = np.array([*marched, *chosen, *sorted(set(search.anchors) - set(left))])
         gaps = [int(np.abs(known - k).min()) if len(known) else k for k in left]
         chosen.append(left.pop(int(np.argmax(gaps))))
     if not chosen:
-        doubtful = search.held().error > wanted
+        doubtful = now.error > wanted
         doubtful[[*search.marks, *search.tried]] = False
         weighed = sorted(
             (int(doubtful[left + 1 : right].sum()), (left + right) // 2)
             for left, right in pairwise(sorted({*search.marks, *search.tried}))
         )
         chosen = [k for count, k in weighed[::-1] if count][:AT_A_TIME]
+    return [_marched_target(search, k) for k in chosen]
+
+
+def _may_leave(search: Search) -> list[int]:
+    """The middle of those motions beside each jump that may be leaving: halves what is left of them."""
+    marks, found = sorted(search.anchors), []
+    for small, large in _jumps(search):
+        i = marks.index(large)
+        outward = marks[i:] if large > small else marks[i::-1]
+        settled = (j in search.tried or search.anchors[j].change <= TOLERANCE for j in outward)
+        count = next((n for n, is_so in enumerate(settled) if is_so), len(outward))
+        found += [outward[count // 2]] if count else []
+    return list(dict.fromkeys(found))
+
+
+def _marched_target(search: Search, k: int) -> Target:
+    """A motion to be marched, from where it is known and where others beside it have come to rest."""
     f, load = search.base.frequency, search.base.load
-    return [Target(k, float(f[k]), load, 0j) for k in chosen]
+    known, found = search.anchors.get(k), search.found.get(k)
+    rests = {j: one.rest for j, one in search.found.items() if one.rest is not None}
+    rested = sorted(rests)
+    offset = None
+    if rested:
+        i = int(np.searchsorted(rested, k))
+        beside = rested[max(i - 1, 0) : i + 1]
+        share = (k - beside[0]) / (beside[-1] - beside[0]) if len(beside) > 1 else 0.0
+        offset = (1 - share) * rests[beside[0]] + share * rests[beside[-1]]
+    return Target(
+        k,
+        float(f[k]),
+        load,
+        0j,
+        starts=() if found is None else (((found.state, 1.0),),),
+        expected=0.0 if known is None else abs(known.amplitude),
+        offset=offset,
+    )
 
 
-def _jumps(search: _Search) -> list[tuple[int, int]]:
+def _jumps(search: Search) -> list[tuple[int, int]]:
     """Pairs of neighbouring frequencies whose sizes jump: the smaller and the larger, by index."""
     pairs = []
     for k in search.anchors:
@@ -328,7 +255,7 @@ def _jumps(search: _Search) -> list[tuple[int, int]]:
 
 
 def _target(
-    search: _Search, k: int, guess: Contours, now: Held, beside: tuple[int, ...] = ()
+    search: Search, k: int, guess: Contours, now: Held, beside: tuple[int, ...] = ()
 ) -> Target:
     """A steady state to seek at a frequency, from what is known beside it.
 
@@ -366,36 +293,7 @@ def _target(
     )
 
 
-def leaving(anchors: Mapping[int, Anchor], error: Array) -> list[int]:
-    """Where motions may be on their way out, by index of the frequency.
-
-    Past the end of a branch a motion lingers near where its states were, and falls to another branch after
-    any number of cycles. So what has not settled is not known next to a jump, nor beyond up to the first that
-    has, and neither is what lies between such states.
-
-    Parameters
-    ----------
-    anchors : mapping of int to Anchor
-        Steady states, by index of the frequency.
-    error : (n,) array
-        Bound between them. Sizes jump from one to the next where these are neighbours, or where nothing
-        bounds what lies between.
-    """
-    marks, found = sorted(anchors), set[int]()
-    for i, (left, right) in enumerate(pairwise(marks)):
-        near = right == left + 1 or not np.isfinite(error[left + 1 : right]).all()
-        if not near or step_of(anchors[left], anchors[right]) <= JUMP:
-            continue
-        rises = abs(anchors[right].amplitude) > abs(anchors[left].amplitude)
-        outward = marks[i + 1 :] if rises else marks[i::-1]
-        settled = next((k for k in outward if anchors[k].change <= TOLERANCE), None)
-        if settled is None:
-            settled = len(error) if rises else -1
-        found.update(range(outward[0], settled, 1 if rises else -1))
-    return sorted(found)
-
-
-def _response(search: _Search) -> Response:
+def _response(search: Search) -> Response:
     base, now = search.base, search.held()
     response = held_to(base, "auto", now, search.doubted())
     marks = np.array(sorted(search.anchors), dtype=int)
@@ -408,7 +306,7 @@ def _response(search: _Search) -> Response:
     return replace(response, outgrown=fell if fell.any() else None)
 
 
-def _said(assembly: Assembly, search: _Search, stop: threading.Event) -> tuple[str, ...]:
+def _said(assembly: Assembly, search: Search, stop: threading.Event) -> tuple[str, ...]:
     """Where no steady state was found, and of the first what the motion is."""
     said: list[str] = []
     for k in sorted(search.lost):

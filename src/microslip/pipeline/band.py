@@ -118,8 +118,7 @@ def axis_of(assembly: Assembly, curves: Sequence[Curve]) -> Axis:
 def _peaks(assembly: Assembly, curve: Curve) -> Iterator[Peak]:
     """Resonances of a curve: sliding and stuck under small loads, and under its own."""
     frequency, _ = linear_resonance(curve.model)
-    alpha, beta = curve.model.rayleigh
-    alpha = alpha + float(curve.model.damping[0, 0])
+    alpha, beta = curve.model.own_rayleigh
     mode = assembly.mode
     turn = 2 * np.pi
     yield Peak(frequency or mode.sliding_frequency, (alpha + beta * curve.model.omega**2) / turn)

@@ -36,10 +36,11 @@ from microslip.describe.requests import ResponseAnalysis
 from microslip.errors import JointOpensError, MicroslipError
 from microslip.numerics.execute import each, threads
 from microslip.numerics.fourier import harmonic, without_drift
-from microslip.pipeline.auto import ACCURACY, AT_A_TIME, BRANCH
+from microslip.pipeline.auto import AT_A_TIME
 from microslip.pipeline.band import Curve
-from microslip.pipeline.creep import crept
+from microslip.pipeline.creep import BRANCH, crept
 from microslip.pipeline.prepare import Assembly
+from microslip.pipeline.search import ACCURACY
 from microslip.pipeline.walk import (
     DOUBTFUL,
     LONGEST,

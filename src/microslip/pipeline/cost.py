@@ -38,8 +38,8 @@ finds are worth: median of eleven points of four joints, 22 to 61."""
 SETTLING = 15
 """Cycles of a steady state that settles, on average, and of what is looked at where one does not."""
 
-RESONANCES = 64
-"""Cycles of plain marching that a table of resonances is worth: some sixteen motions, from small loads on."""
+RESONANCES = 30
+"""Cycles of plain marching that a table of resonances is worth: some sixteen motions, small loads first."""
 
 SPATIAL_BASE, SPATIAL_GROWTH = 3.2e-6, 1.5
 """Seconds to reduce a mesh in space, and the power of its degrees of freedom that they go with: factors of

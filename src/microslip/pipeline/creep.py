@@ -34,12 +34,27 @@ import numpy as np
 
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.time.deviations import StateSpace
-from microslip.analyses.time.scheme import State, TimeScheme, contact_memory, time_scheme
-from microslip.analyses.time.starts import end_of
+from microslip.analyses.time.scheme import (
+    ContactMemory,
+    State,
+    TimeScheme,
+    contact_memory,
+    time_scheme,
+)
+from microslip.analyses.time.starts import end_of, mixed, placed
 from microslip.analyses.time.steady import raised_state
 from microslip.errors import JointOpensError, MicroslipError
 from microslip.numerics.execute import each, threads
-from microslip.pipeline.walk import RAISED, RAISED_AGAIN, STEPS, Found, Lost, Target, watched
+from microslip.pipeline.offset import Looked, come_to_rest, slips, walks
+from microslip.pipeline.walk import (
+    RAISED,
+    RAISED_AGAIN,
+    STEPS,
+    Found,
+    Lost,
+    Target,
+    watched,
+)
 from microslip.typing import Array
 
 WINDOW, STEP = 40, 20
@@ -69,8 +84,26 @@ SETTLING = 4
 STILL = 5e-4
 """What is left to come of the amplitude at which a motion creeps no more."""
 
+WALKS_AFTER = 3
+"""Blocks until a motion is looked at, whether its bodies walk."""
+
+BRANCH = 0.3
+"""A motion whose size differs by more, in logarithm, from that sought is one of another branch."""
+
 LAST = 3
 """Blocks of which the largest drift counts: a drift that turns is none for an instant."""
+
+
+class Walk(NamedTuple):
+    """What is known of a walk.
+
+    Attributes
+    ----------
+    offset : (d - 1,) array or None
+        At which bodies have come to rest in motions beside.
+    """
+
+    offset: Array | None = None
 
 
 class Crept(NamedTuple):
@@ -90,6 +123,8 @@ class Crept(NamedTuple):
         Marched.
     reached : float
         Cycles that these stand for, leaps among them.
+    rest : (d - 1,) array or None
+        Offset at which bodies that walked past each other have come to rest.
     """
 
     amplitude: complex
@@ -98,9 +133,16 @@ class Crept(NamedTuple):
     state: State
     cycles: int
     reached: float
+    rest: Array | None = None
 
 
-def crept(scheme: TimeScheme, load: float, state: State, blocks: int = BLOCKS) -> Crept:
+def crept(
+    scheme: TimeScheme,
+    load: float,
+    state: State,
+    blocks: int = BLOCKS,
+    walk: Walk | None = None,
+) -> Crept:
     """March a motion, with leaps, to where it creeps no more.
 
     Parameters
@@ -113,6 +155,8 @@ def crept(scheme: TimeScheme, load: float, state: State, blocks: int = BLOCKS) -
         At phase 0.
     blocks : int
         Of cycles, at most.
+    walk : Walk, optional
+        Bodies that walk are brought to where they come to rest. That takes some hundred cycles, at most 2460.
 
     Raises
     ------
@@ -124,7 +168,7 @@ def crept(scheme: TimeScheme, load: float, state: State, blocks: int = BLOCKS) -
     taper /= taper.sum()
     space = StateSpace(scheme, 2 * np.pi / (scheme.dt * STEPS))
     before: _Drift | None = None
-    reached, leapt, missed = 0.0, 0.0, 0.0
+    reached, leapt, missed, lost = 0.0, 0.0, 0.0, 0
     drifts: list[float] = []
     for count in range(1, blocks + 1):
         Q, states = watched(scheme, load, state, block, memory=memory)
@@ -137,6 +181,11 @@ def crept(scheme: TimeScheme, load: float, state: State, blocks: int = BLOCKS) -
         left = max(drifts[-LAST:]) * reached + stray
         if count == blocks or (count >= LAST and left <= STILL):
             break
+        if count == WALKS_AFTER and walk is not None:
+            found = _walked(scheme, load, state, space, memory, walk.offset)
+            if isinstance(found, Crept):
+                return found._replace(cycles=found.cycles + count * block)
+            lost = found
         if count >= blocks - SETTLING:
             continue
         way = taper @ (vectors[STEP:] - vectors[:WINDOW]) / STEP
@@ -157,7 +206,54 @@ def crept(scheme: TimeScheme, load: float, state: State, blocks: int = BLOCKS) -
         if leapt:
             state = space.state(space.vector(state) + now.summed(leapt, block) * now.way, state)
             reached += leapt
-    return Crept(complex(end), own, left + missed, state, count * block, reached)
+    return Crept(complex(end), own, left + missed, state, count * block + lost, reached)
+
+
+def _walked(
+    scheme: TimeScheme,
+    load: float,
+    state: State,
+    space: StateSpace,
+    memory: ContactMemory,
+    offset: Array | None,
+) -> Crept | int:
+    """Where bodies that walk come to rest; where they do not, the cycles spent on that."""
+    block, dimension = WINDOW + STEP, scheme.joint.model.dimension
+    taper = np.hanning(WINDOW + 2)[1:-1]
+    taper /= taper.sum()
+    spent, last = 0, [state]
+
+    def look(vector: Array, settle: int = 1) -> Looked:
+        nonlocal spent
+        start = space.state(vector, last[-1])
+        for _ in range(settle):
+            start = watched(scheme, load, start, block, memory=memory)[1][-1]
+        Q, states = watched(scheme, load, start, block, memory=memory)
+        spent += (settle + 1) * block
+        last.append(states[-1])
+        slip = np.array([slips(one.v, dimension) for one in states])
+        vectors = np.array([space.vector(one) for one in states])
+        end = complex(taper @ Q[STEP:])
+        return Looked(
+            offset=np.tensordot(taper, slip[STEP:], 1),
+            rate=np.tensordot(taper, slip[STEP:] - slip[:WINDOW], 1) / STEP,
+            amplitude=end,
+            stray=float(np.abs(np.abs(Q[-STEP:]) / abs(end) - 1).max()),
+            vector=vectors[-1],
+            way=taper @ (vectors[STEP:] - vectors[:WINDOW]) / STEP,
+        )
+
+    begin = look(space.vector(state), settle=0)
+    if not walks(begin.rate):
+        return spent
+    try:
+        rest = come_to_rest(look, begin, offset)
+    except MicroslipError:
+        return spent
+    if rest is None:
+        return spent
+    end = space.state(rest.vector, last[-1])
+    return Crept(rest.amplitude, 0.0, rest.doubt, end, spent, rest.cycles, rest.offset)
 
 
 @dataclass(frozen=True)
@@ -213,26 +309,36 @@ def raised_and_marched(joint: PreparedJoint, targets: Sequence[Target]) -> Itera
     """Where motions end after the load was raised from rest, in the order of the targets.
 
     The first, third, ... of them after two ramps: what these differ by is the `scatter` of what is found.
-    That of the others is not known (nan).
+    That of the others is not known (nan), but where bodies have come to rest.
     """
 
     def work(task: tuple[Target, int]) -> Found | Lost:
         target, ramps = task
         try:
-            return _after_ramps(joint, target, (RAISED, RAISED_AGAIN)[:ramps])
+            return _ended(joint, target, (RAISED, RAISED_AGAIN)[:ramps])
         except MicroslipError as error:
             return Lost(str(error), 0, opens=isinstance(error, JointOpensError))
 
     return each(work, [(one, 2 - i % 2) for i, one in enumerate(targets)], threads())
 
 
-def _after_ramps(joint: PreparedJoint, target: Target, ramps: Sequence[int]) -> Found:
+def _ended(joint: PreparedJoint, target: Target, ramps: Sequence[int]) -> Found:
+    """After the load was raised, or where that leads to another branch from the motion that is known."""
     f, load = target.frequency, target.load
     scheme = time_scheme(joint, 1 / (f * STEPS), frequency=f)
-    ends = [crept(scheme, load, raised_state(scheme, f, load, ramp)) for ramp in ramps]
-    spent = sum(one.cycles for one in ends) + sum(ramps)
+    ends, walk = list[Crept](), Walk(target.offset)
+    for ramp in ramps:
+        ends.append(crept(scheme, load, raised_state(scheme, f, load, ramp), walk=walk))
+        if ends[0].rest is not None or elsewhere(abs(ends[0].amplitude), target.expected):
+            break
+    spent, own = sum(one.cycles for one in ends) + sum(ramps[: len(ends)]), False
+    if target.starts and elsewhere(abs(ends[0].amplitude), target.expected):
+        start = placed(mixed(target.starts[0]), scheme, f, load)
+        ends, own = [crept(scheme, load, start, walk=walk)], True
+        spent += ends[0].cycles
     ends.sort(key=lambda end: end.doubt)
-    one, scatter = ends[0], np.nan
+    # where bodies come to rest does not depend on how the load was raised
+    one, scatter = ends[0], ends[0].doubt if ends[0].rest is not None else np.nan
     if len(ends) > 1:
         scatter = abs(abs(ends[1].amplitude) / abs(one.amplitude) - 1)
     return Found(
@@ -243,4 +349,12 @@ def _after_ramps(joint: PreparedJoint, target: Target, ramps: Sequence[int]) -> 
         spent,
         scatter=float(scatter),
         past=0.0,
+        rest=one.rest,
+        lasts=one.reached if one.rest is not None else 0.0,
+        own=own,
     )
+
+
+def elsewhere(size: float, expected: float) -> bool:
+    """Whether a size is that of another branch than one that is known, where one is."""
+    return expected > 0 and abs(np.log(size / expected)) > BRANCH

@@ -117,6 +117,33 @@ LOWERED = 1e-3
 """Share by which bonding may lower the frequency of a mode: it never does, but for rounding."""
 
 
+HALF = 0.5
+"""Assurance below which less than half of the stuck mode is the sliding one."""
+
+
+def not_one_mode(mode: JointMode) -> tuple[Caution, ...]:
+    """That the sliding and the stuck mode are not one mode that bonding stiffens.
+
+    Bonding is a constraint, and no mode of a given order has a lower frequency with it (Rayleigh): a stuck
+    mode below its sliding partner is of another order.
+    """
+    sliding, stuck = mode.sliding_frequency, mode.stuck_frequency
+    lower = mode.sliding_omega > (1 + LOWERED) * mode.stuck_omega
+    if not lower and mode.assurance >= HALF:
+        return ()
+    why = "bonding never lowers the frequency of one mode" if lower else "they are mostly two modes"
+    return (
+        Caution(
+            "input",
+            "modes of the joint",
+            f"slides at {sliding:.4g} Hz and sticks at {stuck:.4g} Hz with an assurance of "
+            f"{mode.assurance:.2f}: {why}; k_eq and gamma_eq are of the amplitude of the sliding one "
+            "alone, and no frequency and damping of a mode follow from them",
+            'take harmonic balance, or backbones by method "harmonic"; or drive a port that excites one mode',
+        ),
+    )
+
+
 def check_vibrates(joint: Joint, mode: JointMode, drifting: float) -> None:
     """Raise `InputError` where a response is asked for in a direction that friction alone holds: the sliding
     joint drifts that way, and no mode of it becomes the stuck one."""

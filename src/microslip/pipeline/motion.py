@@ -23,7 +23,7 @@ import numpy as np
 
 from microslip.analyses.statics.cycle import Cycle
 from microslip.brief import Brief
-from microslip.model.flexibility import Flexibility, harmonic_compliance
+from microslip.model.flexibility import Flexibility, amplitudes_under, harmonic_compliance
 from microslip.pipeline.prepare import Assembly
 from microslip.typing import Array, Complex, Indices
 
@@ -81,7 +81,7 @@ def periodic_motion(assembly: Assembly, motion: PeriodicMotion, theta: Array) ->
     a, r = motion.a, motion.r
     omega = 2 * np.pi * motion.frequency
     modal, lag = harmonic_compliance(assembly.model, omega, len(r) - 1)
-    eta = modal * _on_modes(assembly, a, r)
+    eta = amplitudes_under(modal, _on_modes(assembly, a, r))
     eta[0] = _modes_at_rest(assembly, a[:1].real, r[:1].real, motion.v[None])[0]
     each = (_at_phases(Y, theta) for Y in (eta, lag[:, None] * a, lag[:, None] * r))
     return _structure(assembly, *each)

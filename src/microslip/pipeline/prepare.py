@@ -27,6 +27,7 @@ from microslip.model.flexibility import Flexibility
 from microslip.model.imported import Imported
 from microslip.model.joint import JointModel, Reducer
 from microslip.model.loose import check_balanced
+from microslip.model.mesh.finite_elements import said_too
 from microslip.model.reactions import with_inertia_loads, with_rates, with_reactions
 from microslip.model.states import LinearStates, linear_states
 from microslip.model.structure import Structure
@@ -39,6 +40,7 @@ from microslip.pipeline.fitness import (
     check_vibrates,
     coupling_said,
     crushed,
+    not_one_mode,
     soft_contact,
 )
 from microslip.pipeline.measures import Measures, measures_of
@@ -114,12 +116,13 @@ class Assembly:
     @property
     def doubts(self) -> tuple[Caution, ...]:
         """What should be doubted of the files that it came from."""
+        modes = not_one_mode(self.mode)
         if self.imported is None:
-            return ()
+            return modes
         given = () if self.damping is None else self.damping.cautions
         coupled = coupling_said(self.prepared)
         found = *given, *coupled, *soft_contact(self.prepared), *crushed(self.prestress)
-        return (*self.imported.cautions, *found)
+        return (*self.imported.cautions, *found, *modes)
 
     @property
     def mode(self) -> JointMode:
@@ -186,7 +189,7 @@ def _assemble(joint: Joint) -> Assembly:
     modes = min(joint.modes_kept, structure.dofs // 4)
     free = source.imported is not None and structure.supports is None
     if free:
-        check_balanced(structure, (drive, *source.preload))
+        check_balanced(structure, (drive, *source.preload), _unread(source))
     reducer = Reducer(structure, modes, joint.rayleigh, free=free)
     damping = _damped(reducer, source)
     shapes = reducer.modes.shapes
@@ -198,7 +201,8 @@ def _assemble(joint: Joint) -> Assembly:
     try:
         start, bolts = _prestress(apart, flexibility_of(apart, law), source)
     except (ContactError, InputError) as error:
-        raise type(error)(in_whole(str(error)) if joint.whole else str(error)) from None
+        said = in_whole(str(error)) if joint.whole else str(error)
+        raise type(error)(said + _unread(source)) from None
     if joint.damping_of_modes:
         damping = _through_ratios(joint, joint_modes(model, start, law))
         reducer.rayleigh, reducer.damping = (damping.alpha, damping.beta), damping.matrix
@@ -219,6 +223,12 @@ def _assemble(joint: Joint) -> Assembly:
         damping = replace(damping, off=_off(source.imported.damping, structure, states, model))
     found = _assembly(joint, prepared, structure, states, vibrates=source.imported is not None)
     return replace(found, reduction=reducer, imported=source.imported, bolts=bolts, damping=damping)
+
+
+def _unread(source: Source) -> str:
+    """What a mesh has that is not read and may hold the joint, for errors."""
+    meshed = None if source.imported is None else source.imported.meshed
+    return said_too(None if meshed is None else meshed.mesh)
 
 
 def _read_back(joint: ModelJoint) -> Assembly:
@@ -367,10 +377,15 @@ def _prestress(
     except ContactError as error:
         if source.imported is None or not _presses_turned(model, flexibility, source):
             raise
+        way = (
+            "do its forces draw the parts together, head and nut towards each other?"
+            if source.imported.meshed is not None
+            else "do they point from the first side to the second, are the two sides in this order, is B "
+            "positive where they approach, and does the preload press?"
+        )
         raise InputError(
             f"interface: the preload pulls the sides of the pairs apart ({error}); it would press them "
-            "together if their normals were turned round: do they point from the first side to the second, "
-            "are the two sides in this order, is B positive where they approach, and does the preload press?"
+            f"together if their normals were turned round: {way}"
         ) from None
 
 

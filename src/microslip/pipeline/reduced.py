@@ -117,9 +117,12 @@ def at_resonances(assembly: Assembly, progress: Progress) -> Outcome[Refined]:
     Where a motion is not steady, as beside opening, cycles serve a joint whose modes are alike.
     """
     joint, model = assembly.prepared, stuck_model(assembly.prepared)
-    steps = steps_of(assembly.joint.load_amplitudes(), sticking_load(joint, model))
+    asked = assembly.joint.load_amplitudes()
+    steps = steps_of(asked, sticking_load(joint, model))
     progress.start("resonances of the full joint", len(steps))
-    table, failures = resonant_table(joint, model, steps, advance=progress.advance)
+    table, failures = resonant_table(
+        joint, model, steps, asked=min(asked), advance=progress.advance
+    )
     progress.finish()
     return Outcome(Refined(table, float(model.offset[0]), model), tuple(failures))
 

@@ -12,9 +12,10 @@ that: under the load M at omega its steady motion, of amplitude Q in the joint's
     D = omega_st² (1 + i omega beta) - omega² + i omega alpha,
 
 with the stuck mode phi (`microslip.analyses.reduced.two_mode.stuck_model`). Where the joint sticks kappa
-vanishes and the model is exact. The load is raised from there in steps, each motion sought at the resonance
-that the one before leads to expect: where the joint softens that lies above its own, on the side of
-the resonance that has one answer. A dozen motions are a table, and between them and for other loads
+vanishes and the model is exact. The load is raised from there in steps, each motion followed from those
+before (`microslip.pipeline.followed`). In the plane, and where that finds none, it is sought from rest, at
+the resonance that the one before leads to expect: where the joint softens that lies above its own, on the
+side of the resonance that has one answer. A dozen motions are a table, and between them and for other loads
 the response takes microseconds a point.
 """
 
@@ -33,6 +34,7 @@ from microslip.analyses.reduced.table import EquivalentTable
 from microslip.analyses.reduced.two_mode import TwoModeModel
 from microslip.errors import ContactError, Failure, MicroslipError
 from microslip.pipeline.corrected import BriefMotion, brief_motion
+from microslip.pipeline.followed import UNDAMPED, Followed, followed
 from microslip.pipeline.walk import DOUBTFUL
 from microslip.typing import Array, Complex
 
@@ -63,11 +65,20 @@ APART = 1.03
 STICKING = (0.01, 0.1)
 """Amplitudes over the smallest at which kappa falls in proportion, as partial slip does."""
 
-UNDAMPED = 1e-4
-"""Loss over ``omega_st²`` that a joint without damping is taken to have where a motion is guessed."""
+ASTRAY, AGAIN = 0.3, 2
+"""Logarithm of a followed motion's load over the one asked for beyond which it is sought again, and how many
+are sought at most."""
+
+MISSED, FILLED = 0.01, 4
+"""Error of interpolation over what resists the motion beyond which another is sought between two, and how
+many at most."""
+
+REACHED = 0.98
+"""Share of the last load that the motions have to reach, or it is sought once more."""
 
 LOST = 2
-"""Loads in a row without a motion after which the rest is left."""
+"""Loads in a row without a motion after which the rest is left, but for the first ones below what is asked:
+there a joint that hardly damps may take longer to settle than is tried."""
 
 
 @dataclass(frozen=True)
@@ -102,6 +113,7 @@ def resonant_table(
     model: TwoModeModel,
     loads: Sequence[float],
     *,
+    asked: float = 0.0,
     advance: Callable[[], None] = lambda: None,
 ) -> tuple[EquivalentTable, list[Failure]]:
     """Tabulate the contact force at resonances of the full joint.
@@ -114,6 +126,8 @@ def resonant_table(
         Its `microslip.analyses.reduced.two_mode.stuck_model`.
     loads : sequence of float
         Amplitudes of the driven port, ascending from one under which the joint sticks, see `steps_of`.
+    asked : float
+        Smallest load that answers are asked for: a motion missed under a smaller one is no failure.
     advance : callable
         Called after every load.
 
@@ -131,17 +145,29 @@ def resonant_table(
     """
     found: list[Resonance] = []
     failures: list[Failure] = []
+    past: list[Followed] = []
     lost = 0
     for load in loads:
-        more, why = _raised(joint, model, found, load)
+        why, one = "", _followed(joint, model, load, past)
+        more = [] if one is None else [_told(joint, model, one)]
+        if one is None:
+            more, why = _raised(joint, model, found, load)
+        else:
+            past = _with(past, one)
         found += more
         advance()
-        lost = 0 if more else lost + 1
-        if not more:
+        lost = 0 if more else lost + bool(found or load >= asked)
+        if not more and load >= asked:
             where = f"resonance of the full joint under a load of {load:.4g}"
             failures.append(Failure("reduced", where, why))
         if lost == LOST:
             break
+    if past and lost == 0 and max(one.load for one in past) < REACHED * loads[-1]:
+        one = _followed(joint, model, loads[-1], past)
+        if one is not None:
+            found.append(_told(joint, model, one))
+            past = _with(past, one)
+    found += [_told(joint, model, one) for one in _filled(joint, model, past)]
     chosen = _apart(found)
     if len(chosen) < FEWEST:
         said = "".join(f"; {failure.where}: {failure.reason}" for failure in failures[:1])
@@ -204,10 +230,81 @@ def _geometric(low: float, high: float, factor: float) -> list[float]:
     return [float(x) for x in np.geomspace(low, high, count)]
 
 
+def _followed(
+    joint: PreparedJoint, model: TwoModeModel, load: float, past: Sequence[Followed]
+) -> Followed | None:
+    """The motion at resonance that those before lead to; None where there is none, or another load is its.
+
+    In the plane none is: contact steps are so cheap there that motions from rest cost a few seconds.
+    """
+    if joint.model.dimension == 2:
+        return None
+    try:
+        for _ in range(AGAIN):
+            one = followed(joint, model, load, past)
+            if one is None:
+                return None
+            Z = complex(model.linear_stiffness(one.omega)) / model.omega**2 + one.kappa
+            if abs(Z.real) <= QUARTER * abs(Z.imag) and abs(np.log(one.load / load)) <= ASTRAY:
+                return one
+            past = _with(past, one)
+    except MicroslipError:
+        pass
+    return None
+
+
+def _filled(joint: PreparedJoint, model: TwoModeModel, known: Sequence[Followed]) -> list[Followed]:
+    """Motions between those that are known, where interpolation misses `MISSED` of what resists them."""
+    past, more = list(known), list[Followed]()
+    while len(past) >= FEWEST and len(more) < FILLED:
+        size = np.log([abs(one.amplitude) for one in past])
+        kappa = np.array([one.kappa for one in past])
+        linear = model.linear_stiffness(np.array([one.omega for one in past]))
+        resists = np.abs(linear / model.omega**2 + kappa)
+        # what neighbours miss over their distance, with the cube of it
+        span = np.pad(size[2:] - size[:-2], 1, mode="edge")
+        error, gap = 8 * missed(size, kappa) / resists / span**3, np.diff(size)
+        score = np.maximum(error[:-1], error[1:]) * gap**3 * (gap > 2 * np.log(APART))
+        k = int(np.argmax(score))
+        if score[k] <= MISSED:
+            break
+        below = past[: k + 2]
+        one = _followed(joint, model, float(np.sqrt(below[-2].load * below[-1].load)), below)
+        if one is None or not size[k] < np.log(abs(one.amplitude)) < size[k + 1]:
+            break
+        more.append(one)
+        past.insert(k + 1, one)
+    return more
+
+
+def _with(past: Sequence[Followed], one: Followed) -> list[Followed]:
+    """By amplitude, without those that are next to it: too close to lay a line through."""
+    apart = [
+        each
+        for each in past
+        if abs(np.log(abs(each.amplitude) / abs(one.amplitude))) > np.log(APART)
+    ]
+    return sorted([*apart, one], key=lambda each: abs(each.amplitude))
+
+
+def _told(joint: PreparedJoint, model: TwoModeModel, one: Followed) -> Resonance:
+    Z = complex(model.linear_stiffness(one.omega)) + model.omega**2 * one.kappa
+    direct = direct_motion(joint, joint.drive, np.array([one.omega]), stuck=True)[0]
+    return Resonance(
+        load=one.load,
+        omega=one.omega,
+        amplitude=one.amplitude,
+        kappa=one.kappa,
+        doubt=one.doubt,
+        detuning=abs(Z.real) / max(abs(Z.imag), 1e-300),
+        motion=(one.output - direct * one.load) / one.amplitude,
+    )
+
+
 def _raised(
     joint: PreparedJoint, model: TwoModeModel, known: Sequence[Resonance], load: float
 ) -> tuple[list[Resonance], str]:
-    """Motions under one load, the last one at resonance, and why there are none."""
+    """Motions from rest under one load, the last one at resonance, and why there are none."""
     last = max(known, key=lambda one: abs(one.amplitude), default=None)
     kappa = 0j if last is None else last.kappa
     found: list[Resonance] = []

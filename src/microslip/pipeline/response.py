@@ -16,6 +16,7 @@ from microslip.analyses.reduced.trust import error_indicator
 from microslip.analyses.reduced.two_mode import two_mode_model
 from microslip.brief import Brief
 from microslip.describe.requests import ResponseAnalysis
+from microslip.describe.units import readable
 from microslip.errors import Caution, Failure, MicroslipError
 from microslip.pipeline.auto import Anchored, anchored_response, other_pasts, unsure
 from microslip.pipeline.band import Axis, Curve, axis_of
@@ -171,6 +172,14 @@ def _cautions(settings: ResponseAnalysis, case: Curve, auto: Anchored) -> list[C
             f"after {auto.spent} of processor time"
         )
         advice = "raise analysis.response.points, unless the motion there wanders by as much"
+        found.append(Caution("response", place, reason, advice))
+    if auto.walks:
+        far, long = (max(values) for values in zip(*auto.walks, strict=True))
+        reason = (
+            f"the bodies walk past each other at {len(auto.walks)} of the frequencies sought, by up to "
+            f"{readable(far, 'm', 3)} in about {long:.2g} cycles; the response is where they come to rest"
+        )
+        advice = "stiffer supports hold them sooner; [analysis.time] has the motion on the way"
         found.append(Caution("response", place, reason, advice))
     elsewhere = other_pasts(curve, settings.error)
     if len(elsewhere):

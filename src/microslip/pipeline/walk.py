@@ -37,7 +37,7 @@ from microslip.analyses.time.scheme import (
     march,
     time_scheme,
 )
-from microslip.analyses.time.starts import Start, end_of
+from microslip.analyses.time.starts import Start, end_of, mixed
 from microslip.analyses.time.steady import SteadyState, raised_state, steady_state
 from microslip.errors import JointOpensError, MicroslipError
 from microslip.numerics.execute import each, threads
@@ -112,7 +112,10 @@ class Target:
     cold : bool
         Start from rest first.
     expected : float
-        Size below which a motion from rest may be on a smaller branch than the states beside.
+        Size below which a motion from rest may be on a smaller branch than the states beside; of a motion to
+        be marched, the size on its branch, zero where none is known.
+    offset : (d - 1,) array or None
+        At which bodies that walk come to rest in motions beside it.
     """
 
     point: int
@@ -123,6 +126,7 @@ class Target:
     origin: int = -1
     cold: bool = True
     expected: float = 0.0
+    offset: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -144,6 +148,12 @@ class Found:
         At some instant of that no pair touches.
     scatter, past : float
         See `microslip.analyses.reduced.anchors.Anchor`; nan where they are not known.
+    rest : (d - 1,) array or None
+        Offset at which bodies that walked past each other have come to rest in it.
+    lasts : float
+        Cycles until they do, about.
+    own : bool
+        Marched from the motion that was known there, as raising the load leads to another branch.
     """
 
     amplitude: complex
@@ -155,6 +165,9 @@ class Found:
     opens: bool = False
     scatter: float = float("nan")
     past: float = float("nan")
+    rest: Array | None = None
+    lasts: float = 0.0
+    own: bool = False
 
 
 @dataclass(frozen=True)
@@ -323,23 +336,6 @@ def what_it_is(joint: PreparedJoint, frequency: float, steady: SteadyState) -> s
         ).said
     except MicroslipError as error:
         return str(error)
-
-
-def mixed(mixture: Sequence[tuple[Start, float]]) -> Start:
-    """Mixture of starts of one phase, in the modes that all follow; contact is that of the largest share."""
-    main = max(mixture, key=lambda one: one[1])[0]
-    count = min(len(start.eta) for start, _ in mixture)
-
-    def sum_of(name: str, length: int | None = None) -> Array:
-        return np.asarray(sum(share * getattr(start, name)[:length] for start, share in mixture))
-
-    return replace(
-        main,
-        eta=sum_of("eta", count),
-        rate=sum_of("rate", count),
-        r=sum_of("r"),
-        v=sum_of("v"),
-    )
 
 
 def _searched(

@@ -21,9 +21,9 @@ from microslip.contact.law import ContactLaw
 from microslip.contact.pairs import normal_rows
 from microslip.errors import ModelError
 from microslip.model.joint import JointModel, bonded_modes
-from microslip.model.states import LinearStates
+from microslip.model.states import LinearStates, largest_of
 from microslip.model.structure import Structure
-from microslip.typing import Array, Mask
+from microslip.typing import Array, Indices, Mask
 
 ON_SUPPORTS = 0.5
 """Share of the strain energy in the supports beyond which a mode does not deform the joint."""
@@ -160,15 +160,14 @@ def driven_mode(
         raise ModelError("no mode of this joint model deforms the joint")
     load = model.port_modes[:, model.port(drive)]
     size = np.maximum(stuck.omega, 1e-300) ** 2
-    work = np.where(stuck.deforms, np.abs(stuck.shapes.T @ load) / size, -1.0)
-    partner = int(np.argmax(work))
-    like = np.where(sliding.deforms, (sliding.shapes.T @ stuck.shapes[:, partner]) ** 2, -1.0)
-    return _pair(model, sliding, stuck, int(np.argmax(like)), partner, 1, loads)
+    partner = largest_of(np.abs(stuck.shapes.T @ load) / size, stuck.deforms)
+    own = largest_of((sliding.shapes.T @ stuck.shapes[:, partner]) ** 2, sliding.deforms)
+    return _pair(model, sliding, stuck, own, partner, 1, loads)
 
 
 def drifting(model: JointModel, start: Prestress, law: ContactLaw, shape: Array) -> float:
     """Share of a shape in sliding motions that deform the supports more than the joint."""
-    sliding, _ = _states(model, start, law)
+    sliding = _state(model, start.bonded(1), law)
     return float(((sliding.shapes[:, ~sliding.deforms].T @ shape) ** 2).sum())
 
 
@@ -182,12 +181,16 @@ class _State(NamedTuple):
 
 def _states(model: JointModel, start: Prestress, law: ContactLaw) -> tuple[_State, _State]:
     """The sliding and the stuck state."""
-    found = []
-    for held in (start.bonded(1), start.bonded(model.dimension)):
-        omega, shapes = bonded_modes(model, held, law.compliance)
-        deforms = _support_energy(model, shapes) <= ON_SUPPORTS * omega**2
-        found.append(_State(omega, shapes, deforms))
-    return found[0], found[1]
+    return (
+        _state(model, start.bonded(1), law),
+        _state(model, start.bonded(model.dimension), law),
+    )
+
+
+def _state(model: JointModel, held: Indices, law: ContactLaw) -> _State:
+    """The state with some components of the pairs bonded."""
+    omega, shapes = bonded_modes(model, held, law.compliance)
+    return _State(omega, shapes, _support_energy(model, shapes) <= ON_SUPPORTS * omega**2)
 
 
 def _pair(

@@ -83,11 +83,11 @@ def resonance(
     """
     keep = kappa.real > -1
     k, gamma, a = kappa.real[keep], kappa.imag[keep], amplitude[keep]
-    alpha, beta = model.rayleigh
-    alpha = alpha + model.damping[0, 0] + (0.0 if damping is None else damping[keep])
+    alpha, beta = model.own_rayleigh
+    more = 0.0 if damping is None else damping[keep]
     w2 = model.omega**2
     omega = model.omega * np.sqrt(1 + k)
-    loss = np.maximum(gamma, 0) + omega * beta * (1 + model.lossy * k) + omega * alpha / w2
+    loss = np.maximum(gamma, 0) + omega * beta * (1 + model.lossy * k) + omega * (alpha + more) / w2
     push = np.abs(model.force[0] + model.linear_stiffness(omega) * model.offset[0])
     return Resonance(a, omega, w2 * loss / omega, a * w2 * loss / np.maximum(push, 1e-300))
 
@@ -113,9 +113,9 @@ def linear_resonance(model: TwoModeModel, load: float = 1.0) -> tuple[float, flo
     >>> round(2 * np.pi * frequency, 4), round(1 / amplitude, 4)
     (9.8995, 19.8997)
     """
-    alpha, beta = model.rayleigh
+    alpha, beta = model.own_rayleigh
     w2 = model.omega**2
-    d2 = (alpha + beta * w2 + float(model.damping[0, 0])) ** 2
+    d2 = (alpha + beta * w2) ** 2
     square = max(w2 - 0.5 * d2, 0.0)
     stiffness = np.sqrt(d2 * (w2 - 0.25 * d2)) if square > 0 else w2
     push = abs(model.force[0]) * load

@@ -74,11 +74,16 @@ class TwoModeModel(Brief):
     damping: Array = field(default_factory=lambda: np.zeros((2, 2)))
     stuck: bool = False
 
+    @property
+    def own_rayleigh(self) -> tuple[float, float]:
+        """``alpha + d_11`` and beta: those of the mode."""
+        alpha, beta = self.rayleigh
+        return alpha + float(self.damping[0, 0]), beta
+
     def linear_stiffness(self, omega: Array | float) -> Complex:
         """What the sliding mode resists without contact at circular frequencies, rad/s:
         ``D = omega_sl² (1 + i omega beta) - omega² + i omega (alpha + d_11)``."""
-        alpha, beta = self.rayleigh
-        alpha = alpha + float(self.damping[0, 0])
+        alpha, beta = self.own_rayleigh
         w = np.asarray(omega, dtype=float)
         return np.asarray(self.omega**2 * (1 + 1j * w * beta) - w**2 + 1j * w * alpha)
 

@@ -160,6 +160,14 @@ def _together(scheme: TimeScheme, sideways: Indices) -> Array:
     return found
 
 
+def _resized(rows: Array, count: int) -> Array:
+    """The first so many columns, and zeros where there are fewer."""
+    found = np.zeros((len(rows), count))
+    kept = min(count, rows.shape[1])
+    found[:, :kept] = rows[:, :kept]
+    return found
+
+
 class Derivative:
     """What is known of the derivative of the period map, ``J ~ B V^T``.
 
@@ -177,6 +185,21 @@ class Derivative:
     def known(self) -> bool:
         """Whether any column is."""
         return len(self.images) > 0
+
+    def of(self, space: StateSpace) -> Derivative:
+        """The same columns for another scheme of nearly the same step.
+
+        Modes that the one follows and the other does not are the stiffest ones; nothing is known of them.
+        """
+        found, own = Derivative(space), self.space
+        images = np.split(self.images, own.cuts, axis=-1)
+        k, rows = len(space.weight), int((space.weight > 0).sum())
+        images[:3] = [_resized(part, k) for part in images[:3]]
+        found.images = np.concatenate(images, axis=-1)
+        before, split = len(own.weight), int((own.weight > 0).sum())
+        rate, place, others = np.split(self.shares, [before, before + split], axis=-1)
+        found.shares = np.concatenate([_resized(rate, k), _resized(place, rows), others], axis=-1)
+        return found
 
     def renew(self, marched: Tangents, others: Sequence[Array]) -> None:
         """Take the images of `StateSpace.deviations` of the same others for it."""

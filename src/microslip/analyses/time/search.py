@@ -61,9 +61,13 @@ class Search:
     near : bool
         Whether it starts from a motion with its contact states, not from a guess of them: then no
         cycle is marched before the first deviations.
+    known : Derivative, optional
+        Of a motion close by, to begin with.
     """
 
-    def __init__(self, space: StateSpace, accelerate: bool, near: bool) -> None:
+    def __init__(
+        self, space: StateSpace, accelerate: bool, near: bool, known: Derivative | None = None
+    ) -> None:
         self.space, self.accelerate = space, accelerate
         self.derivative = Derivative(space)
         self.plain: State | None = None
@@ -72,7 +76,10 @@ class Search:
         self.best, self.waited = np.inf, 0
         self.reach, self.change = FARTHEST, np.inf
         self.nearest: State | None = None
+        self.asked = False
         self._forget()
+        if known is not None:
+            self.derivative = known.of(space)
         self._prepare()
 
     def _forget(self) -> None:
@@ -87,8 +94,14 @@ class Search:
         """Deviations to march with the next cycle, or none."""
         self.tangents: Tangents | None = None
         self.others = self.changes[-OTHERS:]
-        if self.accelerate and self.way == NEWTON and (not self.derivative.known or self._slow()):
+        wanted = self.asked or not self.derivative.known or self._slow()
+        if self.accelerate and self.way == NEWTON and wanted:
+            self.asked = False
             self.tangents = self.space.deviations(self.others)
+
+    def renew(self) -> None:
+        """Have deviations marched with the next cycle."""
+        self.asked = True
 
     def again(self) -> State:
         """The last image of the period map, after a start whose cycle does not solve."""

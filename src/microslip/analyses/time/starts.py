@@ -7,7 +7,8 @@ for it, ``(2/h) tan(Omega dt/2) eta`` where those of the motion are ``Omega eta`
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -53,6 +54,11 @@ def end_of(state: State, phase: float, scheme: TimeScheme, frequency: float) -> 
     return Start(phase, state.eta, rate, residual, state.r, state.v, state.taken, state.status)
 
 
+def true_rates(state: State, scheme: TimeScheme, frequency: float) -> Array:
+    """Rates of the modes of a motion of so many Hz, in a state of a scheme."""
+    return np.asarray(state.rate / _seen(scheme, frequency))
+
+
 def placed(start: Start, scheme: TimeScheme, frequency: float, load: float) -> State:
     """The state of a scheme at a start; modes that the start has not followed are static there."""
     kernel, model = scheme.kernel, scheme.joint.model
@@ -82,3 +88,20 @@ def _seen(scheme: TimeScheme, frequency: float) -> Array:
     """Rates of the scheme over those of a motion of this frequency."""
     turn = np.pi * frequency * scheme.dt
     return np.asarray(scheme.dt / scheme.kernel.mode_step * np.tan(turn) / turn)
+
+
+def mixed(mixture: Sequence[tuple[Start, float]]) -> Start:
+    """Mixture of starts of one phase, in the modes that all follow; contact is that of the largest share."""
+    main = max(mixture, key=lambda one: one[1])[0]
+    count = min(len(start.eta) for start, _ in mixture)
+
+    def sum_of(name: str, length: int | None = None) -> Array:
+        return np.asarray(sum(share * getattr(start, name)[:length] for start, share in mixture))
+
+    return replace(
+        main,
+        eta=sum_of("eta", count),
+        rate=sum_of("rate", count),
+        r=sum_of("r"),
+        v=sum_of("v"),
+    )

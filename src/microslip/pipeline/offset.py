@@ -1,0 +1,209 @@
+"""Where bodies that walk past each other come to rest.
+
+Where the whole interface slips in every cycle the bodies move past each other as rigid ones, a little in
+each, until soft supports hold them: after a thousand cycles or after a hundred thousand. All else follows
+within some tens of cycles. So the motion is one of the offset u between the bodies, with
+
+    du/dn = g(u)    per cycle,
+
+and comes to rest where g has fallen to zero. Beyond, pairs that stick hold the bodies, wherever they are put.
+So that offset is sought from the side on which they walk: the state is moved along the walk, marched until
+what this has stirred is gone, and looked at; the next move is that of the secant. Pairs that slip in every
+cycle keep nothing of how they were moved. The last offset at which the bodies walk and the first at which
+they rest bound the amplitude where they come to rest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from microslip.contact.pairs import by_pair
+from microslip.typing import Array
+
+RIGID = 0.05
+"""What pairs move on by in a cycle may differ by so much of its mean where the bodies walk."""
+
+FIRST, FARTHER = 600.0, 8.0
+"""Cycles of the first move, and times the last one that the next is at most."""
+
+AT_MOST = 0.05
+"""Relative change of the amplitude that a move may be expected to make, at first and between moves."""
+
+BEYOND, CLOSE = 0.2, 3.0
+"""Share by which a move is made longer than the secant says, until one has led to rest, and times that it is
+where that is so close that the amplitude hardly changes any more: a speed may fall as a square does."""
+
+NARROW = 1e-3
+"""Relative change of the amplitude, where it is steepest, from where the bodies walk to where they rest, at
+which it is known."""
+
+STILL = 1e-9
+"""Share of the first speed at which the bodies rest."""
+
+SHORT, WITHIN = 0.95, np.array([0.1, 0.8])
+"""Share of the way to where motions beside it rest that is made at first, and of that to where the bodies
+rest that a move is at least and at most."""
+
+LOOKS = 20
+"""Offsets at most."""
+
+ELSEWHERE = 0.3
+"""Amplitudes that differ by more, in logarithm, are those of another branch."""
+
+
+class Looked(NamedTuple):
+    """A motion at an offset.
+
+    Attributes
+    ----------
+    offset : (m, d - 1) array
+        Tangential displacements at phase 0, mean of a window.
+    rate : (m, d - 1) array
+        By how much they change in a cycle.
+    amplitude : complex
+    stray : float
+        How far cycles stray from it, relative, but for what it drifts.
+    vector, way : arrays
+        The state at the end, and its change per cycle.
+    """
+
+    offset: Array
+    rate: Array
+    amplitude: complex
+    stray: float
+    vector: Array
+    way: Array
+
+
+class Rest(NamedTuple):
+    """Where the bodies come to rest.
+
+    Attributes
+    ----------
+    amplitude : complex
+    doubt : float
+        By how much its size may change, relative, from where they still walk to where they rest.
+    vector : array
+        The last state in which they walk.
+    offset : (d - 1,) array
+        Mean of the pairs there.
+    cycles : float
+        That the walk takes there, by the secants.
+    """
+
+    amplitude: complex
+    doubt: float
+    vector: Array
+    offset: Array
+    cycles: float
+
+
+def slips(vector_v: Array, dimension: int) -> Array:
+    """Tangential components, (m, d - 1), of the relative displacements."""
+    return np.asarray(by_pair(vector_v, dimension)[..., 1:])
+
+
+def walks(rate: Array) -> bool:
+    """Whether all pairs move on alike.
+
+    Examples
+    --------
+    >>> walks(np.array([[1.0], [1.01], [0.99]])), walks(np.array([[1.0], [0.0], [0.5]]))
+    (True, False)
+    """
+    mean = rate.mean(axis=0)
+    return bool(np.abs(rate - mean).max() <= RIGID * np.linalg.norm(mean))
+
+
+def come_to_rest(
+    look: Callable[[Array], Looked], begin: Looked, guess: Array | None
+) -> Rest | None:
+    """Where a walk ends.
+
+    Parameters
+    ----------
+    look : callable
+        From a state to the motion after it has settled there.
+    begin : Looked
+        A motion that walks.
+    guess : (d - 1,) array or None
+        Offset at which motions beside it have come to rest.
+
+    Returns
+    -------
+    Rest or None
+        None where the bodies do not come to rest within `LOOKS` offsets, or what moves is no longer a walk.
+    """
+    mean = begin.rate.mean(axis=0)
+    along = mean / np.linalg.norm(mean)
+
+    def at(one: Looked) -> float:
+        return float(one.offset.mean(axis=0) @ along)
+
+    def speed(one: Looked) -> float:
+        return float(one.rate.mean(axis=0) @ along)
+
+    still = STILL * speed(begin)
+    walking, resting = [begin], None
+    move, cycles = FIRST * speed(begin), 0.0
+    if guess is not None and guess @ along > at(begin):
+        move = SHORT * (float(guess @ along) - at(begin))
+    for _ in range(LOOKS):
+        last = walking[-1]
+        one = look(last.vector + move / speed(last) * last.way)
+        if abs(np.log(_times(one, last))) > ELSEWHERE:
+            return None
+        if speed(one) > still:
+            if not walks(one.rate):
+                return None
+            cycles += move / max(speed(last), speed(one))
+            walking.append(one)
+        else:
+            resting = one
+        last = walking[-1]
+        if resting is not None:
+            # two amplitudes may agree by chance, beside the largest one of all offsets
+            steepest = max(_turn(one, next_, at) for one, next_ in pairwise([*walking, resting]))
+            apart = steepest * (at(resting) - at(last))
+            if apart <= NARROW:
+                amplitude = 0.5 * (last.amplitude + resting.amplitude)
+                return Rest(
+                    amplitude, apart + last.stray, last.vector, last.offset.mean(axis=0), cycles
+                )
+        move = _secant(walking, at, speed)
+        if resting is None:
+            turn = _turn(walking[-2], walking[-1], at)
+            move *= 1 + BEYOND if move * turn > NARROW / CLOSE else CLOSE
+            move = min(move, FARTHER * (at(last) - at(walking[-2])), AT_MOST / turn)
+        else:
+            left = at(resting) - at(last)
+            if left <= 0:
+                return None
+            inside = move <= left * (1 + STILL)
+            move = float(np.clip(move, *(left * WITHIN))) if inside else 0.5 * left
+    return None
+
+
+def _times(one: Looked, other: Looked) -> float:
+    """Size over another."""
+    return abs(one.amplitude) / abs(other.amplitude)
+
+
+def _secant(
+    walking: list[Looked], at: Callable[[Looked], float], speed: Callable[[Looked], float]
+) -> float:
+    """How far it still is to where the last two speeds lead to rest; infinite where they do not."""
+    if len(walking) < 2:
+        return np.inf
+    before, last = walking[-2:]
+    slope = (speed(last) - speed(before)) / (at(last) - at(before))
+    return -speed(last) / slope if slope < 0 else np.inf
+
+
+def _turn(before: Looked, last: Looked, at: Callable[[Looked], float]) -> float:
+    """Relative change of the amplitude over a move, per offset."""
+    return max(abs(_times(last, before) - 1), 1e-12) / (at(last) - at(before))

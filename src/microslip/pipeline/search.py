@@ -1,0 +1,214 @@
+"""What is known while the steady states are sought that hold a response to the truth.
+
+Anchors by index of their frequency, what was lost, what was marched to its end, and what all of it has cost.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+
+import numpy as np
+
+from microslip.analyses.reduced.anchors import JUMP, Anchor, Held, anchor_at, held, step_of
+from microslip.analyses.reduced.response import Response
+from microslip.analyses.reduced.surface import LoadSurface
+from microslip.describe.requests import CYCLES_EACH, SECONDS_EACH
+from microslip.pipeline.creep import BRANCH
+from microslip.pipeline.walk import DOUBTFUL, FINE, TOLERANCE, Found, Lost, Target
+from microslip.typing import Array
+
+ACCURACY = 1e-3
+"""Relative error of a time point with so many steps, at worst."""
+
+
+@dataclass
+class Search:
+    """What is known while anchors are sought."""
+
+    surface: LoadSurface
+    base: Response
+    points: int
+    anchors: dict[int, Anchor] = field(default_factory=dict)
+    found: dict[int, Found] = field(default_factory=dict)
+    origin: dict[int, int] = field(default_factory=dict)
+    lost: dict[int, Lost] = field(default_factory=dict)
+    fell: set[int] = field(default_factory=set)
+    tried: set[int] = field(default_factory=set)
+    ended: set[int] = field(default_factory=set)
+    marched: int = 0
+    moved: float = 0.0
+    count: int = 0
+    spent: int = 0
+    opens: bool = False
+    began: float = field(default_factory=time.process_time)
+
+    @property
+    def seconds(self) -> float:
+        """Processor time spent."""
+        return time.process_time() - self.began
+
+    @property
+    def over(self) -> bool:
+        """Whether all that may be spent is."""
+        dear = self.spent >= CYCLES_EACH * self.points or self.seconds >= SECONDS_EACH * self.points
+        return dear or self.count >= self.points
+
+    @property
+    def marks(self) -> list[int]:
+        """Frequencies that were sought, by index."""
+        return sorted({*self.anchors, *self.lost})
+
+    @property
+    def walks(self) -> tuple[tuple[float, float], ...]:
+        """How far bodies that came to rest have walked, m, and in how many cycles, one after another."""
+        return tuple(
+            (float(np.linalg.norm(one.rest)), one.lasts)
+            for one in self.found.values()
+            if one.rest is not None
+        )
+
+    def held(self) -> Held:
+        """The response through the anchors so far; of what may be on its way out nothing is known."""
+        now = held(self.surface, self.base.load, self.doubted(), self.lost, ACCURACY)
+        now.error[leaving(self.anchors, now.error)] = np.inf
+        return now
+
+    def doubted(self) -> dict[int, Anchor]:
+        """The anchors, each with how far its amplitude scatters with its past.
+
+        Of a motion that has not settled a search cannot tell how far its bodies will walk: as far as others
+        have, where that has led.
+        """
+        known = {k: replace(one, scatter=self.found[k].scatter) for k, one in self.anchors.items()}
+        walking = [k for k in known if k not in self.ended and known[k].change > FINE]
+        for k in walking:
+            known[k] = replace(known[k], doubt=max(known[k].doubt, self.moved))
+        return known
+
+    def blurred(self, wanted: float) -> set[int]:
+        """Steady states that are themselves not known as well as is wanted."""
+        now = held(self.surface, self.base.load, self.doubted(), self.lost, ACCURACY)
+        return {k for k in self.anchors if not now.error[k] <= wanted}
+
+    def keep_end(self, target: Target, answer: Found | Lost) -> None:
+        """Learn where a motion ends that was marched, if that is on the branch that is known there."""
+        k = target.point
+        self.count += 1
+        self.tried.add(k)
+        self.marched += answer.cycles
+        self.opens = self.opens or answer.opens
+        if isinstance(answer, Lost):
+            return
+        own = [self.anchors[k]] if k in self.anchors else self.beside(k)
+        apart = [abs(np.log(abs(answer.amplitude) / abs(one.amplitude))) for one in own]
+        left = answer.own and k in self.anchors and min(apart) > BRANCH
+        if left:  # the motion that was taken for steady has left its branch
+            self._leave(k, abs(answer.amplitude))
+        if not answer.doubt <= DOUBTFUL:
+            if left:
+                del self.anchors[k], self.found[k]
+                self.lost[k] = Lost(
+                    "the motion leaves its branch when it is marched", answer.cycles
+                )
+            return
+        if min(apart, default=np.inf) > BRANCH and not left:
+            return
+        self.ended.add(k)
+        if left:
+            self._take(target, answer)
+            return
+        if answer.rest is not None and k in self.anchors:
+            self.moved = max(self.moved, *apart)
+        self.lost.pop(k, None)
+        self._take(target, answer)
+
+    def _leave(self, k: int, size: float) -> None:
+        """Forget what a branch has from where it was left to where the size jumps, but what has settled."""
+        marks = sorted(self.anchors)
+        i = marks.index(k)
+        for outward in (marks[:i][::-1], marks[i + 1 :]):
+            passed: list[int] = []
+            for j in outward:
+                if abs(np.log(abs(self.anchors[j].amplitude) / size)) <= BRANCH:
+                    for gone in passed:
+                        del self.anchors[gone], self.found[gone]
+                    break
+                if j in self.tried or self.anchors[j].change <= TOLERANCE:
+                    break
+                passed.append(j)
+        self.fell.add(k)
+
+    def beside(self, k: int) -> list[Anchor]:
+        """The steady states next to a frequency, below and above."""
+        marks = sorted(self.anchors)
+        i = int(np.searchsorted(marks, k))
+        return [self.anchors[j] for j in marks[max(i - 1, 0) : i + 1]]
+
+    def forget_between(self, wanted: float) -> None:
+        """Drop steady states that are not known well and lie between two that were marched and are."""
+        blurred, marks = self.blurred(wanted), sorted(self.anchors)
+        sure = {k for k in marks if k not in blurred}
+        for left, k, right in zip(marks, marks[1:], marks[2:], strict=False):
+            if k in blurred - self.tried and {left, right} <= sure:
+                del self.anchors[k], self.found[k]
+
+    def keep(self, target: Target, answer: Found | Lost) -> None:
+        """Learn from an answer."""
+        k = target.point
+        self.count += 1
+        self.spent += answer.cycles
+        self.opens = self.opens or answer.opens
+        self.origin[k] = target.origin
+        if isinstance(answer, Lost):
+            if k in self.anchors:
+                self.fell.add(k)
+            else:
+                self.lost[k] = answer
+            return
+        before = self.anchors.get(k)
+        if before is not None and abs(answer.amplitude) < abs(before.amplitude) * (1 + JUMP / 2):
+            return
+        self.lost.pop(k, None)
+        # what was started from the smaller motion here may be started anew
+        self.origin = {j: at for j, at in self.origin.items() if at != k}
+        self._take(target, answer)
+
+    def _take(self, target: Target, answer: Found) -> None:
+        k, Q, load = target.point, answer.amplitude, self.base.load
+        self.found[k] = answer
+        past = float(np.nan_to_num(answer.past))
+        self.anchors[k] = anchor_at(
+            self.surface, target.frequency, load, Q, answer.change, answer.doubt, past
+        )
+
+
+def leaving(anchors: Mapping[int, Anchor], error: Array) -> list[int]:
+    """Where motions may be on their way out, by index of the frequency.
+
+    Past the end of a branch a motion lingers near where its states were, and falls to another branch after
+    any number of cycles. So what has not settled is not known next to a jump, nor beyond up to the first that
+    has, and neither is what lies between such states.
+
+    Parameters
+    ----------
+    anchors : mapping of int to Anchor
+        Steady states, by index of the frequency.
+    error : (n,) array
+        Bound between them. Sizes jump from one to the next where these are neighbours, or where nothing
+        bounds what lies between.
+    """
+    marks, found = sorted(anchors), set[int]()
+    for i, (left, right) in enumerate(pairwise(marks)):
+        near = right == left + 1 or not np.isfinite(error[left + 1 : right]).all()
+        if not near or step_of(anchors[left], anchors[right]) <= JUMP:
+            continue
+        rises = abs(anchors[right].amplitude) > abs(anchors[left].amplitude)
+        outward = marks[i + 1 :] if rises else marks[i::-1]
+        settled = next((k for k in outward if anchors[k].change <= TOLERANCE), None)
+        if settled is None:
+            settled = len(error) if rises else -1
+        found.update(range(outward[0], settled, 1 if rises else -1))
+    return sorted(found)

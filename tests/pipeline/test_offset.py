@@ -1,0 +1,122 @@
+"""Where bodies that walk come to rest: against walks in closed form, and against marching alone."""
+
+import tomllib
+
+import numpy as np
+import pytest
+
+import microslip
+from microslip.analyses.time.scheme import time_scheme
+from microslip.analyses.time.steady import raised_state
+from microslip.pipeline.creep import Walk, crept
+from microslip.pipeline.offset import LOOKS, Looked, come_to_rest, slips
+from microslip.pipeline.walk import STEPS, watched
+
+
+def walking(speed, size):
+    """A look at motions whose one number is the offset: how fast it moves on, and their size."""
+
+    def look(vector):
+        look.seen += 1
+        u = float(vector[0])
+        rate = np.full((3, 1), speed(u))
+        return Looked(np.full((3, 1), u), rate, complex(size(u)), 0.0, vector, rate[0])
+
+    look.seen = 0
+    return look
+
+
+@pytest.mark.parametrize("guess", [None, 0.7, 1.0, 1.4, -2.0])
+@pytest.mark.parametrize("power", [1.0, 2.0])
+def test_it_is_where_the_speed_falls_to_zero(guess, power):
+    """However the speed falls, whatever is beyond, and whatever is known of others."""
+    look = walking(lambda u: 1e-4 * max(1 - u, 0.0) ** power, lambda u: 1 + 0.2 * u)
+    guess = None if guess is None else np.array([guess])
+    rest = come_to_rest(look, look(np.array([0.0])), guess)
+    assert rest is not None
+    assert abs(abs(rest.amplitude) / 1.2 - 1) <= rest.doubt <= 2e-3
+    assert look.seen <= LOOKS + 1
+
+
+@pytest.mark.parametrize("top", [0.8, 0.9, 0.98])
+def test_amplitudes_that_agree_by_chance_tell_nothing(top):
+    """The largest of all lies beside the offset at which they rest: some beyond agree with some before."""
+    look = walking(lambda u: 1e-4 * max(1 - u, 0.0), lambda u: 1.2 - 0.2 * (u - top) ** 2)
+    rest = come_to_rest(look, look(np.array([0.0])), None)
+    assert rest is not None
+    assert abs(abs(rest.amplitude) / look(np.array([1.0])).amplitude.real - 1) <= rest.doubt
+
+
+def test_bodies_that_nothing_holds_do_not_come_to_rest():
+    look = walking(lambda u: 1e-4, lambda u: 1 + 1e-3 * u)
+    assert come_to_rest(look, look(np.array([0.0])), None) is None
+
+
+def test_a_fall_to_another_branch_is_no_rest():
+    look = walking(lambda u: 1e-4 * (1 - u), lambda u: 1.0 if u < 0.5 else 0.4)
+    assert come_to_rest(look, look(np.array([0.0])), None) is None
+
+
+WALKS = """
+[beams]
+length = "49.4757 mm"
+thickness = "3.77222 mm"
+overlap_half_length = "17.4418 mm"
+[material]
+youngs_modulus = "7e+10 Pa"
+poissons_ratio = 0.3256
+density = "2700 kg/m^3"
+[contact]
+friction = 0.47170
+pairs = 41
+[clamp]
+force = "18257 N/m"
+half_length = "6.64149 mm"
+[support]
+horizontal_spring = "4.28664e7 N/m/m"
+[damping]
+beta = "8.6925e-06 s"
+[load]
+moment = "5.1 N*m/m"
+"""
+FREQUENCY, LOAD = 2137.6, 5.108109
+
+
+@pytest.fixture(scope="module")
+def alone():
+    """A scheme, its raised state and a motion whose bodies walk, marched alone: sizes and offsets."""
+    joint = microslip.prepare(microslip.parse_joint(tomllib.loads(WALKS)))
+    scheme = time_scheme(joint, 1 / (FREQUENCY * STEPS), frequency=FREQUENCY)
+    raised = raised_state(scheme, FREQUENCY, LOAD, 10)
+    Q, states = watched(scheme, LOAD, raised, 2400)
+    return scheme, raised, np.abs(Q), np.array([slips(one.v, 2).mean() for one in states])
+
+
+def test_a_walk_ends_where_marching_alone_leads(alone):
+    scheme, raised, size, offset = alone
+    early, late, last = offset[[1599, 1999, 2399]]
+    end = last + (last - late) ** 2 / ((late - early) - (last - late))
+    assert abs(size[199] / size[-1] - 1) > 0.02, "it walks"
+    found = crept(scheme, LOAD, raised, walk=Walk())
+    assert found.rest is not None
+    assert found.rest[0] == pytest.approx(end, rel=0.02)
+    assert found.doubt < 2e-3
+    assert abs(found.amplitude) == pytest.approx(size[-100:].mean(), rel=found.doubt + 1e-3)
+
+
+def test_what_is_known_of_others_shortens_the_search(alone):
+    scheme, raised, _, _ = alone
+    first = crept(scheme, LOAD, raised, walk=Walk())
+    again = crept(scheme, LOAD, raised, walk=Walk(first.rest))
+    assert again.cycles < first.cycles
+    apart = abs(abs(again.amplitude) / abs(first.amplitude) - 1)
+    assert apart <= first.doubt + again.doubt
+
+
+def test_a_motion_whose_bodies_rest_is_left_to_itself():
+    joint = microslip.prepare(microslip.reference_joint(pairs=11))
+    scheme = time_scheme(joint, 1 / (182.0 * STEPS), frequency=182.0)
+    raised = raised_state(scheme, 182.0, 40.0, 10)
+    plain, found = crept(scheme, 40.0, raised), crept(scheme, 40.0, raised, walk=Walk())
+    assert found.rest is None
+    assert abs(found.amplitude) == pytest.approx(abs(plain.amplitude), rel=plain.doubt + 1e-4)
