@@ -241,6 +241,18 @@ def test_show_writes_files_for_other_programs(command, stored):
     assert_refused(command("show", stored, "--export", "stl"), "--export 'stl'", "vtk, uff")
 
 
+def test_lists_of_an_option_given_twice_add_up(command, stored, tmp_path):
+    """As with commas between; the last alone would leave the first out in silence."""
+    for folder in ("vtk", "figures"):
+        shutil.rmtree(stored / folder, ignore_errors=True)
+    result = command("show", stored, "--export", "vtk", "--export", "uff")
+    assert result.exit_code == 0, result.output
+    assert (stored / "vtk" / "prestress.vtu").is_file()
+    result = command("show", stored, "--figures", "--format", "png", "--format", "svg")
+    assert result.exit_code == 0, result.output
+    assert {path.suffix for path in (stored / "figures").iterdir()} == {".png", ".svg"}
+
+
 def test_show_opens_the_overview(command, stored, monkeypatch):
     opened = []
     overview = stored / "figures" / "overview.svg"

@@ -16,9 +16,9 @@ from mesh_files import plates_document, section_document
 from microslip.describe.reading import parse_joint
 from microslip.errors import InputError
 from microslip.pipeline.run import run as run_joint
-from microslip.results.universal import UFF, write_universal
+from microslip.results.universal import UFF, Curve, curves_of, write_universal
 from microslip.results.vtk import NAMES, steps_of, write_vtk
-from microslip.show.exports import export
+from microslip.show.exports import export, not_exported
 
 FORCE = 12e3
 """Of the bolt of the plates, N."""
@@ -285,6 +285,18 @@ def test_binary_datasets_say_how_long_they_are(lap, tmp_path):
 def test_what_has_no_responses_has_no_universal_file(plates, tmp_path):
     assert export(plates, tmp_path, ("uff",)) == []
     assert not (tmp_path / UFF).exists()
+
+
+def test_a_single_point_is_no_function_and_is_said_to_be_left_out(lap, tmp_path, monkeypatch):
+    """A method with an answer at one frequency alone; with two there is nothing to say."""
+    assert not_exported(lap, ("uff",)) == []
+    curves = [*curves_of(lap), Curve("time integration", 20.0, np.array([172.0]), {"middle": [1j]})]
+    monkeypatch.setattr("microslip.results.universal.curves_of", lambda run: curves)
+    (said,) = not_exported(lap, ("vtk", "uff"))
+    assert "time integration, M = 20 N m/m, 172 Hz" in said
+    assert not_exported(lap, ("vtk",)) == []
+    path = write_universal(lap, tmp_path / UFF)
+    assert not any("time integration" in found["id4"] for found in sets_of(path) if "id4" in found)
 
 
 def test_a_rate_is_the_displacement_times_i_omega(lap, tmp_path):

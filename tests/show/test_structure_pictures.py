@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from conftest import ROOT
+from matplotlib.colors import to_rgb
 from mesh_files import section_document
 
 from microslip import load_joint
@@ -15,7 +17,7 @@ from microslip.show.plots.given import simple_motions
 from microslip.show.plots.interface_maps import panels
 from microslip.show.plots.motions import rounded
 from microslip.show.plots.structure import given_figure, listed, marks_of
-from microslip.show.plots.style import house_style
+from microslip.show.plots.style import BLUE, house_style
 
 
 def described(name):
@@ -91,3 +93,21 @@ def test_titles_of_tall_maps_have_room():
     for k, box in enumerate(boxes):
         assert not any(box.overlaps(other) for other in boxes[k + 1 :])
         assert box.x1 <= figure.bbox.x1
+
+
+def test_a_bolt_that_keeps_its_length_is_drawn_as_its_two_forces(tmp_path):
+    """Vertical ones towards each other on its two places, and not the forces of the elements beside them."""
+    document = section_document(tmp_path)
+    document["preload"] |= {"name": "bolt", "holds": "length"}
+    geometry, source, figure = drawn_of(parse_joint(document, "mesh", tmp_path))
+    aslant = geometry.forces(source.structure.loads["bolt"])
+    assert np.abs(aslant[:, 0]).max() > 0.05 * np.abs(aslant[:, 1]).max()
+    arrows = [text for text in figure.axes[0].texts if text.arrow_patch is not None]
+    blue = [a for a in arrows if a.arrow_patch.get_edgecolor()[:3] == to_rgb(BLUE)]
+    tips = np.array([arrow.xy for arrow in blue])
+    ways = tips - np.array([arrow.xyann for arrow in blue])
+    assert len(blue) == 2
+    assert np.abs(ways[:, 0]).max() < 0.02 * np.abs(ways[:, 1]).min()
+    up, down = (int(k) for k in np.argsort(tips[:, 1]))
+    assert ways[up, 1] > 0 > ways[down, 1]
+    assert tips[:, 0] == pytest.approx(0.0, abs=1e-3)

@@ -12,11 +12,11 @@ from microslip.show.plots.solid import RENDERERS
 from microslip.show.plots.style import FORMATS, USUAL_FORMATS
 
 FigureFormats = Annotated[
-    str,
+    list[str],
     typer.Option("--format", metavar="LIST", help=f"Formats of figures, of {', '.join(FORMATS)}."),
 ]
 
-USUAL = ",".join(USUAL_FORMATS)
+USUAL = [",".join(USUAL_FORMATS)]
 """What the option is where it is left out."""
 
 Renderer = Annotated[
@@ -31,7 +31,7 @@ Renderer = Annotated[
 ]
 
 Exports = Annotated[
-    str | None,
+    list[str] | None,
     typer.Option(
         "--export",
         metavar="LIST",
@@ -42,12 +42,12 @@ Exports = Annotated[
 ]
 
 
-def exports_of(text: str | None) -> tuple[str, ...]:
-    """Formats for other programs that are asked for.
+def exports_of(lists: list[str] | None) -> tuple[str, ...]:
+    """Formats for other programs that are asked for, in one list or in several.
 
     Raises
     ------
     InputError
         Where one is not known.
     """
-    return () if text is None else listed("--export", text, EXPORTS)
+    return listed("--export", ",".join(lists), EXPORTS) if lists else ()

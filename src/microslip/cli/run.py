@@ -22,7 +22,7 @@ from microslip.pipeline.run import run as run_joint
 from microslip.results.files import SUMMARY
 from microslip.results.store import STORE, Keeper, RunStore, finished
 from microslip.results.summary import summary
-from microslip.show.exports import export
+from microslip.show.exports import export, not_exported
 from microslip.show.plots.solid import drawn_by
 from microslip.show.plots.style import FORMATS
 from microslip.show.progress import progress_on
@@ -63,7 +63,7 @@ def run(
     """Run all analyses that a joint file asks for, and write the results."""
     folder = out if out is not None else Path(f"{file.stem}-output")
     with messages(), drawn_by(renderer):
-        kinds = listed("--format", formats, FORMATS)
+        kinds = listed("--format", ",".join(formats), FORMATS)
         others = exports_of(exports)
         most = at_least_one("--threads", threads)
         joint = load_joint(file)
@@ -96,6 +96,8 @@ def run(
     elif not quiet:
         print_found(found, Console())
     report(folder, written, quiet, aside=as_json)
+    for line in not_exported(result, others):
+        typer.echo(line, err=True)
     if found["interrupted"]:
         stop_interrupted(folder)
     stop_unanswered(found["failures"], folder / SUMMARY)

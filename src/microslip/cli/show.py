@@ -14,7 +14,7 @@ from microslip.cli.options import listed
 from microslip.errors import InputError
 from microslip.results.files import FIGURES, SUMMARY, load_results
 from microslip.results.store import load_run
-from microslip.show.exports import export
+from microslip.show.exports import export, not_exported
 from microslip.show.figures import figures_of, left_out, save_figures
 from microslip.show.plots.solid import drawn_by
 from microslip.show.plots.style import FORMATS
@@ -40,7 +40,7 @@ def show(
     """Tables of an earlier run again, and its figures, from its folder."""
     console = Console()
     with messages(), drawn_by(renderer):
-        kinds = listed("--format", formats, FORMATS)
+        kinds = listed("--format", ",".join(formats), FORMATS)
         others = exports_of(exports)
         with load_results(folder) as stored, console.capture() as tables:
             try:
@@ -62,6 +62,8 @@ def show(
         if others and run is not None:
             files = export(run, folder, others)
             typer.echo(f"{len(files)} files for other programs are in {folder}")
+            for line in not_exported(run, others):
+                typer.echo(line, err=True)
         if open_it:
             _open(folder / FIGURES)
 

@@ -40,6 +40,12 @@ def _beside_the_joint_file(source: str, info: ValidationInfo) -> str:
         what = "" if path.is_file() else "is a folder" if path.is_dir() else "no such file"
     except (OSError, ValueError):  # a name that no file can have
         what = "no such file"
+    before, colon, after = file.rpartition(":")
+    if what == "no such file" and colon and (Path(folder) / before).is_file():
+        raise ValueError(
+            f"{Path(folder) / before}: {after!r} is no name of a variable: fields of structures are not "
+            "read, save the matrix as a variable of its own"
+        )
     if what:
         raise ValueError(f"{path}: {what}")
     whole = path.absolute()  # a stored run is looked at from other places

@@ -126,7 +126,7 @@ def _columns(rows: list[dict[str, Any]]) -> dict[str, Complex]:
 def _ascending(frequency: Array) -> list[np.ndarray]:
     """Points of a branch in pieces along which the frequency rises or falls, each by rising frequency."""
     if len(frequency) < 2:
-        return []
+        return [np.arange(len(frequency))] * len(frequency)
     turns = np.flatnonzero(np.diff(np.sign(np.diff(frequency))) != 0) + 1
     ends = [0, *turns.tolist(), len(frequency) - 1]
     pieces = [np.arange(a, b + 1) for a, b in pairwise(ends)]
@@ -183,6 +183,16 @@ def functions_of(run: Run) -> list[dict[str, Any]]:
         for curve in curves_of(run)
         for output in run.joint.outputs
         if output.name in curve.outputs and len(curve.frequency) > 1 and curve.load > 0
+    ]
+
+
+def points_alone(run: Run) -> list[str]:
+    """What is left out of the file: answers at one frequency, which are no function of it."""
+    said = run.joint.driven.load
+    return [
+        f"{curve.said}, {said.named(curve.load)}, {curve.frequency[0]:.6g} Hz"
+        for curve in curves_of(run)
+        if len(curve.frequency) == 1
     ]
 
 

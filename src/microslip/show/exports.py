@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from microslip.pipeline.run import Run
-from microslip.results.universal import UFF, write_universal
+from microslip.results.universal import UFF, points_alone, write_universal
 from microslip.results.vtk import VTK, write_vtk
 from microslip.show.plots.selection import greatest_damping, main_drive
 
@@ -41,3 +41,13 @@ def export(run: Run, folder: Path, formats: tuple[str, ...]) -> list[Path]:
         path = write_universal(run, folder / UFF)
         written += [] if path is None else [path]
     return written
+
+
+def not_exported(run: Run, formats: tuple[str, ...]) -> list[str]:
+    """What a run has and the files for other programs have not, a line each."""
+    if "uff" not in formats:
+        return []
+    return [
+        f"not in {UFF}: {alone}: one point is no function of the frequency"
+        for alone in points_alone(run)
+    ]

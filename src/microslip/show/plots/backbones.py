@@ -119,7 +119,7 @@ def draw_frequency(
     mode = backbones[0].mode
     ax.axhline(mode.stuck_frequency, color=GREY, lw=0.8, ls="-.", label="stuck joint")
     ax.axhline(mode.sliding_frequency, color=GREY, lw=0.8, ls=":", label="sliding joint")
-    ax.set_xscale("log")
+    amplitude_axis(ax, "x")
 
 
 def spans_much(backbones: Sequence[Backbone]) -> bool:
@@ -134,7 +134,7 @@ def draw_damping(
     """Damping ratio, %; logarithmic for every mode of a figure or for none."""
     for backbone in backbones:
         ax.plot(amplitude(run, backbone, output), 100 * backbone.damping_ratio, **_style(backbone))
-    ax.set_xscale("log")
+    amplitude_axis(ax, "x")
     if logarithmic:
         amplitude_axis(ax)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -62,15 +62,16 @@ def lag(angle: np.ndarray | float, start: float = 0.0) -> np.ndarray:
     return (np.degrees(angle) + 270 - start) % 360 - 270 + start
 
 
-def amplitude_axis(ax: Axes) -> None:
+def amplitude_axis(ax: Axes, which: Literal["x", "y"] = "y") -> None:
     """Logarithmic scale of amplitudes that are drawn, with numbers as one says them: 0.1, 0.2, 0.5,
     1 ...; powers of ten alone where there would be too many."""
-    ax.set_yscale("log")
-    low, high = ax.get_ylim()
+    ax.set(**{f"{which}scale": "log"})
+    axis = ax.yaxis if which == "y" else ax.xaxis
+    low, high = axis.get_view_interval()
     if high < MANY * low:
-        ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        ax.yaxis.set_major_formatter("{x:g}")
-    ax.yaxis.set_minor_formatter(NullFormatter())
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axis.set_major_formatter("{x:g}")
+    axis.set_minor_formatter(NullFormatter())
 
 
 def phase_axis(ax: Axes, run: Run, output: NamedOutput | None = None) -> None:

@@ -77,10 +77,13 @@ class Marks:
         Unit loads that are held.
     drive : mapping
         Loads that drive it, or may.
+    bolts : tuple of str
+        Of the preload, bolts that a coordinate shortens: forces of the elements beside it stand for them.
     """
 
     preload: Mapping[str, Array]
     drive: Mapping[str, Array]
+    bolts: tuple[str, ...] = ()
 
 
 def marks_of(joint: Joint, structure: Structure, held: Mapping[str, float], drive: str) -> Marks:
@@ -92,6 +95,16 @@ def marks_of(joint: Joint, structure: Structure, held: Mapping[str, float], driv
     return Marks(
         {n: structure.loads[n] for n in held if n in structure.loads and n not in warmed},
         {name: structure.loads[name] for name in ports if name in structure.loads},
+        _shortened(joint) if isinstance(joint, MeshJoint) else (),
+    )
+
+
+def _shortened(joint: MeshJoint) -> tuple[str, ...]:
+    """Bolts through a section, and rigid ones that keep their length."""
+    return tuple(
+        entry.name
+        for entry in joint.preload
+        if entry.section is not None or (entry.keeps_length and entry.stiffness is None)
     )
 
 
@@ -154,7 +167,12 @@ def draw_given(
     ):
         drawn = []
         for name, load in loads.items():
-            found = _draw_load(ax, geometry, view, geometry.forces(load), reach, colour)
+            forces = geometry.forces(load)
+            found: Array | None
+            if what == "preload" and name in marks.bolts:
+                found = _draw_bolt(ax, view, *pair_of(geometry.points, forces), reach, colour)
+            else:
+                found = _draw_load(ax, geometry, view, forces, reach, colour)
             if found is not None:
                 ends.append(found)
                 drawn.append(name)
@@ -268,7 +286,36 @@ def _arrows(
     middle = geometry.points[geometry.body == geometry.body[nodes[0]]].mean(axis=0)
     pushes = float(((middle - every) * forces).sum()) > 0
     start = x - reach * way if pushes else x
-    ends = view.flat(np.stack([start, start + reach * way], axis=1))
+    return _pointed(ax, view, start, start + reach * way, colour)
+
+
+def pair_of(points: Array, forces: Array) -> tuple[Array, Array]:
+    """Where (2, d) and which way the two opposite forces act that forces on nodes add up to.
+
+    Their line is that of most of the squares of the forces; each acts in the middle of those along it.
+
+    Examples
+    --------
+    >>> points = np.array([[-1.0, 0.0], [1.0, 0.0], [-1.0, 3.0], [1.0, 3.0]])
+    >>> forces = np.array([[0.3, 1.0], [-0.3, 1.0], [0.3, -1.0], [-0.3, -1.0]])
+    >>> at, way = pair_of(points, forces)
+    >>> at[np.argsort(at[:, 1])].tolist(), np.round(np.abs(way), 12).tolist()
+    ([[0.0, 0.0], [0.0, 3.0]], [[0.0, 1.0], [0.0, 1.0]])
+    """
+    axis = np.linalg.eigh(forces.T @ forces)[1][:, -1]
+    way = np.array([axis, -axis])
+    share = np.maximum(way @ forces.T, 0.0)
+    return share @ points / share.sum(axis=1, keepdims=True), way
+
+
+def _draw_bolt(ax: Axes, view: View, at: Array, way: Array, reach: float, colour: str) -> Array:
+    """The two forces of a bolt, towards each other."""
+    return _pointed(ax, view, at - reach * way, at, colour)
+
+
+def _pointed(ax: Axes, view: View, tails: Array, tips: Array, colour: str) -> Array:
+    """Arrows from (k, d) tails to tips; what they reach on paper."""
+    ends = view.flat(np.stack([tails, tips], axis=1))
     for tail, tip in ends:
         ax.annotate(
             "",

@@ -172,6 +172,8 @@ def save(
     """Write a figure, PNG with 200 dpi; files of the same name are replaced in one go."""
     folder.mkdir(parents=True, exist_ok=True)
     written = []
+    if any(ax.get_aspect() != "auto" for ax in figure.axes):
+        figure.draw_without_rendering()  # the first layout has their boxes as they were without titles
     for kind in formats:
         path = folder / f"{name}.{kind}"
         with replacing(path) as temporary:
