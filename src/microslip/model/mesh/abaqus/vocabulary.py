@@ -137,7 +137,7 @@ INSTEAD_OF_ELEMENTS = {
 """What to write in the place of element types that are refused."""
 
 USUAL_OF_DISTRIBUTING = {"WEIGHTING METHOD": "UNIFORM", "COUPLING": "CONTINUUM"}
-"""Parameters of *DISTRIBUTING, and their values that say what is usual."""
+"""Parameters of ``*DISTRIBUTING``, and their values that say what is usual."""
 
 KNOWN = (
     "*NODE, *ELEMENT, *NSET, *ELSET, *SURFACE, *SYSTEM, *MATERIAL, *ELASTIC, *DENSITY, *EXPANSION, "
