@@ -4,6 +4,8 @@ VENV := .venv
 BIN := $(VENV)/bin
 # Bytecode is made of what is imported, not of every package.
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
+# Also where the variable is set: without bytecode every start compiles all that is imported, for seconds.
+export PYTHONDONTWRITEBYTECODE :=
 SERIAL := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 
 .PHONY: installed demo test test-oldest validate lint docs docs-check pictures wheel-test population bench bench-calculix clean
