@@ -252,6 +252,22 @@ def test_another_unit_of_length_is_doubted(folder):
     assert "are these the units of the file?" in said
 
 
+@pytest.mark.parametrize(
+    ("unit", "width", "size"), [("m", "20 m", "160 m"), ("um", "20 um", "160 µm")]
+)
+def test_bodies_of_another_size_are_doubted_where_the_material_is_said_beside(
+    folder, unit, width, size
+):
+    """Neither stiffness nor density of the file tells that its lengths are in mm."""
+    document = cycles_alone(plates_document(folder))
+    document["mesh"] = document["mesh"] | {"length_unit": unit, "width": width}
+    document["output"] = []
+    document["material"] = {"youngs_modulus": "210 GPa", "poissons_ratio": 0.3, "density": 7800.0}
+    said = " ".join(map(str, assembled(document, folder).doubts))
+    assert f"the bodies measure {size}" in said
+    assert "E = " not in said
+
+
 def test_the_template_is_a_joint_file(tmp_path):
     made = CliRunner().invoke(new, ["mesh", str(tmp_path / "joint.toml")])
     assert made.exit_code == 0, made.output

@@ -48,6 +48,7 @@ from microslip.model.mesh_in_words import (
     bodies_said,
     coupled_said,
     doubtful_materials,
+    doubtful_size,
     interface_said,
     names_of_motions,
 )
@@ -161,6 +162,7 @@ def _built(described: Described[MeshJoint], changed: Stamps) -> Imported:
             *bonded_cautions(couplings, found.bonded),
             *bolt_cautions(found.mesh, joint.preload),
             *([] if joint.material else doubtful_materials(mesh, given)),
+            *doubtful_size(mesh, given),
         ),
         points=np.concatenate([c.points for c in couplings]),
         facts=facts,

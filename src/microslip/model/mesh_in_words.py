@@ -136,3 +136,23 @@ def doubtful_materials(mesh: FiniteElementMesh, given: MeshFile) -> list[Caution
         for name, own in mesh.materials.items()
         if not (E.low <= own.youngs_modulus <= E.high and rho.low <= own.density <= rho.high)
     ]
+
+
+SMALLEST, LARGEST = 5e-3, 20.0
+"""m, what structures with joints usually measure, as of lap joints."""
+
+
+def doubtful_size(mesh: FiniteElementMesh, given: MeshFile) -> list[Caution]:
+    """That bodies are larger or smaller than usual, as where the file is in another unit of length."""
+    used = np.unique(np.concatenate([block.nodes.ravel() for block in mesh.blocks]))
+    size = float(np.ptp(mesh.points[used], axis=0).max())
+    if SMALLEST <= size <= LARGEST:
+        return []
+    return [
+        Caution(
+            "input",
+            f"mesh.length_unit = {given.length_unit}",
+            f"the bodies measure {readable(size, 'm', 3)}",
+            "is this the unit of the file? Most programs make meshes in mm",
+        )
+    ]
