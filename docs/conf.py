@@ -2,6 +2,7 @@
 
 import importlib.util
 import os
+import pkgutil
 import re
 import shutil
 import sys
@@ -18,6 +19,11 @@ import floors  # noqa: E402
 import input_reference  # noqa: E402
 import pictures  # noqa: E402
 from sphinx.util import logging  # noqa: E402
+
+# Here once, and not again in every process that reads pages.
+for module in pkgutil.walk_packages(microslip.__path__, "microslip."):
+    if not module.name.endswith("__main__"):
+        importlib.import_module(module.name)
 
 # Made from the package itself at every build, so that they cannot be out of date.
 floors.draw(HERE / "images" / "generated" / "floors.svg")
