@@ -22,7 +22,9 @@ from same_joint import (
 )
 from typer.testing import CliRunner
 
+from microslip.analyses.prepared.prestress import sliding_load
 from microslip.analyses.statics.cycle import quasi_static_cycle
+from microslip.analyses.statics.loading import load_path
 from microslip.analyses.time.scheme import march, prestressed_state, time_scheme
 from microslip.analyses.time.steady import steady_state
 from microslip.analyses.time.unreduced import full_scheme, march_full
@@ -31,7 +33,7 @@ from microslip.cli.new import app as new
 from microslip.cli.run import app as command
 from microslip.contact.pairs import SLIP, normal, tangential
 from microslip.describe.reading import load_joint, parse_joint
-from microslip.errors import InputError
+from microslip.errors import ContactError, InputError, ModelError
 from microslip.model.joint import bonded_modes
 from microslip.pipeline.prepare import assemble
 from microslip.pipeline.run import run
@@ -543,3 +545,22 @@ def test_a_response_that_friction_alone_holds_is_refused(folder):
     document = plates_document(folder)
     document["port"] = document["port"] | {"direction": "y"}
     assert "friction alone holds the bodies" in refused(document, folder)
+
+
+def test_what_friction_alone_holds_is_coulombs(folder):
+    """The bolt of 600 kN/m closes upon itself: along x the upper plate is held by 0.3 times that."""
+    document = cycles_alone(plates_document(folder))
+    document["port"] = document["port"] | {"direction": "x"}
+    joint = assembled(document, folder).prepared
+    limit = 0.3 * 600e3
+    found = sliding_load(joint.model, joint.prestress, "tip", joint.law.friction)
+    assert limit <= found < 1.0015 * limit
+    assert quasi_static_cycle(joint, "tip", 0.5 * limit, steps=40).residual.max() < 1e-8
+    with pytest.raises(ContactError, match="slides bodies away that friction alone holds"):
+        quasi_static_cycle(joint, "tip", 1.01 * limit)
+    with pytest.raises(ContactError, match=r"no more than 1\.80"):
+        load_path(joint, {"tip": np.array([0.0, 2 * limit])})
+    with pytest.raises(ModelError, match="must be a finite number"):
+        quasi_static_cycle(joint, "tip", np.nan)
+    with pytest.raises(ModelError, match="one of 'bolt', not 2"):
+        joint.with_preload(2)

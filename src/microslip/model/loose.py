@@ -96,3 +96,17 @@ def held(omega: Array, loose: int) -> tuple[Array, Array]:
     added = np.zeros(len(omega))
     added[:loose] = found[:loose] ** 2
     return found, np.diag(added)
+
+
+def loose_modes(omega: Array) -> int:
+    """How many of the lowest modes only keep their mean position: those of `held`.
+
+    Examples
+    --------
+    >>> loose_modes(held(np.array([0.0, 0.0, 100.0, 200.0]), 2)[0])
+    2
+    >>> loose_modes(np.array([1.0, 100.0, 200.0]))
+    0
+    """
+    soft = np.flatnonzero(omega[:-1] <= 1.001 * WEAKEST * omega[1:])
+    return int(soft[-1]) + 1 if len(soft) else 0

@@ -66,9 +66,10 @@ NEWTON_STEPS = 20
 PATIENCE = 5
 """Of these, those in which the residual has to fall to a half."""
 
-MOST_LOST = 8
+MOST_LOST = 8.0
 """Ways to a response by small steps that may lead nowhere, in one response over frequency: each costs as much
-as dozens of its points, and where a branch is not stable they are lost one after the other."""
+as dozens of its points, and where a branch is not stable they are lost one after the other. With more than
+`COMPARED` harmonics each counts as much more as its equations cost (`weight`)."""
 
 MISSES = 1
 """Levels without an answer that are passed over on the way up where no motion over time is known."""
@@ -105,6 +106,17 @@ def more_harmonics(harmonics: int) -> int:
     [5, 9, 13, 17, 21, 27, 33, 41, 51]
     """
     return harmonics + max(ADDED, 2 * round(0.5 * GROWTH * harmonics))
+
+
+def weight(harmonics: int) -> float:
+    """What a way with so many harmonics costs over one with at most `COMPARED`: their number squared.
+
+    Examples
+    --------
+    >>> [round(weight(H), 1) for H in (5, 13, 21, 33, 41)]
+    [1.0, 1.0, 2.6, 6.4, 9.9]
+    """
+    return max(1.0, (harmonics / COMPARED) ** 2)
 
 
 def estimated_error(levels: Sequence[tuple[int, complex]], tail: float = 0.0) -> float:
@@ -158,7 +170,7 @@ class Ladder:
         self.control = control
         self.adaptive = adaptive
         self.over_time = over_time
-        self.lost = 0
+        self.lost = 0.0
 
     def solve(self, problem: HarmonicProblem, w: Array, frequency: float) -> HarmonicPoint:
         """`least`, and as many harmonics as needed."""
@@ -293,13 +305,16 @@ class Ladder:
     ) -> HarmonicPoint | None:
         """The same response with other harmonics by small steps, as long as these may be lost."""
         for start, *_ in self._starts(new, climb):
-            if self.lost == MOST_LOST:
+            if not self._may_lose(new):
                 break
             try:
                 return self._approached(start, climb.last.frequency, began, climb.last)
             except ContinuationError:
-                self.lost += 1
+                self.lost += weight(new.harmonics)
         return None
+
+    def _may_lose(self, new: HarmonicProblem) -> bool:
+        return self.lost + weight(new.harmonics) <= MOST_LOST
 
     def _reached(self, climb: Climb, found: HarmonicPoint) -> None:
         """Take down the answer of a level, with its error; it is the best where that is not larger."""
@@ -333,7 +348,7 @@ class Ladder:
             return None
         frequency = climb.last.frequency
         for least in self._neighbours(climb):
-            if self.lost == MOST_LOST:
+            if not self._may_lose(new):
                 break
             there = self._with(new, least, began)
             if there is None:
@@ -343,7 +358,7 @@ class Ladder:
                 w = followed(path, there.w, there.frequency, frequency)
                 found = self._newton(path, w, frequency, began, climb.last)
             except ContinuationError:
-                self.lost += 1
+                self.lost += weight(new.harmonics)
                 break
             if not climb.left_by(found):
                 climb.neighbour = there

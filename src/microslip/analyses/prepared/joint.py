@@ -79,7 +79,18 @@ class PreparedJoint:
         Ports that are held and not named stay as they are, initial gaps among them.
         The mode stays that of the pairs that touched before: a receding contact keeps them when the
         preload is scaled.
+
+        Raises
+        ------
+        ModelError
+            Where `preload` does not name ports.
         """
+        if not isinstance(preload, Mapping):
+            names = ", ".join(repr(name) for name in self.prestress.preload)
+            raise ModelError(
+                f"a preload is an amplitude for each port that is named, one of {names}, not {preload!r}: "
+                "with_preload({name: amplitude})"
+            )
         held = {**self.prestress.preload, **preload} if preload else {}
         return replace(self, prestress=prestress(self.model, self.flexibility, held))
 

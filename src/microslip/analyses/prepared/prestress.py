@@ -26,6 +26,7 @@ from microslip.contact.solver import ContactSolver, Solution
 from microslip.errors import ContactError
 from microslip.model.flexibility import Flexibility
 from microslip.model.joint import JointModel
+from microslip.model.loose import loose_modes
 from microslip.typing import Array, Indices, Mask, Status
 
 ROUNDING = 1e-6
@@ -40,6 +41,9 @@ ACROSS = 1e-6
 
 FACETS = 16
 """Edges of the pyramid that stands for a round cone of friction, on it."""
+
+AROUND = 64
+"""Edges of the pyramid around a round cone."""
 
 SOLVED, UNBOUNDED = 0, 3
 """Outcomes of a linear program."""
@@ -204,6 +208,45 @@ def opening_load(
     if not size > max(1e-12 * np.abs(ports).max(initial=0.0), ACROSS * slides):
         return float("inf")
     work = _within_cones(motions, np.broadcast_to(friction, model.pairs), model.dimension)
+    return _largest_balanced(port, work, load, held, start.force)
+
+
+def sliding_load(model: JointModel, start: Prestress, port: str, friction: Array | float) -> float:
+    """Amplitude of a port beyond which bodies slide away that only friction holds (limit analysis).
+
+    Maximises ``A`` over reactions within the cones of friction that keep all motions in equilibrium that no
+    support holds (`microslip.model.loose`), with the preload and ``±A`` on the port. Beyond it no
+    quasi-static motion exists; infinite where the load does no work on such a motion, or where there is none.
+    Round cones are taken up to 0.13 % too wide between their edges: what is said not to hold does not.
+
+    Parameters
+    ----------
+    model : JointModel
+    start : Prestress
+    port : str
+    friction : (m,) array or float
+        Coefficient of every pair.
+
+    Raises
+    ------
+    ContactError
+        Where the preload alone is not in equilibrium, or the linear program fails.
+    """
+    loose = loose_modes(model.omega)
+    ports = model.port_modes[:loose].T
+    load = ports[model.port(port)]
+    size = np.abs(load).max(initial=0.0)
+    if not size > 1e-12 * np.abs(ports).max(initial=0.0):
+        return float("inf")
+    held = (model.amplitudes(start.preload) / start.force) @ ports
+    wider = np.broadcast_to(friction, model.pairs) / np.cos(np.pi / AROUND)
+    work = _within_cones(model.mode_v[:, :loose], wider, model.dimension, AROUND)
+    return _largest_balanced(port, work, load, held, start.force)
+
+
+def _largest_balanced(port: str, work: Array, load: Array, held: Array, force: float) -> float:
+    """Largest A with ``work r = held ± A load / force`` for some r >= 0; all but A over the preload."""
+    size = np.abs(load).max()
     limits = []
     for sign in (1.0, -1.0):
         found = linprog(
@@ -217,14 +260,14 @@ def opening_load(
             raise ContactError(
                 f"how much the joint holds on port {port!r} was not found: {found.message}"
             )
-        limits.append(found.x[-1] * start.force / size if found.status == SOLVED else np.inf)
+        limits.append(found.x[-1] * force / size if found.status == SOLVED else np.inf)
     return float(min(limits))
 
 
-def _within_cones(motions: Array, friction: Array, dimension: int) -> Array:
+def _within_cones(motions: Array, friction: Array, dimension: int, facets: int = FACETS) -> Array:
     """(f, c) work on motions of reactions whose sums with weights >= 0 are the cones of friction.
 
-    In space these have `FACETS` edges on the round cone.
+    In space these have so many edges on the round cone.
     """
     v = by_pair(motions.T, dimension)
     normal_work, slid = v[..., 0], v[..., 1:]
@@ -233,7 +276,7 @@ def _within_cones(motions: Array, friction: Array, dimension: int) -> Array:
     if dimension == 2:
         edges = np.array([[1.0], [-1.0]])
     else:
-        angles = 2 * np.pi * np.arange(FACETS) / FACETS
+        angles = 2 * np.pi * np.arange(facets) / facets
         edges = np.column_stack([np.cos(angles), np.sin(angles)])
     return np.hstack([normal_work + friction * (slid @ edge) for edge in edges])
 

@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from microslip.analyses.prepared.joint import PreparedJoint
-from microslip.analyses.statics.start import check_stays_closed, prestressed_solver
+from microslip.analyses.statics.start import check_held, prestressed_solver
 from microslip.contact.fallbacks import Counts, together
 from microslip.contact.fields import ContactFields, contact_fields
 from microslip.contact.pairs import slip_history
@@ -170,11 +170,14 @@ def quasi_static_cycle(
     JointOpensError
         Where the amplitude is beyond what the preload can hold; names the limit.
     ContactError
-        Where a step does not solve; names the phase.
+        Where the amplitude slides bodies away that friction alone holds, or a step does not solve; names the
+        phase.
+    ModelError
+        Where the amplitude is not finite.
     """
     f, start, column = joint.flexibility, joint.prestress, joint.model.port(port)
     held = joint.held
-    check_stays_closed(joint, port, abs(amplitude))
+    check_held(joint, port, abs(amplitude))
     solver = prestressed_solver(joint)
     theta = phase + 2 * np.pi * np.arange(steps + 1) / steps
     path = np.tile(held, (steps + 1, 1))

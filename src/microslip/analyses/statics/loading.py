@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from microslip.analyses.prepared.joint import PreparedJoint
-from microslip.analyses.statics.start import check_stays_closed, prestressed_solver
+from microslip.analyses.statics.start import check_held, check_stays_closed, prestressed_solver
 from microslip.brief import Brief
 from microslip.contact.fields import ContactFields, contact_fields
 from microslip.contact.pairs import slip_history
@@ -109,8 +109,9 @@ def load_path(joint: PreparedJoint, loads: Mapping[str, Array], *, steps: int = 
     """
     model, start, f = joint.model, joint.prestress, joint.flexibility
     wanted = _as_path(joint, loads)
+    check = check_held if len(loads) == 1 else check_stays_closed
     for name in loads:
-        check_stays_closed(joint, name, np.abs(wanted[:, model.port(name)]).max())
+        check(joint, name, float(np.abs(wanted[:, model.port(name)]).max()))
     corners = np.vstack([np.zeros(len(model.ports)), wanted])
     at = np.arange(len(wanted) * steps + 1) / steps
     fine = np.column_stack([np.interp(at, np.arange(len(corners)), y) for y in corners.T])

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from microslip.analyses.prepared.joint import PreparedJoint
-from microslip.analyses.prepared.prestress import opening_load
+from microslip.analyses.prepared.prestress import opening_load, sliding_load
 from microslip.contact.solver import ContactSolver
-from microslip.errors import JointOpensError
+from microslip.errors import ContactError, JointOpensError, ModelError
 
 
 def check_stays_closed(joint: PreparedJoint, port: str, largest: float) -> None:
@@ -20,6 +20,29 @@ def check_stays_closed(joint: PreparedJoint, port: str, largest: float) -> None:
         raise JointOpensError(
             f"the load {largest:.4g} on {port!r} opens the joint: the preload holds less than "
             f"{limit:.4g}"
+        )
+
+
+def check_held(joint: PreparedJoint, port: str, largest: float) -> None:
+    """Raise for a load, alone beside the preload, that has no quasi-static motion, or is no number.
+
+    Raises
+    ------
+    ModelError
+        Where it is not finite.
+    JointOpensError
+        Where it opens the joint.
+    ContactError
+        Where it slides bodies away that only friction holds.
+    """
+    if not np.isfinite(largest):
+        raise ModelError(f"the load {largest} on {port!r} must be a finite number")
+    check_stays_closed(joint, port, largest)
+    limit = sliding_load(joint.model, joint.prestress, port, joint.law.friction)
+    if largest > limit:
+        raise ContactError(
+            f"there is no solution: the load {largest:.4g} on {port!r} slides bodies away that friction "
+            f"alone holds, and it holds no more than {limit:.4g}; take a smaller load, or a support"
         )
 
 
