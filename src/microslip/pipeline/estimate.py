@@ -299,7 +299,7 @@ def _long(where: str, seconds: float, held: float) -> list[Caution]:
         Caution(
             "cost",
             where,
-            f"the run will take about {seconds / 3600:.2g} h on one core and {held / 1e9:.2g} GB",
+            f"the run may take up to {seconds / 3600:.2g} h on one core and {held / 1e9:.2g} GB",
             "the time goes with the square of the number of contact pairs, and with the number of loads, "
             "amplitudes and steps asked for",
         )

@@ -23,6 +23,7 @@ from itertools import chain, pairwise
 from microslip.analyses.harmonic.alongside import Place, followed
 from microslip.analyses.harmonic.approach import approached
 from microslip.analyses.harmonic.climb import Climb
+from microslip.analyses.harmonic.losses import Losses
 from microslip.analyses.harmonic.over_time import MotionBeside, OverTime
 from microslip.analyses.harmonic.paths import EquationsAt, FrequencyPath
 from microslip.analyses.harmonic.points import PULL, HarmonicPoint, describe, distance
@@ -66,11 +67,6 @@ NEWTON_STEPS = 20
 PATIENCE = 5
 """Of these, those in which the residual has to fall to a half."""
 
-MOST_LOST = 8.0
-"""Ways to a response by small steps that may lead nowhere, in one response over frequency: each costs as much
-as dozens of its points, and where a branch is not stable they are lost one after the other. With more than
-`COMPARED` harmonics each counts as much more as its equations cost (`weight`)."""
-
 MISSES = 1
 """Levels without an answer that are passed over on the way up where no motion over time is known."""
 
@@ -106,17 +102,6 @@ def more_harmonics(harmonics: int) -> int:
     [5, 9, 13, 17, 21, 27, 33, 41, 51]
     """
     return harmonics + max(ADDED, 2 * round(0.5 * GROWTH * harmonics))
-
-
-def weight(harmonics: int) -> float:
-    """What a way with so many harmonics costs over one with at most `COMPARED`: their number squared.
-
-    Examples
-    --------
-    >>> [round(weight(H), 1) for H in (5, 13, 21, 33, 41)]
-    [1.0, 1.0, 2.6, 6.4, 9.9]
-    """
-    return max(1.0, (harmonics / COMPARED) ** 2)
 
 
 def estimated_error(levels: Sequence[tuple[int, complex]], tail: float = 0.0) -> float:
@@ -170,7 +155,7 @@ class Ladder:
         self.control = control
         self.adaptive = adaptive
         self.over_time = over_time
-        self.lost = 0.0
+        self.losses = Losses()
 
     def solve(self, problem: HarmonicProblem, w: Array, frequency: float) -> HarmonicPoint:
         """`least`, and as many harmonics as needed."""
@@ -305,16 +290,13 @@ class Ladder:
     ) -> HarmonicPoint | None:
         """The same response with other harmonics by small steps, as long as these may be lost."""
         for start, *_ in self._starts(new, climb):
-            if not self._may_lose(new):
+            if not self.losses.allow(new.harmonics):
                 break
             try:
                 return self._approached(start, climb.last.frequency, began, climb.last)
             except ContinuationError:
-                self.lost += weight(new.harmonics)
+                self.losses.add(new.harmonics)
         return None
-
-    def _may_lose(self, new: HarmonicProblem) -> bool:
-        return self.lost + weight(new.harmonics) <= MOST_LOST
 
     def _reached(self, climb: Climb, found: HarmonicPoint) -> None:
         """Take down the answer of a level, with its error; it is the best where that is not larger."""
@@ -348,7 +330,7 @@ class Ladder:
             return None
         frequency = climb.last.frequency
         for least in self._neighbours(climb):
-            if not self._may_lose(new):
+            if not self.losses.allow(new.harmonics):
                 break
             there = self._with(new, least, began)
             if there is None:
@@ -358,7 +340,7 @@ class Ladder:
                 w = followed(path, there.w, there.frequency, frequency)
                 found = self._newton(path, w, frequency, began, climb.last)
             except ContinuationError:
-                self.lost += weight(new.harmonics)
+                self.losses.add(new.harmonics)
                 break
             if not climb.left_by(found):
                 climb.neighbour = there

@@ -1,0 +1,43 @@
+"""Ways to a response with more harmonics that may lead nowhere: how much of them one search may cost.
+
+A way by small steps costs as much as dozens of points, with many harmonics as minutes; where a branch is not
+stable they are lost one after the other. With more than `USUAL` harmonics each counts as much more as its
+equations cost, which is their number squared.
+"""
+
+from __future__ import annotations
+
+MOST = 8.0
+"""Ways lost in one response over frequency."""
+
+USUAL = 13
+"""Harmonics up to which a way counts as one."""
+
+
+class Losses:
+    """What has been lost so far.
+
+    Examples
+    --------
+    >>> losses = Losses()
+    >>> losses.allow(33), losses.allow(41)
+    (True, False)
+    >>> losses.add(33)
+    >>> losses.allow(13), losses.allow(21)
+    (True, False)
+    """
+
+    def __init__(self) -> None:
+        self.sum = 0.0
+
+    def allow(self, harmonics: int) -> bool:
+        """Whether one more may be lost."""
+        return self.sum + _weight(harmonics) <= MOST
+
+    def add(self, harmonics: int) -> None:
+        """Count one that is lost."""
+        self.sum += _weight(harmonics)
+
+
+def _weight(harmonics: int) -> float:
+    return max(1.0, (harmonics / USUAL) ** 2)
