@@ -68,7 +68,7 @@ def processor_median(work, repeats):
 
 def triangular_solve(a):
     s = a.structure
-    solve = factorise(s.stiffness + spectral_shift(s) * s.mass)
+    solve = factorise(s.stiffness + spectral_shift(s) * s.mass).solve
     rhs = np.sin(np.arange(s.dofs, dtype=float))
     return processor_median(lambda: solve(rhs), 21)
 
