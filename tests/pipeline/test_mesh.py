@@ -547,14 +547,23 @@ def test_a_response_that_friction_alone_holds_is_refused(folder):
     assert "friction alone holds the bodies" in refused(document, folder)
 
 
-def test_what_friction_alone_holds_is_coulombs(folder):
-    """The bolt of 600 kN/m closes upon itself: along x the upper plate is held by 0.3 times that."""
+@pytest.mark.parametrize("free", [False, True])
+def test_what_friction_alone_holds_is_coulombs(folder, free):
+    """The bolt of 600 kN/m closes upon itself: along x the upper plate is held by 0.3 times that.
+
+    Free in space, plates that are drawn past each other are held by the same.
+    """
     document = cycles_alone(plates_document(folder))
     document["port"] = document["port"] | {"direction": "x"}
+    if free:
+        del document["support"]
+        document["port"] |= {"on": "upper_contact", "opposite": "lower_contact"}
     joint = assembled(document, folder).prepared
     limit = 0.3 * 600e3
     found = sliding_load(joint.model, joint.prestress, "tip", joint.law.friction)
     assert limit <= found < 1.0015 * limit
+    drawn = sliding_load(joint.model, joint.prestress, "bolt", joint.law.friction)
+    assert drawn == pytest.approx(600e3, rel=1e-6)  # the bolt undone
     assert quasi_static_cycle(joint, "tip", 0.5 * limit, steps=40).residual.max() < 1e-8
     with pytest.raises(ContactError, match="slides bodies away that friction alone holds"):
         quasi_static_cycle(joint, "tip", 1.01 * limit)

@@ -9,7 +9,7 @@ import pytest
 from conftest import ROOT
 
 from microslip import load_joint
-from microslip.analyses.prepared.prestress import opening_load
+from microslip.analyses.prepared.prestress import opening_load, sliding_load
 from microslip.analyses.statics.cycle import quasi_static_cycle
 from microslip.contact.pairs import normal, tangential_vectors
 from microslip.pipeline.prepare import assemble
@@ -42,6 +42,15 @@ def test_what_opens_the_beam_is_not_a_matter_of_rounding(beam):
     model = replace(beam.model, bodies=shaken)
     found = opening_load(model, beam.prestress, "bending")
     assert found == pytest.approx(beam.opening_moment, rel=1e-6)
+
+
+@pytest.mark.parametrize(("port", "limit"), [("bending", 36e3 * 0.060), ("bolt_2", 36e3)])
+def test_loads_across_the_interface_of_a_free_beam_open_it_and_do_not_slide_it(beam, port, limit):
+    """Moments about the end of the laps; the middle bolt turned to pull as hard as all three press."""
+    friction = beam.prepared.law.friction
+    for held in (opening_load, sliding_load):
+        found = held(beam.model, beam.prestress, port, friction)
+        assert found == pytest.approx(limit, rel=1e-6)
 
 
 def test_the_free_beam_vibrates_below_a_solid_one(beam):

@@ -201,14 +201,12 @@ def opening_load(
         return float("inf")
     parting, relative = _opening_motions(model.bodies.v, model.dimension)
     motions, ports = model.bodies.v @ parting, model.bodies.ports @ parting
-    held = (model.amplitudes(start.preload) / start.force) @ ports
-    load = ports[model.port(port)]
-    size = np.abs(load).max(initial=0.0)
+    size = np.abs(ports[model.port(port)]).max(initial=0.0)
     slides = np.abs(model.bodies.ports[model.port(port)] @ relative).max(initial=0.0)
     if not size > max(1e-12 * np.abs(ports).max(initial=0.0), ACROSS * slides):
         return float("inf")
     work = _within_cones(motions, np.broadcast_to(friction, model.pairs), model.dimension)
-    return _largest_balanced(port, work, load, held, start.force)
+    return _largest_balanced(model, start, port, work, ports)
 
 
 def sliding_load(model: JointModel, start: Prestress, port: str, friction: Array | float) -> float:
@@ -216,8 +214,9 @@ def sliding_load(model: JointModel, start: Prestress, port: str, friction: Array
 
     Maximises ``A`` over reactions within the cones of friction that keep all motions in equilibrium that no
     support holds (`microslip.model.loose`), with the preload and ``±A`` on the port. Beyond it no
-    quasi-static motion exists; infinite where the load does no work on such a motion, or where there is none.
-    Round cones are taken up to 0.13 % too wide between their edges: what is said not to hold does not.
+    quasi-static motion exists. Infinite where the load does no work on such a motion, where none moves bodies
+    against each other, or where the linear program does not say: to refuse a load takes a proof. Round cones
+    are taken up to 0.13 % too wide between their edges: what is said not to hold does not.
 
     Parameters
     ----------
@@ -226,27 +225,41 @@ def sliding_load(model: JointModel, start: Prestress, port: str, friction: Array
     port : str
     friction : (m,) array or float
         Coefficient of every pair.
-
-    Raises
-    ------
-    ContactError
-        Where the preload alone is not in equilibrium, or the linear program fails.
     """
     loose = loose_modes(model.omega)
-    ports = model.port_modes[:loose].T
-    load = ports[model.port(port)]
-    size = np.abs(load).max(initial=0.0)
-    if not size > 1e-12 * np.abs(ports).max(initial=0.0):
+    if not loose:
         return float("inf")
-    held = (model.amplitudes(start.preload) / start.force) @ ports
+    _, relative = _opening_motions(model.mode_v[:, :loose], model.dimension)
+    ports = model.port_modes[:loose].T @ relative
+    size = np.abs(ports).max(axis=1, initial=0.0)
+    if not size[model.port(port)] > ACROSS * size.max():
+        return float("inf")
     wider = np.broadcast_to(friction, model.pairs) / np.cos(np.pi / AROUND)
-    work = _within_cones(model.mode_v[:, :loose], wider, model.dimension, AROUND)
-    return _largest_balanced(port, work, load, held, start.force)
+    work = _within_cones(model.mode_v[:, :loose] @ relative, wider, model.dimension, AROUND)
+    try:
+        return _largest_balanced(model, start, port, work, ports)
+    except ContactError:
+        return float("inf")
 
 
-def _largest_balanced(port: str, work: Array, load: Array, held: Array, force: float) -> float:
-    """Largest A with ``work r = held ± A load / force`` for some r >= 0; all but A over the preload."""
+def _largest_balanced(
+    model: JointModel, start: Prestress, port: str, work: Array, ports: Array
+) -> float:
+    """Largest A with which reactions r >= 0 do the work of the preload and of ``±A`` on the port.
+
+    Parameters
+    ----------
+    model : JointModel
+    start : Prestress
+    port : str
+    work : (f, c) array
+        Of unit reactions on some motions.
+    ports : (p, f) array
+        Of unit amplitudes on them.
+    """
+    load = ports[model.port(port)]
     size = np.abs(load).max()
+    held = (model.amplitudes(start.preload) / start.force) @ ports
     limits = []
     for sign in (1.0, -1.0):
         found = linprog(
@@ -260,7 +273,7 @@ def _largest_balanced(port: str, work: Array, load: Array, held: Array, force: f
             raise ContactError(
                 f"how much the joint holds on port {port!r} was not found: {found.message}"
             )
-        limits.append(found.x[-1] * force / size if found.status == SOLVED else np.inf)
+        limits.append(found.x[-1] * start.force / size if found.status == SOLVED else np.inf)
     return float(min(limits))
 
 
