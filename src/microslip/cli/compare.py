@@ -36,7 +36,7 @@ def compare(
 ) -> None:
     """Results of several runs, side by side and over each other."""
     with messages():
-        kinds = listed("--format", ",".join(formats), FORMATS)
+        kinds = listed("--format", formats, FORMATS)
         runs = _runs(folders)
         print_comparison(runs, Console())
         if out is None:

@@ -50,4 +50,4 @@ def exports_of(lists: list[str] | None) -> tuple[str, ...]:
     InputError
         Where one is not known.
     """
-    return listed("--export", ",".join(lists), EXPORTS) if lists else ()
+    return listed("--export", lists, EXPORTS) if lists else ()

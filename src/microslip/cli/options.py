@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from pathlib import Path
 from typing import Annotated
 
@@ -17,8 +17,8 @@ Quiet = Annotated[
 ]
 
 
-def listed(option: str, text: str, known: Collection[str]) -> tuple[str, ...]:
-    """Words of an option that takes several with commas between, each once.
+def listed(option: str, lists: Iterable[str], known: Collection[str]) -> tuple[str, ...]:
+    """Words of an option that takes several with commas between and may be given again, each once.
 
     Raises
     ------
@@ -27,9 +27,10 @@ def listed(option: str, text: str, known: Collection[str]) -> tuple[str, ...]:
 
     Examples
     --------
-    >>> listed("--format", "svg, pdf,svg", ("png", "svg", "pdf"))
+    >>> listed("--format", ["svg, pdf", "svg"], ("png", "svg", "pdf"))
     ('svg', 'pdf')
     """
+    text = ",".join(lists)
     words = tuple(dict.fromkeys(word.strip().lower() for word in text.split(",")))
     if not set(words) <= set(known):
         raise InputError(

@@ -63,7 +63,7 @@ def run(
     """Run all analyses that a joint file asks for, and write the results."""
     folder = out if out is not None else Path(f"{file.stem}-output")
     with messages(), drawn_by(renderer):
-        kinds = listed("--format", ",".join(formats), FORMATS)
+        kinds = listed("--format", formats, FORMATS)
         others = exports_of(exports)
         most = at_least_one("--threads", threads)
         joint = load_joint(file)

@@ -40,7 +40,7 @@ def show(
     """Tables of an earlier run again, and its figures, from its folder."""
     console = Console()
     with messages(), drawn_by(renderer):
-        kinds = listed("--format", ",".join(formats), FORMATS)
+        kinds = listed("--format", formats, FORMATS)
         others = exports_of(exports)
         with load_results(folder) as stored, console.capture() as tables:
             try:

@@ -38,7 +38,8 @@ from microslip.numerics.execute import each, threads
 from microslip.numerics.fourier import harmonic, without_drift
 from microslip.pipeline.auto import AT_A_TIME
 from microslip.pipeline.band import Curve
-from microslip.pipeline.creep import BRANCH, crept
+from microslip.pipeline.creep import crept
+from microslip.pipeline.offset import BRANCH
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.search import ACCURACY
 from microslip.pipeline.walk import (

@@ -45,7 +45,7 @@ from microslip.analyses.time.starts import end_of, mixed, placed
 from microslip.analyses.time.steady import raised_state
 from microslip.errors import JointOpensError, MicroslipError
 from microslip.numerics.execute import each, threads
-from microslip.pipeline.offset import Looked, come_to_rest, slips, walks
+from microslip.pipeline.offset import BRANCH, Looked, come_to_rest, slips, walks
 from microslip.pipeline.walk import (
     RAISED,
     RAISED_AGAIN,
@@ -59,6 +59,10 @@ from microslip.typing import Array
 
 WINDOW, STEP = 40, 20
 """Cycles of a window, and from one to the next: what repeats in 20 cycles or fewer leaves no trace."""
+
+TAPER = np.hanning(WINDOW + 2)[1:-1]
+TAPER /= TAPER.sum()
+"""Weights of the mean over a window."""
 
 BLOCKS = 30
 """Blocks of cycles at most."""
@@ -86,9 +90,6 @@ STILL = 5e-4
 
 WALKS_AFTER = 3
 """Blocks until a motion is looked at, whether its bodies walk."""
-
-BRANCH = 0.3
-"""A motion whose size differs by more, in logarithm, from that sought is one of another branch."""
 
 LAST = 3
 """Blocks of which the largest drift counts: a drift that turns is none for an instant."""
@@ -164,8 +165,6 @@ def crept(
         Where a step does not solve or the joint opens.
     """
     block, memory = WINDOW + STEP, contact_memory(scheme)
-    taper = np.hanning(WINDOW + 2)[1:-1]
-    taper /= taper.sum()
     space = StateSpace(scheme, 2 * np.pi / (scheme.dt * STEPS))
     before: _Drift | None = None
     reached, leapt, missed, lost = 0.0, 0.0, 0.0, 0
@@ -174,7 +173,7 @@ def crept(
         Q, states = watched(scheme, load, state, block, memory=memory)
         vectors, state = np.array([space.vector(one) for one in states]), states[-1]
         reached += block
-        begin, end = taper @ Q[:WINDOW], taper @ Q[STEP:]
+        begin, end = TAPER @ Q[:WINDOW], TAPER @ Q[STEP:]
         own = float(abs(end) / abs(begin) - 1) / STEP
         stray = float(np.abs(np.abs(Q[-STEP:]) / abs(end) - 1).max())
         drifts.append(abs(own))
@@ -188,7 +187,7 @@ def crept(
             lost = found
         if count >= blocks - SETTLING:
             continue
-        way = taper @ (vectors[STEP:] - vectors[:WINDOW]) / STEP
+        way = TAPER @ (vectors[STEP:] - vectors[:WINDOW]) / STEP
         now = _Drift(state, way, space.measure(way), own)
         off = leapt * abs(own - before.drift * before.kept(leapt + block)) if before else 0.0
         if before is not None and off > OFF:
@@ -219,8 +218,6 @@ def _walked(
 ) -> Crept | int:
     """Where bodies that walk come to rest; where they do not, the cycles spent on that."""
     block, dimension = WINDOW + STEP, scheme.joint.model.dimension
-    taper = np.hanning(WINDOW + 2)[1:-1]
-    taper /= taper.sum()
     spent, last = 0, [state]
 
     def look(vector: Array, settle: int = 1) -> Looked:
@@ -233,14 +230,14 @@ def _walked(
         last.append(states[-1])
         slip = np.array([slips(one.v, dimension) for one in states])
         vectors = np.array([space.vector(one) for one in states])
-        end = complex(taper @ Q[STEP:])
+        end = complex(TAPER @ Q[STEP:])
         return Looked(
-            offset=np.tensordot(taper, slip[STEP:], 1),
-            rate=np.tensordot(taper, slip[STEP:] - slip[:WINDOW], 1) / STEP,
+            offset=np.tensordot(TAPER, slip[STEP:], 1),
+            rate=np.tensordot(TAPER, slip[STEP:] - slip[:WINDOW], 1) / STEP,
             amplitude=end,
             stray=float(np.abs(np.abs(Q[-STEP:]) / abs(end) - 1).max()),
             vector=vectors[-1],
-            way=taper @ (vectors[STEP:] - vectors[:WINDOW]) / STEP,
+            way=TAPER @ (vectors[STEP:] - vectors[:WINDOW]) / STEP,
         )
 
     begin = look(space.vector(state), settle=0)

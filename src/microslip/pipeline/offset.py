@@ -51,7 +51,7 @@ rest that a move is at least and at most."""
 LOOKS = 20
 """Offsets at most."""
 
-ELSEWHERE = 0.3
+BRANCH = 0.3
 """Amplitudes that differ by more, in logarithm, are those of another branch."""
 
 
@@ -155,7 +155,7 @@ def come_to_rest(
     for _ in range(LOOKS):
         last = walking[-1]
         one = look(last.vector + move / speed(last) * last.way)
-        if abs(np.log(_times(one, last))) > ELSEWHERE:
+        if abs(np.log(_times(one, last))) > BRANCH:
             return None
         if speed(one) > still:
             if not walks(one.rate):

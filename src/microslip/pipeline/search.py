@@ -16,7 +16,7 @@ from microslip.analyses.reduced.anchors import JUMP, Anchor, Held, anchor_at, he
 from microslip.analyses.reduced.response import Response
 from microslip.analyses.reduced.surface import LoadSurface
 from microslip.describe.requests import CYCLES_EACH, SECONDS_EACH
-from microslip.pipeline.creep import BRANCH
+from microslip.pipeline.offset import BRANCH
 from microslip.pipeline.walk import DOUBTFUL, FINE, TOLERANCE, Found, Lost, Target
 from microslip.typing import Array
 
@@ -117,10 +117,7 @@ class Search:
         if min(apart, default=np.inf) > BRANCH and not left:
             return
         self.ended.add(k)
-        if left:
-            self._take(target, answer)
-            return
-        if answer.rest is not None and k in self.anchors:
+        if not left and answer.rest is not None and k in self.anchors:
             self.moved = max(self.moved, *apart)
         self.lost.pop(k, None)
         self._take(target, answer)

@@ -17,6 +17,7 @@ from microslip.contact.fallbacks import Counts, together
 from microslip.contact.fields import ContactFields, contact_fields
 from microslip.contact.pairs import slip_history
 from microslip.contact.path import PathRecord, follow_path
+from microslip.errors import ModelError
 from microslip.typing import Array, Indices, Status
 
 
@@ -177,6 +178,8 @@ def quasi_static_cycle(
     """
     f, start, column = joint.flexibility, joint.prestress, joint.model.port(port)
     held = joint.held
+    if not np.isfinite(amplitude):
+        raise ModelError(f"the load {amplitude} on {port!r} must be a finite number")
     check_held(joint, port, abs(amplitude))
     solver = prestressed_solver(joint)
     theta = phase + 2 * np.pi * np.arange(steps + 1) / steps

@@ -7,7 +7,7 @@ import numpy as np
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.prepared.prestress import opening_load, sliding_load
 from microslip.contact.solver import ContactSolver
-from microslip.errors import ContactError, JointOpensError, ModelError
+from microslip.errors import ContactError, JointOpensError
 
 
 def check_stays_closed(joint: PreparedJoint, port: str, largest: float) -> None:
@@ -24,19 +24,15 @@ def check_stays_closed(joint: PreparedJoint, port: str, largest: float) -> None:
 
 
 def check_held(joint: PreparedJoint, port: str, largest: float) -> None:
-    """Raise for a load, alone beside the preload, that has no quasi-static motion, or is no number.
+    """Raise for a load, alone beside the preload, that has no quasi-static motion.
 
     Raises
     ------
-    ModelError
-        Where it is not finite.
     JointOpensError
         Where it opens the joint.
     ContactError
         Where it slides bodies away that only friction holds.
     """
-    if not np.isfinite(largest):
-        raise ModelError(f"the load {largest} on {port!r} must be a finite number")
     check_stays_closed(joint, port, largest)
     limit = sliding_load(joint.model, joint.prestress, port, joint.law.friction)
     if largest > limit:

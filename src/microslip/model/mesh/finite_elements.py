@@ -96,6 +96,11 @@ class Tie:
     where: str = ""
     adjust: bool = True
 
+    @property
+    def said(self) -> str:
+        """What messages call it."""
+        return f"tie {self.name!r}" + (f" ({self.where})" if self.where else "")
+
 
 @dataclass(frozen=True)
 class Equation:

@@ -56,9 +56,7 @@ class Claim:
 
 def claim_of_tie(mesh: FiniteElementMesh, tie: Tie) -> Claim:
     """What a tie claims."""
-    where = f" ({tie.where})" if tie.where else ""
-    said = f"tie {tie.name!r}{where}"
-    return Claim(said, (tie.slave, tie.master), tolerance_of(mesh, tie))
+    return Claim(tie.said, (tie.slave, tie.master), tolerance_of(mesh, tie))
 
 
 def check_claims(

@@ -57,9 +57,8 @@ def tied(mesh: FiniteElementMesh, tie: Tie) -> tuple[FiniteElementMesh, Constrai
     moved = spla.splu(own).solve(jump @ mesh.points)
     farthest = float(np.linalg.norm(moved, axis=1).max())
     if not tie.adjust and farthest > STRAIGHT * facets_of(mesh, tie.slave).size():
-        where = f" ({tie.where})" if tie.where else ""
         raise ModelError(
-            f"tie {tie.name!r}{where}: ADJUST=NO, and {tie.slave!r} lies {farthest:.4g} m off "
+            f"{tie.said}: ADJUST=NO, and {tie.slave!r} lies {farthest:.4g} m off "
             f"{tie.master!r}: tied across a gap bodies resist turns as if the ground held them. Take "
             "ADJUST=NO out, so that the slave is moved onto the master, or close the gap in the mesh"
         )
