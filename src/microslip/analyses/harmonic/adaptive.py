@@ -29,18 +29,14 @@ from microslip.analyses.harmonic.paths import EquationsAt, FrequencyPath
 from microslip.analyses.harmonic.points import PULL, HarmonicPoint, describe, distance
 from microslip.analyses.harmonic.problem import (
     HarmonicProblem,
-    softened,
     walking,
     with_harmonics,
 )
 from microslip.analyses.harmonic.starts import (
     Start,
-    augmentations,
     first_step,
-    flexibility_of_cycle,
-    flexibility_of_point,
-    start_from_cycle,
-    start_from_point,
+    starts_from_cycle,
+    starts_from_point,
 )
 from microslip.analyses.time.steady import SteadyState
 from microslip.numerics.continuation import ContinuationError, StepControl, solve_at
@@ -203,8 +199,7 @@ class Ladder:
         began = clock.perf_counter()
         reason = ContinuationError("no number of harmonics")
         for problem in self._levels(False):
-            for factor in augmentations(flexibility_of_cycle(problem, steady)):
-                start = start_from_cycle(softened(problem, factor), steady)
+            for start in starts_from_cycle(problem, steady):
                 try:
                     point = self._from_start(start, steady.frequency, began)
                 except ContinuationError as error:
@@ -289,7 +284,7 @@ class Ladder:
         self, new: HarmonicProblem, climb: Climb, began: float
     ) -> HarmonicPoint | None:
         """The same response with other harmonics by small steps, as long as these may be lost."""
-        for start, *_ in self._starts(new, climb):
+        for start in map(next, self._starts(new, climb)):
             if not self.losses.allow(new.harmonics):
                 break
             try:
@@ -319,7 +314,7 @@ class Ladder:
 
     def _next(self, new: HarmonicProblem, climb: Climb, began: float) -> HarmonicPoint | None:
         """The same response with other harmonics, by Newton's method from all starts."""
-        for start in chain(*self._starts(new, climb)):
+        for start in chain.from_iterable(self._starts(new, climb)):
             with suppress(ContinuationError):
                 return self._from_start(start, climb.last.frequency, began, climb.last)
         return None
@@ -371,24 +366,21 @@ class Ladder:
         """A neighbour with other harmonics; None where it has none, or one walks and the other does not."""
         if point.problem.walks != new.walks:
             return None
-        for factor in augmentations(flexibility_of_point(new, point)):
-            start = start_from_point(softened(new, factor), point)
+        for start in starts_from_point(new, point):
             with suppress(ContinuationError):
                 return self._from_start(start, point.frequency, began, point)
         return None
 
-    def _starts(self, new: HarmonicProblem, climb: Climb) -> Iterator[list[Start]]:
+    def _starts(self, new: HarmonicProblem, climb: Climb) -> Iterator[Iterator[Start]]:
         """Starts of other harmonics, from a cycle over time and from the last ones, the likeliest first.
 
         From the last ones not beyond levels that had no answer, where there is a cycle.
         """
         if climb.cycle is not None:
-            factors = augmentations(flexibility_of_cycle(new, climb.cycle))
-            yield [start_from_cycle(softened(new, factor), climb.cycle) for factor in factors]
+            yield starts_from_cycle(new, climb.cycle)
             if new.harmonics > more_harmonics(climb.last.harmonics):
                 return
-        factors = augmentations(flexibility_of_point(new, climb.last))
-        yield [start_from_point(softened(new, factor), climb.last) for factor in factors]
+        yield starts_from_point(new, climb.last)
 
     def _from_start(
         self,

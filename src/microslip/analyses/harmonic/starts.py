@@ -22,6 +22,7 @@ left-out harmonics of a motion have is measured, ``|r_h| / |v_h|``.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -30,7 +31,7 @@ from microslip.analyses.harmonic.equations import contact_at, evaluate_at
 from microslip.analyses.harmonic.operator import linear_operator
 from microslip.analyses.harmonic.paths import FrequencyPath
 from microslip.analyses.harmonic.points import HarmonicPoint
-from microslip.analyses.harmonic.problem import HarmonicProblem
+from microslip.analyses.harmonic.problem import HarmonicProblem, softened
 from microslip.analyses.time.steady import SteadyState
 from microslip.brief import Brief
 from microslip.contact.pairs import tangential_vectors
@@ -157,6 +158,18 @@ def augmentations(measured: float) -> list[float]:
     """
     nearest = round(2 * np.log10(np.clip(measured, SOFTEST, 1.0)))
     return [10 ** (0.5 * k) for k in (nearest, nearest + 1, nearest - 1) if k <= 0]
+
+
+def starts_from_cycle(problem: HarmonicProblem, steady: SteadyState) -> Iterator[Start]:
+    """`start_from_cycle` with every augmentation to try, the likeliest first."""
+    for factor in augmentations(flexibility_of_cycle(problem, steady)):
+        yield start_from_cycle(softened(problem, factor), steady)
+
+
+def starts_from_point(problem: HarmonicProblem, point: HarmonicPoint) -> Iterator[Start]:
+    """`start_from_point` with every augmentation to try, the likeliest first."""
+    for factor in augmentations(flexibility_of_point(problem, point)):
+        yield start_from_point(softened(problem, factor), point)
 
 
 def _ratio(problem: HarmonicProblem, u: Array, v: Array) -> float:
