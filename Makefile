@@ -36,9 +36,10 @@ lint: $(VENV)/installed-lint
 	$(BIN)/lint-imports --no-logo --no-cache
 	$(BIN)/python tools/house.py
 
-# Sphinx shares the pages out in their order: by sixty, no two of the tutorials, which compute, wait for each other.
+# Sphinx shares the pages out in their order: by sixteen, tutorials, which compute, are in several shares, and
+# what every share costs by itself does not count yet.
 docs: $(VENV)/installed-docs
-	$(SERIAL) $(BIN)/sphinx-build -j 60 -W --keep-going -b html docs docs/_build/html
+	$(SERIAL) $(BIN)/sphinx-build -j 16 -W --keep-going -b html docs docs/_build/html
 
 # Opens every page in Chromium without a network; needs one (Debian: chromium).
 docs-check: docs $(VENV)/installed-pages

@@ -9,6 +9,9 @@ import sys
 import types
 from pathlib import Path
 
+import numpydoc.docscrape_sphinx
+from jinja2.sandbox import SandboxedEnvironment
+
 import microslip
 
 HERE = Path(__file__).parent
@@ -18,6 +21,7 @@ import api_pages  # noqa: E402
 import floors  # noqa: E402
 import input_reference  # noqa: E402
 import pictures  # noqa: E402
+from sphinx import addnodes  # noqa: E402
 from sphinx.util import logging  # noqa: E402
 
 # Here once, and not again in every process that reads pages.
@@ -50,6 +54,11 @@ autosummary_generate = False
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"
 numpydoc_show_class_members = False
+# One environment for all docstrings: with one each, their template was compiled eight thousand times.
+templates = {}
+numpydoc.docscrape_sphinx.SandboxedEnvironment = lambda loader: templates.setdefault(
+    "all", SandboxedEnvironment(loader=loader)
+)
 numpydoc_xref_param_type = True
 numpydoc_xref_aliases = {
     "sequence": "collections.abc.Sequence",
@@ -135,6 +144,13 @@ def skip_members(app, what, name, obj, skip, options):
     return True if name == "model_config" or alias else None
 
 
+def shorten_contents(app, doctree):
+    """Contents list modules, functions and classes, and not each attribute: every page carries them all."""
+    for node in doctree.findall(addnodes.desc):
+        if node["objtype"] in {"attribute", "method", "property"}:
+            node["no-contents-entry"] = True
+
+
 def bundle_mathjax(app, error):
     """Copy what the pages need of MathJax: one file, and the extensions of TeX that it may load."""
     if error is None and app.builder.format == "html":
@@ -153,8 +169,9 @@ def name_stale_pictures(app):
 
 
 def setup(app):
-    """Run before numpydoc, which reads the same docstrings at priority 500."""
+    """Run before what numpydoc and Sphinx do at the same events, at priority 500."""
     app.connect("autodoc-process-docstring", keep_equations, priority=400)
     app.connect("autodoc-skip-member", skip_members)
+    app.connect("doctree-read", shorten_contents, priority=400)
     app.connect("builder-inited", name_stale_pictures)
     app.connect("build-finished", bundle_mathjax)
