@@ -53,7 +53,7 @@ def search(problem, memory, given, contact):
         relative_displacement(contact.v, given.v_free, problem.W, problem.R, contact.r, contact.q)
         memory.v[:] = contact.v
     flags[WARM] = False
-    iterations, residual = newton(problem, memory, given, contact, MOST, 1.0, True)
+    iterations, residual = newton(problem, memory, given, contact, MOST, 1.0)
     if residual <= ACCEPTED:
         return iterations, residual, PLAIN
     more, residual = other_scales(problem, memory, given, contact)

@@ -133,11 +133,20 @@ def read_states(problem, memory, vt_old, contact, stretch):
 
 
 @jit
-def newton(problem, memory, given, contact, limit, stretch, known):
-    """Newton iterations on one problem, from the r, q and v in `contact`.
+def newton_anew(problem, memory, given, contact, limit, stretch):
+    """As `newton`, from the r and q in `contact`: v and the states are read off these."""
+    if not (memory.flags[MADE] or make(problem, memory, contact.status)):
+        return 0, np.inf
+    relative_displacement(contact.v, given.v_free, problem.W, problem.R, contact.r, contact.q)
+    read_states(problem, memory, given.vt_old, contact, stretch)
+    return newton(problem, memory, given, contact, limit, stretch)
 
-    With `known`, v belongs to r and q and the states in `contact`, with the directions of the memory, are
-    tried first; else both are read off r and q.
+
+@jit
+def newton(problem, memory, given, contact, limit, stretch):
+    """Newton iterations on one problem, from the r, q and v in `contact`, which belong together.
+
+    The states in `contact`, with the directions of the memory, are tried first.
     Returns ``(iterations, residual)``; accepted where that is at most `ACCEPTED`.
     """
     R, vt_old = problem.R, given.vt_old
@@ -151,9 +160,6 @@ def newton(problem, memory, given, contact, limit, stretch, known):
     room = np.empty(0, np.float32)
     if not (flags[MADE] or make(problem, memory, status)):
         return 0, np.inf
-    if not known:
-        relative_displacement(contact.v, given.v_free, problem.W, R, contact.r, contact.q)
-        read_states(problem, memory, vt_old, contact, stretch)
     _start(problem, memory, given, contact, g, x)
     best = np.inf
     last = np.inf

@@ -27,7 +27,7 @@ from microslip.contact.lemke import SOLUTION
 from microslip.contact.pairs import SEPARATED, STICK
 from microslip.contact.problem import Contact, Given, Problem, relative_displacement
 from microslip.contact.spatial_facets import fan, solve_faceted
-from microslip.contact.spatial_newton import ACCEPTED, MOST, newton
+from microslip.contact.spatial_newton import ACCEPTED, MOST, newton_anew
 from microslip.contact.spatial_problem import certify, natural_residual
 from microslip.contact.spatial_tableau import Memory
 from microslip.contact.tableau import MADE
@@ -65,7 +65,7 @@ def other_scales(problem, memory, given, contact):
     count = 0
     for stretch in STRETCHES:
         restore(memory, contact)
-        its, residual = newton(problem, memory, given, contact, MOST, stretch, False)
+        its, residual = newton_anew(problem, memory, given, contact, MOST, stretch)
         count += its
         if residual <= ACCEPTED:
             return count, residual
@@ -87,7 +87,7 @@ def load_in_parts(problem, memory, given, contact):
         target = min(1.0, done + part)
         v_free[:] = v_start + target * (given.v_free - v_start)
         f_q[:] = f_start + target * (given.f_q - f_start)
-        its, residual = newton(problem, memory, between, contact, MOST, 1.0, False)
+        its, residual = newton_anew(problem, memory, between, contact, MOST, 1.0)
         count += its
         if residual <= ACCEPTED:
             done = target
@@ -168,7 +168,7 @@ def extragradient(problem, memory, given, contact):
 def _attempt(problem, memory, given, contact):
     """Newton's method from r and q, which are put back where it fails."""
     r, q = contact.r.copy(), contact.q.copy()
-    its, residual = newton(problem, memory, given, contact, MOST, 1.0, False)
+    its, residual = newton_anew(problem, memory, given, contact, MOST, 1.0)
     if not residual <= ACCEPTED:
         contact.r[:] = r
         contact.q[:] = q
@@ -225,7 +225,7 @@ def proximal(problem, memory, given, contact):
         other.flags[MADE] = False
         contact.r[:] = settled.r
         contact.q[:] = settled.q
-        its, residual = newton(softer, other, pushed, contact, MOST, 1.0, False)
+        its, residual = newton_anew(softer, other, pushed, contact, MOST, 1.0)
         count += its
         if not residual <= ACCEPTED:
             share *= 4.0
@@ -243,7 +243,7 @@ def proximal(problem, memory, given, contact):
         if step % 5 == 4 or now < 1e-2:
             contact.r[:] = settled.r
             contact.q[:] = settled.q
-            its, residual = newton(problem, memory, given, contact, MOST, 1.0, False)
+            its, residual = newton_anew(problem, memory, given, contact, MOST, 1.0)
             count += its
             if residual <= ACCEPTED:
                 return count, residual
@@ -286,7 +286,7 @@ def facets(problem, memory, given, contact):
             for i in range(m):
                 contact.status[i] = STICK if contact.r[3 * i] > 0.0 else SEPARATED
             memory.flags[MADE] = False
-            its, residual = newton(problem, memory, given, contact, MOST, 1.0, False)
+            its, residual = newton_anew(problem, memory, given, contact, MOST, 1.0)
             count += its
             if residual <= ACCEPTED:
                 return count, residual

@@ -16,7 +16,7 @@ from microslip.contact.solver import ContactSolver
 from microslip.describe.reading import parse_joint
 from microslip.model.flexibility import Flexibility
 from microslip.model.joint import JointModel
-from microslip.numerics.execute import each, processes
+from microslip.numerics.execute import each, limited, processes
 from microslip.pipeline.run import run
 
 
@@ -43,8 +43,8 @@ def compile_kernels() -> None:
     )
 
 
-def compile_spatial_kernels() -> None:
-    """Take one spatial pair along a path, through a cycle and in time; no joint file describes one."""
+def compile_spatial_paths() -> None:
+    """Take one spatial pair along a path and through a cycle; no joint file describes one."""
     none = np.zeros((3, 0))
     flexibility = Flexibility(
         np.eye(3), none, np.zeros(0), np.eye(3), np.zeros((0, 3)), np.zeros((3, 3))
@@ -55,6 +55,10 @@ def compile_spatial_kernels() -> None:
     path_tangent(solver, flexibility, record, path[:, None])
     solver.solve(path[0], np.zeros(0), np.zeros((1, 2)))
     contact_cycle(sample_table(1, 8), np.ones((1, 3, 3)), np.ones(1), np.zeros((1, 2)))
+
+
+def compile_spatial_steps() -> None:
+    """Take one spatial pair in time."""
     model = JointModel(
         position=np.zeros(1),
         area=np.ones(1),
@@ -74,14 +78,24 @@ def compile_spatial_kernels() -> None:
     march(scheme, prestressed_state(scheme), np.ones(3), tangents=no_tangents(scheme, 1))
 
 
+SHARES = (
+    (compile_spatial_steps,),
+    (compile_kernels, compile_spatial_paths),
+)
+"""What each of two processes compiles: about as long, and the second begins with what the first has
+no part in."""
+
+
 def compile_all() -> None:
-    """Planar and spatial kernels side by side, each in a process of its own."""
-    for _ in each(_run, ("planar", "spatial"), processes(2)):
+    """All kernels, in two processes."""
+    for _ in each(_run, range(len(SHARES)), processes(len(SHARES))):
         pass
 
 
-def _run(which: str) -> None:
-    {"planar": compile_kernels, "spatial": compile_spatial_kernels}[which]()
+def _run(share: int) -> None:
+    with limited(1):  # or two workers would compile the same kernels at the same time
+        for work in SHARES[share]:
+            work()
 
 
 if __name__ == "__main__":
