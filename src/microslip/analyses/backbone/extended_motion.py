@@ -309,15 +309,17 @@ def harmonic_backbone(
     points, failures = [], []
     sizes = sorted(float(a) for a in amplitudes)
     followed = _followed(sprung, sizes, solver, state, advance)
+    halvings = HALVINGS
     for amplitude in sizes:
         try:
             motion = followed.get(amplitude) or _reach(
-                sprung, amplitude, solver, state, STUCK * scale, HALVINGS
+                sprung, amplitude, solver, state, STUCK * scale, halvings
             )
         except ContinuationError as error:
             failures.append(failed(mode, "harmonic", amplitude, error))
+            halvings = 0  # the ways to larger ones lead through where this one got lost
         else:
-            state = motion.nearby
+            state, halvings = motion.nearby, HALVINGS
             points.append(_point(motion, len(joint.model.ports)))
         if amplitude not in followed:
             advance()

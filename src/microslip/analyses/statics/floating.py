@@ -45,6 +45,9 @@ LONGEST = 0.02
 
 MOST_STEPS = 100
 
+PATIENCE = 30
+"""Steps without a smaller force of the springs than before, after which none is expected."""
+
 
 @dataclass(frozen=True, repr=False)
 class Floating(Brief):
@@ -175,7 +178,8 @@ def balance(
     """
     x = floating.start(load)
     search = Broyden(np.asarray(np.linalg.inv(floating.derivative())))
-    for _ in range(MOST_STEPS):
+    least, last = np.inf, 0
+    for number in range(MOST_STEPS):
         residual = floating.motion(cycle(floating.course(x, theta)), theta) - x
         search.learn(x.ravel(), residual.ravel())
         step = search.step(residual.ravel()).reshape(x.shape)
@@ -183,6 +187,10 @@ def balance(
         free = force <= max(closure, FORCELESS) * stiffness * size
         if free and np.abs(step).max() <= BALANCED * size:
             return
+        if force < least:
+            least, last = force, number
+        elif number - last >= PATIENCE:
+            break
         x = x + step * min(1.0, LONGEST * size / np.abs(step).max())
     raise ContactError(
         "the bodies do not settle into a motion of the mode's own frequency against each other"
