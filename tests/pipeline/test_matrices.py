@@ -22,6 +22,7 @@ from same_joint import (
     reference_document,
 )
 
+from microslip.analyses.prepared.prestress import pulled_apart
 from microslip.contact.fields import contact_extent
 from microslip.describe.reading import load_joint, parse_joint
 from microslip.describe.reference import reference_joint
@@ -337,6 +338,21 @@ def test_the_free_beam_opens_where_statics_says():
     P, reach, tip = 400e3, 30.0, 120.0
     limits = P * reach / (tip + reach), P * reach / (tip - reach)
     assert assemble(load_joint(EXAMPLE)).opening_moment == pytest.approx(min(limits), rel=1e-6)
+
+
+def test_what_pulls_the_free_beam_apart_is_more_than_statics_allows():
+    """A steady tip force beside the clamp's, up and down: the limits above are one of each."""
+    model = assemble(load_joint(EXAMPLE)).model
+    low, high = 400e3 * 30.0 / (120.0 + 30.0), 400e3 * 30.0 / (120.0 - 30.0)
+
+    def apart(force):
+        loads = ({"clamp": 400e3, "tip": sign * force} for sign in (1, -1))
+        return [pulled_apart(model, model.amplitudes(each)) for each in loads]
+
+    assert apart(0.999 * low) == [False, False]
+    assert sorted(apart(1.001 * low)) == sorted(apart(0.999 * high)) == [False, True]
+    assert apart(1.001 * high) == [True, True]
+    assert pulled_apart(model, model.amplitudes({"clamp": -400e3}))
 
 
 def test_motions_without_stiffness_have_names():

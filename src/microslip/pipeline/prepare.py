@@ -400,6 +400,7 @@ def _presses_turned(model: JointModel, flexibility: Flexibility, source: Source)
         loads_v=turn[:, None] * flexibility.loads_v,
     )
     try:
-        return bool(prestress(model, turned, source.held).touching.any())
+        with_turned = replace(model, mode_v=turn[:, None] * model.mode_v)
+        return bool(prestress(with_turned, turned, source.held).touching.any())
     except ContactError:
         return False

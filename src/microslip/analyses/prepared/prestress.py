@@ -116,7 +116,7 @@ def prestress(
     Raises
     ------
     ContactError
-        Where the preload presses no pair together or the solver does not converge.
+        Where the preload presses no pair together or pulls bodies apart, or the solver does not converge.
     """
     for name, amplitude in preload.items():
         if not (0 < amplitude < np.inf or (name in signed and np.isfinite(amplitude))):
@@ -125,6 +125,10 @@ def prestress(
         raise ContactError("no preload: nothing presses the contact together")
     a = model.amplitudes(preload)
     force = sum(map(abs, preload.values()))
+    if pulled_apart(model, a):
+        raise ContactError(
+            "the preload pulls bodies apart: no pressure between them balances it, and no support does"
+        )
     solution = without_friction(
         model, flexibility, flexibility.loads_v @ a, flexibility.loads_q @ a, force
     )
@@ -133,6 +137,39 @@ def prestress(
         raise ContactError("no contact pair touches under the preload: is it pulling?")
     pressure = normal(solution.r, model.dimension) / model.area
     return Prestress(dict(preload), solution, pressure, touching)
+
+
+def pulled_apart(model: JointModel, amplitudes: Array) -> bool:
+    """Whether loads do work on motions that part bodies, which no support and no pressure balances.
+
+    Of the motions that no support holds (`microslip.model.loose`) those that part the sides of pairs are
+    asked, by a linear program: the least that is left of the work of the loads by any reactions
+    ``r_n >= 0``. Motions that slide are left to friction.
+
+    Parameters
+    ----------
+    model : JointModel
+    amplitudes : (p,) array
+        Of all ports.
+    """
+    loose = loose_modes(model.omega)
+    parting, _ = _opening_motions(model.mode_v[:, :loose], model.dimension)
+    given = amplitudes @ (model.port_modes[:loose].T @ parting)
+    size = np.abs(given).max(initial=0.0)
+    scale = np.abs(amplitudes[:, None] * model.port_modes[:loose].T).max(initial=0.0)
+    if not size > ROUNDING * scale:
+        return False
+    work = (model.mode_v[:, :loose] @ parting)[normal_rows(model.dimension)].T
+    work /= np.abs(work).max()
+    some = np.eye(len(given))
+    found = linprog(
+        np.r_[np.zeros(work.shape[1]), np.ones(2 * len(given))],
+        A_eq=np.hstack([work, some, -some]),
+        b_eq=given / size,
+        bounds=(0, None),
+        method="highs",
+    )
+    return bool(found.status == SOLVED and found.fun > ACROSS)
 
 
 def without_friction(
