@@ -349,6 +349,22 @@ def _of_shape(point: HarmonicPoint) -> float:
     return damping_of_shape(problem.model, eta)
 
 
+def _first_motion(
+    path: MotionPath, sprung: SprungMode, amplitude: float, solver: HarmonicSolver, start: Nearby
+) -> BranchPoint:
+    """First point of the branch: all unknowns at once, or as far as the outer iteration gets."""
+    p = float(np.log(amplitude))
+    try:
+        return first_point(path, _unknowns(start), p, CONTROL)
+    except ContinuationError:
+        nearby = extended_motion(sprung, amplitude, solver, start).nearby
+    return first_point(path, _unknowns(nearby), p, CONTROL)
+
+
+def _unknowns(motion: Nearby) -> Array:
+    return np.append(motion.unknowns, [motion.omega, motion.xi])
+
+
 def _followed(
     sprung: SprungMode,
     amplitudes: Sequence[float],
@@ -384,8 +400,7 @@ def _followed(
         return len(found) == len(wanted)
 
     try:
-        u = np.append(state.unknowns, [state.omega, state.xi])
-        start = first_point(path, u, first, CONTROL)
+        start = _first_motion(path, sprung, wanted[first], solver, state)
         observe(start)
         if last > first:
             trace(path, start, (first, last), CONTROL, observe, sorted(wanted))
