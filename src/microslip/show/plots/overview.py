@@ -33,8 +33,8 @@ BELOW: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.16)}
 PRELOADED = {True: "pressure under the clamp alone", False: "pressure under the preload alone"}
 """Title of the prestress, with a clamp or without."""
 
-LINE, MOST = 135, 4
-"""Characters of a line at the foot, and how many warnings stand there."""
+LINE, LINES, MOST = 135, 2, 4
+"""Characters of a line at the foot, lines of a warning, and how many warnings stand there."""
 
 
 Panel = Callable[[Figure, SubplotSpec, Run, str], None]
@@ -141,9 +141,12 @@ def _prestress(figure: Figure, place: SubplotSpec, run: Run, letter: str) -> Non
 
 
 def warn(figure: Figure, judged: Judgement) -> None:
-    """What should be doubted, at the foot, a line each; what to do is in the summary."""
+    """What should be doubted, at the foot, two lines each; what to do is in the summary."""
     said = [str(replace(caution, remedy="")) for caution in judged.cautions]
-    cautions = [textwrap.shorten(line, LINE, placeholder=" ...") for line in said]
+    cautions = [
+        textwrap.fill(line, LINE, max_lines=LINES, placeholder=" ...", subsequent_indent="    ")
+        for line in said
+    ]
     if cautions:
         more = [f"and {len(cautions) - MOST} more in summary.json"] if len(cautions) > MOST else []
         text = "\n".join([*(f"warning: {c}" for c in cautions[:MOST]), *more])
