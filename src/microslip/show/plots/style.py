@@ -161,6 +161,10 @@ FORMATS: dict[str, dict[str, Any]] = {
 """Formats that a figure can be written in, and what it says of itself: no time, so that the same
 figure is the same file."""
 
+LAYOUTS = 2
+"""So often a figure is laid out: the first time boxes of a fixed shape, and labels beside ticks, are not yet
+where they will be."""
+
 USUAL_FORMATS = ("png", "svg")
 """Those it is written in where nothing is said."""
 
@@ -172,12 +176,12 @@ def save(
     """Write a figure, PNG with 200 dpi; files of the same name are replaced in one go."""
     folder.mkdir(parents=True, exist_ok=True)
     written = []
-    if any(ax.get_aspect() != "auto" for ax in figure.axes):
-        figure.draw_without_rendering()  # the first layout has their boxes as they were without titles
+    for _ in range(LAYOUTS):
+        figure.draw_without_rendering()
+    figure.set_layout_engine("none")  # the same for all formats
     for kind in formats:
         path = folder / f"{name}.{kind}"
         with replacing(path) as temporary:
             figure.savefig(temporary, format=kind, metadata=FORMATS[kind])
-        figure.set_layout_engine("none")  # laid out once: half of what a format takes
         written.append(path)
     return written
