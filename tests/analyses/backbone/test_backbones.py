@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from conftest import FRICTION, times
 
+from microslip.analyses.backbone import extended_motion
 from microslip.analyses.backbone.cycles import (
     CycleControl,
     prescribed_backbone,
@@ -26,6 +27,7 @@ from microslip.contact.pairs import normal_rows, tangential_rows
 from microslip.errors import MicroslipError, ModelError
 from microslip.model.joint import JointModel, bonded_modes
 from microslip.model.modes import linear_modes
+from microslip.numerics.continuation import ContinuationError, first_point
 
 FINE = CycleControl(steps=2000, cycles=3, closure=1e-9)
 CLAMP = 100.0
@@ -222,6 +224,29 @@ def test_prescribed_motion_against_harmonic_balance(
         off = abs(getattr(cycles, name)[-1] / getattr(balance, name)[-1] - 1)
         what = f"{name.replace('_', ' ')} of mode {number}, prescribed against harmonic balance"
         finding(what, off, at_most=allowed)
+
+
+def test_a_branch_that_does_not_start_from_rest_starts_from_the_outer_iteration(
+    small_reference, modes, monkeypatch
+):
+    """With all unknowns at once, or frequency and damping by turns: the same first motion and branch."""
+    joint, mode = small_reference.joint, modes[0]
+    sizes = amplitude_scale(joint, mode) * np.array([0.003, 0.01])
+    expected, _ = harmonic_backbone(joint, mode, sizes, harmonics=3)
+    from_rest = []
+
+    def refusing(path, u, p, control, *direction):
+        if not from_rest:
+            from_rest.append(u)
+            raise ContinuationError("no point near")
+        return first_point(path, u, p, control, *direction)
+
+    monkeypatch.setattr(extended_motion, "first_point", refusing)
+    found, failures = harmonic_backbone(joint, mode, sizes, harmonics=3)
+    assert from_rest
+    assert failures == []
+    assert found.frequency == pytest.approx(expected.frequency, rel=1e-7)
+    assert found.damping_ratio == pytest.approx(expected.damping_ratio, rel=1e-5)
 
 
 def test_quasi_static_against_the_nonlinear_mode(small_reference, modes):
