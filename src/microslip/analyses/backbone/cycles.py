@@ -43,7 +43,7 @@ from microslip.analyses.backbone.points import (
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.prepared.joint_modes import JointMode, with_mode_port
 from microslip.analyses.statics.cycle import quasi_static_cycle
-from microslip.analyses.statics.held import hold_port, resting
+from microslip.analyses.statics.held import counts_inertia, hold_port, resting
 from microslip.analyses.statics.prescribed import PrescribedCycle, prescribed_cycle
 from microslip.errors import ContactError, Failure
 from microslip.model.shape_damping import damping_of_shape, with_mode_outputs
@@ -149,7 +149,8 @@ def prescribed_backbone(
     """Backbone of the nonlinear mode from cycles with its motion prescribed.
 
     Bodies that slide past each other as the stuck mode has them do so with their inertia; where
-    the mode leaves that motion alone it has a mean only, and moves without inertia. Where equilibrium
+    the mode leaves that motion alone it has a mean only, and moves without inertia, unless the stuck mode had
+    another frequency without it. Where equilibrium
     with that inertia has no stable path, at wide slip, the motions of the bodies are sought as
     `microslip.analyses.statics.floating` says.
 
@@ -157,6 +158,8 @@ def prescribed_backbone(
     """
     wide = joint.with_model(with_mode_port(joint.model, mode))
     static = resting(joint.model, mode)
+    if counts_inertia(joint, mode, static):
+        static = np.zeros_like(static)
 
     def at_its_frequency(amplitude: float, floats: bool) -> tuple[PrescribedCycle, float]:
         omega, tried = mode.stuck_omega, []

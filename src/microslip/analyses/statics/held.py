@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.linalg import eigh
 
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.prepared.joint_modes import JointMode, walking_modes
@@ -147,6 +148,29 @@ def hold_mode(joint: PreparedJoint, reference_omega: float, *, upper: int = 0) -
 def resting(model: JointModel, mode: JointMode) -> Mask:
     """Modes (k,) that slide the bodies past each other and that a stuck mode leaves alone."""
     return np.asarray(walking_modes(model) & (mode.stuck**2 < LINKED))
+
+
+def counts_inertia(joint: PreparedJoint, mode: JointMode, still: Mask) -> bool:
+    """Whether the stuck mode has another frequency where some modes are without inertia.
+
+    A small share of them in its shape is no proof that it has not: where they nearly swing against the rest
+    at that frequency, little inertia does much.
+
+    Parameters
+    ----------
+    joint : PreparedJoint
+    mode : JointMode
+    still : (k,) bool array
+        Modes without inertia.
+    """
+    model, own = joint.model, mode.stuck_omega**2
+    held = joint.prestress.bonded(model.dimension)
+    omegas, shapes = bonded_modes(model, held, joint.law.compliance)
+    mass = np.eye(len(omegas)) - shapes[still].T @ shapes[still]
+    shifted = np.diag(omegas**2) + own * mass
+    found, vectors = eigh(mass, shifted)
+    nearest = int(np.argmax(np.abs(vectors.T @ (shifted @ (shapes.T @ mode.stuck)))))
+    return not abs(found[nearest] * 2 * own - 1) <= LINKED
 
 
 def hold_port(
