@@ -97,8 +97,9 @@ mesh and run as `microslip run` does (`python benchmarks/population/meshes.py`).
 bolts, described in five ways; bricks, wedges and tetrahedra, linear and quadratic, matching or not;
 interfaces flat, inclined, arched, crowned or with gaps; friction 0.1 to 0.8, unlike metals, five kinds of
 supports, forces, moments, pressures and moving bases. Loads are what resonates at 2 to 50 % of what opens
-the joint. *Refused in words*: the run ends with one message that says what is wrong; one joint in twelve is
-drawn to be none, and the others refused are listed. *Some of it failed*: the run gives an answer and says
+the joint. Harmonic balance has seven harmonics here, whatever its points would need. *Refused in words*: the
+run ends with one message that says what is wrong; one joint in twelve is drawn to be none, and the others
+refused are listed. *Some of it failed*: the run gives an answer and says
 of some points that there is none. *Cautioned*: the run says that the refined model misses the resonance of
 the stuck joint, and to take method "corrected", or backbones by prescribed cycles.
 
