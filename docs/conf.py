@@ -55,10 +55,16 @@ autodoc_member_order = "bysource"
 autodoc_typehints = "none"
 numpydoc_show_class_members = False
 # One environment for all docstrings: with one each, their template was compiled eight thousand times.
-templates = {}
-numpydoc.docscrape_sphinx.SandboxedEnvironment = lambda loader: templates.setdefault(
-    "all", SandboxedEnvironment(loader=loader)
-)
+docstring_environment = SandboxedEnvironment()
+
+
+def one_environment(loader):
+    """Stands for numpydoc's own; all of its loaders read the same templates."""
+    docstring_environment.loader = docstring_environment.loader or loader
+    return docstring_environment
+
+
+numpydoc.docscrape_sphinx.SandboxedEnvironment = one_environment
 numpydoc_xref_param_type = True
 numpydoc_xref_aliases = {
     "sequence": "collections.abc.Sequence",

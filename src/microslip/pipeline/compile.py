@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from microslip.analyses.prepared.joint import prepare_joint
@@ -88,13 +90,13 @@ no part in."""
 
 def compile_all() -> None:
     """All kernels, in two processes."""
-    for _ in each(_run, range(len(SHARES)), processes(len(SHARES))):
+    for _ in each(_run, SHARES, processes(len(SHARES))):
         pass
 
 
-def _run(share: int) -> None:
+def _run(share: tuple[Callable[[], None], ...]) -> None:
     with limited(1):  # or two workers would compile the same kernels at the same time
-        for work in SHARES[share]:
+        for work in share:
             work()
 
 

@@ -166,7 +166,8 @@ def counts_inertia(joint: PreparedJoint, mode: JointMode, still: Mask) -> bool:
     model, own = joint.model, mode.stuck_omega**2
     held = joint.prestress.bonded(model.dimension)
     omegas, shapes = bonded_modes(model, held, joint.law.compliance)
-    mass = np.eye(len(omegas)) - shapes[still].T @ shapes[still]
+    slides = shapes.T @ _sliding_past(model, still)
+    mass = np.eye(len(omegas)) - slides @ slides.T
     shifted = np.diag(omegas**2) + own * mass
     found, vectors = eigh(mass, shifted)
     nearest = int(np.argmax(np.abs(vectors.T @ (shifted @ (shapes.T @ mode.stuck)))))
