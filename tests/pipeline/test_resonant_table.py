@@ -65,7 +65,7 @@ def test_a_held_mode_of_the_structure_sticks_where_the_joint_model_does(assembly
     """In the limit of small amplitude ``omega_h² + F/Q = omega²`` at the frequency of the stuck mode."""
     joint = assembly.prepared
     own = stuck_oscillator(joint)[0]
-    held = hold_port(joint, port, own, own, static=resting(joint.model, assembly.mode))
+    held = hold_port(joint, port, own, own, static=resting(joint, assembly.mode))
     cycle = prescribed_cycle(held, 1e-9, steps=20, cycles=2)
     found = np.sqrt(own**2 + (cycle.force / cycle.q).real)
     assert found == pytest.approx(own, rel=1e-6)

@@ -22,7 +22,6 @@ from microslip.analyses.harmonic.problem import harmonic_problem
 from microslip.analyses.harmonic.raising import raise_load
 from microslip.analyses.prepared.joint import prepare_joint
 from microslip.analyses.prepared.joint_modes import joint_modes, pick_mode, walking_modes
-from microslip.analyses.statics.held import counts_inertia
 from microslip.contact.law import contact_law
 from microslip.contact.pairs import normal_rows, tangential_rows
 from microslip.errors import MicroslipError, ModelError
@@ -248,17 +247,6 @@ def test_a_branch_that_does_not_start_from_rest_starts_from_the_outer_iteration(
     assert failures == []
     assert found.frequency == pytest.approx(expected.frequency, rel=1e-7)
     assert found.damping_ratio == pytest.approx(expected.damping_ratio, rel=1e-5)
-
-
-def test_inertia_counts_where_the_stuck_mode_feels_it(small_reference, modes):
-    """Modes that are symmetric as the slide of a lap joint is have it in their shape; the others have not."""
-    joint = small_reference.joint
-    sliding = walking_modes(joint.model)
-    felt = [counts_inertia(joint, mode, sliding) for mode in modes[:4]]
-    shares = [float((mode.stuck[sliding] ** 2).sum()) for mode in modes[:4]]
-    assert felt == [share > 1e-9 for share in shares]
-    assert set(felt) == {True, False}
-    assert not counts_inertia(joint, modes[1], np.zeros_like(sliding))
 
 
 def test_quasi_static_against_the_nonlinear_mode(small_reference, modes):

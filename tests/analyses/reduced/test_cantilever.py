@@ -108,7 +108,7 @@ def test_a_symmetric_joint_slides_without_inertia(small_reference):
     """The stuck mode of a lap joint does not slide its beams past each other: their mean has no inertia."""
     joint = small_reference.joint
     walking = walking_modes(joint.model)
-    np.testing.assert_array_equal(resting(joint.model, joint.principal()), walking)
+    np.testing.assert_array_equal(resting(joint, joint.principal()), walking)
 
 
 def test_the_response_is_that_of_time_integration():

@@ -43,7 +43,7 @@ from microslip.analyses.backbone.points import (
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.prepared.joint_modes import JointMode, with_mode_port
 from microslip.analyses.statics.cycle import quasi_static_cycle
-from microslip.analyses.statics.held import counts_inertia, hold_port, resting
+from microslip.analyses.statics.held import hold_port, resting
 from microslip.analyses.statics.prescribed import PrescribedCycle, prescribed_cycle
 from microslip.errors import ContactError, Failure
 from microslip.model.shape_damping import damping_of_shape, with_mode_outputs
@@ -157,9 +157,7 @@ def prescribed_backbone(
     Parameters and results as in `quasi_static_backbone`, but `amplitudes` are those of q.
     """
     wide = joint.with_model(with_mode_port(joint.model, mode))
-    static = resting(joint.model, mode)
-    if counts_inertia(joint, mode, static):
-        static = np.zeros_like(static)
+    static = resting(joint, mode)
 
     def at_its_frequency(amplitude: float, floats: bool) -> tuple[PrescribedCycle, float]:
         omega, tried = mode.stuck_omega, []

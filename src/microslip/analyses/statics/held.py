@@ -28,7 +28,8 @@ HOLD = 100.0
 """Stiffness that holds the mode to its course, over omega_sl²."""
 
 LINKED = 1e-6
-"""Share of a body's slide in the stuck mode beyond which it moves with the mode, not as a mean."""
+"""Share of a body's slide in the stuck mode, and change of its frequency without that inertia, beyond which
+the body moves with the mode, not as a mean."""
 
 RIGID = 1e-3
 """Share of the reference frequency, squared, below which a motion is rigid."""
@@ -108,7 +109,8 @@ def hold_mode(joint: PreparedJoint, reference_omega: float, *, upper: int = 0) -
     """Prepare cycles with the joint's own mode prescribed.
 
     Bodies that slide past each other as the stuck mode has them do so with their inertia; where the mode
-    leaves that motion alone, as by symmetry that of a lap joint does, it has a mean only, and no inertia.
+    leaves that motion alone, as by symmetry that of a lap joint does, it has a mean only, and no inertia,
+    unless the stuck mode had another frequency without it.
     Where such a motion has more inertia than support, and equilibrium no stable path, it is sought. In space,
     where flexible modes below the one that is held would be sought with it, minutes an amplitude, it has a
     mean only.
@@ -136,7 +138,7 @@ def hold_mode(joint: PreparedJoint, reference_omega: float, *, upper: int = 0) -
             load_on_mode=mode.load_on_sliding[joint.drive],
         )
 
-    rest = resting(joint.model, mode)
+    rest = resting(joint, mode)
     stiff = held(rest, False)
     own = stiff.flexibility.stiffness
     flexible = (own < 0) & (own > -(1 - RIGID) * reference_omega**2)
@@ -145,24 +147,25 @@ def hold_mode(joint: PreparedJoint, reference_omega: float, *, upper: int = 0) -
     return replace(stiff, loose=held(rest, True)) if (own < 0).any() else stiff
 
 
-def resting(model: JointModel, mode: JointMode) -> Mask:
-    """Modes (k,) that slide the bodies past each other and that a stuck mode leaves alone."""
-    return np.asarray(walking_modes(model) & (mode.stuck**2 < LINKED))
+def resting(joint: PreparedJoint, mode: JointMode) -> Mask:
+    """Modes (k,) without inertia: those that slide the bodies past each other, where the stuck mode leaves
+    them alone and keeps its frequency without their inertia; none elsewhere.
 
-
-def counts_inertia(joint: PreparedJoint, mode: JointMode, still: Mask) -> bool:
-    """Whether the stuck mode has another frequency where some modes are without inertia.
-
-    A small share of them in its shape is no proof that it has not: where they nearly swing against the rest
+    A small share of them in its shape is no proof that it keeps it: where they nearly swing against the rest
     at that frequency, little inertia does much.
 
     Parameters
     ----------
     joint : PreparedJoint
     mode : JointMode
-    still : (k,) bool array
-        Modes without inertia.
     """
+    walking = walking_modes(joint.model)
+    still = np.asarray(walking & (mode.stuck**2 < LINKED))
+    return still if _keeps_its_frequency(joint, mode, still) else np.zeros_like(still)
+
+
+def _keeps_its_frequency(joint: PreparedJoint, mode: JointMode, still: Mask) -> bool:
+    """Whether the stuck mode has the same frequency where some modes (k,) are without inertia."""
     model, own = joint.model, mode.stuck_omega**2
     held = joint.prestress.bonded(model.dimension)
     omegas, shapes = bonded_modes(model, held, joint.law.compliance)
@@ -171,7 +174,7 @@ def counts_inertia(joint: PreparedJoint, mode: JointMode, still: Mask) -> bool:
     shifted = np.diag(omegas**2) + own * mass
     found, vectors = eigh(mass, shifted)
     nearest = int(np.argmax(np.abs(vectors.T @ (shifted @ (shapes.T @ mode.stuck)))))
-    return not abs(found[nearest] * 2 * own - 1) <= LINKED
+    return bool(abs(found[nearest] * 2 * own - 1) <= LINKED)
 
 
 def hold_port(

@@ -1,0 +1,85 @@
+"""Which motions a held mode leaves without inertia: a body dragged by friction, in closed form.
+
+A mass on a spring drags another by friction, ``m1, k1`` and ``m2`` on ``k2``, which hardly holds its place; a
+third, ``m3`` on ``k3``, hangs on the first by a weak spring. The third's mode hardly moves the dragged mass. Without the inertia of that mass
+the first two swing at ``sqrt(k1/m1)`` where they swing at ``sqrt(k1/(m1 + m2))`` with it, and where ``k3/m3``
+is the former, the third's mode mixes with theirs.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+
+from microslip.analyses.prepared.joint import prepare_joint, with_principal_mode
+from microslip.analyses.prepared.joint_modes import joint_modes, walking_modes
+from microslip.analyses.statics.held import LINKED, hold_mode, resting
+from microslip.analyses.statics.prescribed import prescribed_cycle
+from microslip.contact.law import contact_law
+from microslip.model.joint import JointModel
+
+FIRST, DRAGGED, THIRD = 1.0, 0.5, 0.8
+SPRING, HOLDING, LINK, GIVE = 1e4, 1e-4, 1.0, 1e-13
+
+
+def chain(third_spring):
+    """The three masses, driven by a force on the third; clamped with 1 kN, friction 0.5."""
+    K = np.array([[SPRING + LINK, -LINK], [-LINK, third_spring + LINK]])
+    squares, shapes = eigh(K, np.diag([FIRST, THIRD]))
+    modes = np.zeros((3, 3))
+    modes[0, 0], modes[1:, 1:] = 1 / np.sqrt(DRAGGED), shapes
+    dragged, first, third = modes
+    model = JointModel(
+        position=np.zeros(1),
+        area=np.ones(1),
+        dimension=2,
+        omega=np.sqrt(np.concatenate([[HOLDING / DRAGGED], squares])),
+        equilibrium_modes=1,
+        mode_v=np.array([np.zeros(3), first - dragged]),
+        residual=np.diag([1e-6, GIVE]),
+        ports=("clamp", "force"),
+        port_modes=np.column_stack([np.zeros(3), third]),
+        port_v=np.array([[1e-6, 0.0], [0.0, 0.0]]),
+        port_port=np.zeros((2, 2)),
+        rayleigh=(0.0, 0.0),
+    )
+    return with_principal_mode(prepare_joint(model, contact_law(1, 0.5), {"clamp": 1e3}, "force"))
+
+
+def stuck_frequencies(third_spring, dragged):
+    K = np.array([[SPRING + HOLDING + LINK, -LINK], [-LINK, third_spring + LINK]])
+    return np.sqrt(eigh(K, np.diag([FIRST + dragged, THIRD]), eigvals_only=True))
+
+
+MIXED = SPRING * THIRD / FIRST
+
+
+@pytest.mark.parametrize(("third_spring", "felt"), [(MIXED, True), (4 * MIXED, False)])
+def test_a_small_share_of_a_slide_counts_where_the_frequency_feels_it(third_spring, felt):
+    joint = chain(third_spring)
+    mode = joint.principal()
+    assert mode.stuck[0] ** 2 < LINKED / 10
+    own = stuck_frequencies(third_spring, DRAGGED)
+    assert mode.stuck_omega == pytest.approx(own[1], rel=1e-7)
+    change = np.abs(stuck_frequencies(third_spring, 0.0) / own[1] - 1).min()
+    assert (change > LINKED) == felt
+    np.testing.assert_array_equal(resting(joint, mode), [not felt, False, False])
+
+
+def test_held_at_small_amplitude_it_swings_at_its_stuck_frequency():
+    joint = chain(MIXED)
+    mode = joint.principal()
+    cycle = prescribed_cycle(hold_mode(joint, mode.stuck_omega), 1e-9, steps=40, cycles=2)
+    found = np.sqrt(mode.sliding_omega**2 + (cycle.force / cycle.q).real)
+    assert found == pytest.approx(mode.stuck_omega, rel=LINKED / 10)
+
+
+def test_modes_of_a_lap_joint_that_slide_its_beams_do_so_with_their_inertia(small_reference):
+    """Modes that are symmetric as the slide is have it in their shape; the others have not."""
+    joint = small_reference.joint
+    sliding = walking_modes(joint.model)
+    modes = joint_modes(joint.model, joint.prestress, joint.law)[:4]
+    slides = [float((mode.stuck[sliding] ** 2).sum()) > 1e-9 for mode in modes]
+    assert [not resting(joint, mode).any() for mode in modes] == slides
+    assert set(slides) == {True, False}
