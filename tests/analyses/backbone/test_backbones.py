@@ -21,7 +21,7 @@ from microslip.analyses.harmonic.points import describe
 from microslip.analyses.harmonic.problem import harmonic_problem
 from microslip.analyses.harmonic.raising import raise_load
 from microslip.analyses.prepared.joint import prepare_joint
-from microslip.analyses.prepared.joint_modes import joint_modes, pick_mode, walking_modes
+from microslip.analyses.prepared.joint_modes import joint_modes, pick_mode
 from microslip.contact.law import contact_law
 from microslip.contact.pairs import normal_rows, tangential_rows
 from microslip.errors import MicroslipError, ModelError

@@ -1,9 +1,9 @@
 """Which motions a held mode leaves without inertia: a body dragged by friction, in closed form.
 
 A mass on a spring drags another by friction, ``m1, k1`` and ``m2`` on ``k2``, which hardly holds its place; a
-third, ``m3`` on ``k3``, hangs on the first by a weak spring. The third's mode hardly moves the dragged mass. Without the inertia of that mass
-the first two swing at ``sqrt(k1/m1)`` where they swing at ``sqrt(k1/(m1 + m2))`` with it, and where ``k3/m3``
-is the former, the third's mode mixes with theirs.
+third, ``m3`` on ``k3``, hangs on the first by a weak spring. The third's mode hardly moves the dragged mass.
+Without the inertia of that mass the first two swing at ``sqrt(k1/m1)`` where they swing at
+``sqrt(k1/(m1 + m2))`` with it, and where ``k3/m3`` is the former, the third's mode mixes with theirs.
 """
 
 from __future__ import annotations

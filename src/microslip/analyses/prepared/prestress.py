@@ -142,9 +142,7 @@ def prestress(
 def pulled_apart(model: JointModel, amplitudes: Array) -> bool:
     """Whether loads do work on motions that part bodies, which no support and no pressure balances.
 
-    Of the motions that no support holds (`microslip.model.loose`) those that part the sides of pairs are
-    asked, by a linear program: the least that is left of the work of the loads by any reactions
-    ``r_n >= 0``. Motions that slide are left to friction.
+    Of the motions that no support holds (`microslip.model.loose`).
 
     Parameters
     ----------
@@ -153,18 +151,40 @@ def pulled_apart(model: JointModel, amplitudes: Array) -> bool:
         Of all ports.
     """
     loose = loose_modes(model.omega)
-    parting, _ = _opening_motions(model.mode_v[:, :loose], model.dimension)
-    given = amplitudes @ (model.port_modes[:loose].T @ parting)
+    work = amplitudes @ model.port_modes[:loose].T
+    size = float(
+        (np.abs(amplitudes) * np.abs(model.port_modes).max(axis=0, initial=0.0)).max(initial=0.0)
+    )
+    return parts_bodies(model.mode_v[:, :loose], model.dimension, work, size)
+
+
+def parts_bodies(motions_v: Array, dimension: int, work: Array, scale: float) -> bool:
+    """Whether no pressure balances the work of loads on motions that part bodies.
+
+    Those of the motions that part the sides of pairs are asked, by a linear program: the least that is left
+    of the work of the loads by any reactions ``r_n >= 0``. Motions that slide are left to friction.
+
+    Parameters
+    ----------
+    motions_v : (d m, l) array
+        Relative displacements of the motions, which nothing else holds.
+    dimension : int
+    work : (l,) array
+        Of the loads.
+    scale : float
+        Size of the sums that work comes from: what is less by far is rounding.
+    """
+    parting, _ = _opening_motions(motions_v, dimension)
+    given = work @ parting
     size = np.abs(given).max(initial=0.0)
-    scale = np.abs(amplitudes[:, None] * model.port_modes[:loose].T).max(initial=0.0)
     if not size > ROUNDING * scale:
         return False
-    work = (model.mode_v[:, :loose] @ parting)[normal_rows(model.dimension)].T
-    work /= np.abs(work).max()
+    pressed = (motions_v @ parting)[normal_rows(dimension)].T
+    pressed /= np.abs(pressed).max()
     some = np.eye(len(given))
     found = linprog(
-        np.r_[np.zeros(work.shape[1]), np.ones(2 * len(given))],
-        A_eq=np.hstack([work, some, -some]),
+        np.r_[np.zeros(pressed.shape[1]), np.ones(2 * len(given))],
+        A_eq=np.hstack([pressed, some, -some]),
         b_eq=given / size,
         bounds=(0, None),
         method="highs",

@@ -8,13 +8,16 @@ structure and its contact, which is frictionless. In each step the amplitudes a 
     tightened before                       a as it was: it keeps its length, and its force changes
     still to be tightened                  F = 0: it is loose, however far the parts move
 
-Forces that are known take the place of lengths in the flexibility. With a = [a_s, a_o], the sought ones s and
-the others o, port flexibility P and port vectors L at the pairs and G at the coordinates q of equilibrium,
+Amplitudes that are sought join the coordinates q of equilibrium, and the forces that are known its loads.
+With a = [a_s, a_o], the sought ones s and the others o, port flexibility P and port vectors L at the pairs
+and G at q,
 
-    a_s = A^-1 (F_s - C_so a_o + k P_so a_o + k (G^T q - L^T r)),   A = C_ss - k P_ss,   H = A^-1 k,
-    W -> W + L H L^T,   R -> R + L H G^T,   K_q -> K_q - G H G^T,
+    K_q q - G a_s + R^T r                      = loads_q^T a_o
+    -G^T q + (k^-1 C_ss - P_ss) a_s + L^T r    = k^-1 (F_s - C_so a_o) + P_so a_o
+    v = loads_v a_o + R q + L a_s - W r,
 
-which is the same contact problem with these bolts as constant forces. Its solution is corrected by Newton's
+which is a contact problem as others are: k^-1 C is symmetric. A part that only loose bolts would hold has no
+stiffness in it: a weak one holds its place, and carries nothing. The solution is corrected by Newton's
 method, with the slope of the pairs that touch, in the problem where a is given.
 """
 
@@ -25,7 +28,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from microslip.analyses.prepared.prestress import without_friction
+from microslip.analyses.prepared.prestress import parts_bodies, without_friction
 from microslip.brief import Brief
 from microslip.contact.pairs import normal_rows, touches
 from microslip.contact.solver import Solution
@@ -33,6 +36,7 @@ from microslip.errors import ContactError
 from microslip.model.bolts import Bolts, Tightening
 from microslip.model.flexibility import Flexibility
 from microslip.model.joint import JointModel
+from microslip.model.loose import loose_modes
 from microslip.typing import Array, Indices, Mask
 
 EXACT = 1e-10
@@ -43,6 +47,17 @@ ROUNDING = 1e-12
 
 MOST = 12
 """Corrections in one step of the tightening."""
+
+HOLDS = 1e-10
+"""Of the stiffness of the pairs: that which holds the place of loose parts."""
+
+LOOSE, KNOWN = 1e-7, 1e-6
+"""Of the stiffness of the pairs and of that of bolts: stiffness of a motion below which nothing holds it. The
+springs of `microslip.model.loose` have 1e-8 of the former; of the latter the stiffness of loose parts is a
+small difference."""
+
+SOFT = 1e3
+"""Flexibility over that of the pairs beyond which a motion of the bodies is an unknown of equilibrium."""
 
 PUSHES = 1e-8
 """Of the largest force: a bolt that pushes more is loose."""
@@ -145,43 +160,62 @@ class _Wrench:
         """Amplitudes with the wanted forces of some bolts, from the contact with these as constant forces."""
         if not len(sought):
             return a
-        f, k = self.flexibility, self.bolts.stiffness[sought]
+        f, k = self.flexibility, self.bolts.stiffness[sought, None]
+        ports, others = self.ports[sought], np.delete(self.ports, sought)
         given = constant.copy()
-        given[np.delete(self.ports, sought)] += np.delete(a, sought)
-        ports = self.ports[sought]
+        given[others] += np.delete(a, sought)
         L, G = f.loads_v[:, ports], f.loads_q[:, ports]
         coupled = np.delete(self.bolts.coupling[sought], sought, axis=1) @ np.delete(a, sought)
-        A = (
-            self.bolts.coupling[np.ix_(sought, sought)]
-            - k[:, None] * f.loads_loads[np.ix_(ports, ports)]
-        )
-        without = wanted + self.direct[sought] @ constant
-        start = np.linalg.solve(A, without - coupled + k * (f.loads_loads[ports] @ given))
-        H = np.linalg.solve(A, np.diag(k))
-        H = 0.5 * (H + H.T)
-        soft, turn = np.linalg.eigh(np.diag(f.stiffness) - G @ H @ G.T)
+        own = self.bolts.coupling[np.ix_(sought, sought)] / k - f.loads_loads[np.ix_(ports, ports)]
+        known = (wanted + self.direct[sought] @ constant - coupled) / k[:, 0]
+        motions = np.hstack([f.R, L])
+        scale = 1 / np.abs(motions).max(axis=0)
+        stiffness = scale[:, None] * np.block([[np.diag(f.stiffness), -G], [-G.T, own]]) * scale
+        stiffness = 0.5 * (stiffness + stiffness.T)
+        loads = scale * np.concatenate([f.loads_q @ given, known + f.loads_loads[ports] @ given])
+        size = 1 / float(np.diag(f.W).max())
+        springs = scale[len(f.stiffness) :] ** 2 * np.diag(self.bolts.coupling)[sought] / k[:, 0]
+        nothing = max(LOOSE * size, KNOWN * springs.max())
+        apart = np.sqrt(np.diag(f.loads_loads))
+        summed = apart[ports] * (apart @ np.abs(given)) + np.abs(known)
+        free = _unheld(stiffness, loose_modes(self.model.omega), nothing)
+        terms = float((scale[len(f.stiffness) :] * summed).max())
+        if parts_bodies((motions * scale) @ free, self.model.dimension, loads @ free, terms):
+            raise ContactError(
+                f"{self._named(sought)}: cannot be tightened to a force: the preload pulls bodies apart: no "
+                "pressure between them balances it, and no support does; while its force is given a bolt "
+                "holds no length"
+            )
+        values, turn = np.linalg.eigh(stiffness)
+        held = np.maximum(values, HOLDS * size)
+        R, loads = (motions * scale) @ turn, turn.T @ loads
+        # with what is stiff as an unknown, equilibrium would be small differences of large forces
+        stiff = size * np.abs(R).max(axis=0) ** 2 < SOFT * held
+        give = R[:, stiff] / held[stiff]
         loose = Flexibility(
-            W=f.W + L @ H @ L.T,
-            R=np.ascontiguousarray((f.R + L @ H @ G.T) @ turn),
-            stiffness=np.maximum(soft, 0.0),
+            W=f.W + give @ R[:, stiff].T,
+            R=np.ascontiguousarray(R[:, ~stiff]),
+            stiffness=held[~stiff],
             loads_v=f.loads_v,
             loads_q=f.loads_q,
             loads_loads=f.loads_loads,
         )
-        v = f.loads_v @ given + L @ start
-        q = turn.T @ (f.loads_q @ given + G @ start)
+        v = f.loads_v @ given + give @ loads[stiff]
         try:
-            found = without_friction(self.model, loose, v, q, self.scale)
+            found = without_friction(self.model, loose, v, loads[~stiff], self.scale)
         except ContactError as error:
-            names = ", ".join(repr(self.bolts.names[k]) for k in sought)
             raise ContactError(
-                f"bolt {names}: cannot be tightened to a force: {error}. While its force is given a bolt "
-                "holds no length, and a part that nothing else holds is loose: give its shortening in place "
-                "of its force, a constant force without stiffness, or support the part"
+                f"{self._named(sought)}: cannot be tightened to a force: {error}"
             ) from None
+        z = (loads - R.T @ found.r) / held
+        z[~stiff] = found.q
         out = a.copy()
-        out[sought] = start + H @ (G.T @ turn @ found.q - L.T @ found.r)
+        out[sought] = (scale * (turn @ z))[len(f.stiffness) :]
         return out
+
+    def _named(self, bolts: Indices) -> str:
+        """Some of the bolts, for messages."""
+        return "bolt " + ", ".join(repr(self.bolts.names[n]) for n in bolts)
 
     def solved(self, constant: Array, a: Array) -> tuple[Array, Solution]:
         """Forces of the bolts, and the contact."""
@@ -225,6 +259,14 @@ class _Wrench:
             f"{a[worst] / self.bolts.stiffness[worst]:.3g} m it has {force[worst]:.4g} N/m; does it close "
             "anything, and is what it acts on supported?"
         )
+
+
+def _unheld(stiffness: Array, loose: int, nothing: float) -> Array:
+    """Combinations (columns) of coordinates without stiffness but that which holds the place of the first."""
+    own = stiffness.copy()
+    own[:loose, :loose] = 0.0
+    values, shapes = np.linalg.eigh(own)
+    return np.asarray(shapes[:, values <= nothing])
 
 
 def _check_pull(bolts: Bolts, force: Array, tight: Mask, scale: float) -> None:
