@@ -195,14 +195,39 @@ def test_elements_with_a_section_or_nodes_of_their_own_are_refused(tmp_path):
 # -- supports and ties -----------------------------------------------------------------------------
 
 
-def test_supports_of_a_step_are_named_where_nothing_holds_the_joint(tmp_path):
+STEP = "*STEP\n*STATIC\n*BOUNDARY\n1, 1, 3\n*END STEP\n"
+
+
+def test_supports_of_the_only_step_hold_as_those_outside(tmp_path):
     document = plates_document(tmp_path) | {"analysis": {"cycle": {"force": [1e3]}}}
     path = tmp_path / "plates.inp"
-    step = "*STEP\n*STATIC\n*BOUNDARY\n1, 1, 3\n*END STEP\n"
-    path.write_text(path.read_text() + step)
-    line = 1 + path.read_text().splitlines().index("*BOUNDARY")
+    outside, held = path.read_text(), "*BOUNDARY\n1, 1, 3\n"
+    path.write_text(outside + held)
+    expected = prepared(parse_joint(document, "plates", tmp_path))
+    path.write_text(outside + f"*STEP\n*FREQUENCY\n{held}*END STEP\n*STEP\n*STATIC\n*END STEP\n")
+    found = prepared(parse_joint(document, "plates", tmp_path))
+    assert abs(found.structure.stiffness - expected.structure.stiffness).max() == 0
+    assert any("supports of the only *STEP" in str(each) for each in found.imported.cautions)
+
+
+@pytest.mark.parametrize(
+    "steps",
+    [
+        STEP + STEP,
+        STEP.replace("1, 1, 3", "1, 1, 3, 0.1"),
+        STEP.replace("*BOUNDARY", "*BOUNDARY, OP=NEW"),
+        STEP.replace("*BOUNDARY", "*BOUNDARY, TYPE=VELOCITY"),
+    ],
+)
+def test_supports_that_a_step_changes_are_named_where_nothing_holds_the_joint(steps, tmp_path):
+    document = plates_document(tmp_path) | {"analysis": {"cycle": {"force": [1e3]}}}
+    path = tmp_path / "plates.inp"
+    path.write_text(path.read_text() + steps)
+    lines = path.read_text().splitlines()
+    line = 1 + next(n for n, text in enumerate(lines) if text.startswith("*BOUNDARY"))
     said = (
-        rf"supports inside \*STEP are not read \(plates.inp:{line}: \*BOUNDARY\): write them before"
+        r"supports inside \*STEP are not read where several steps have some, or they move "
+        rf"\(plates.inp:{line}: \*BOUNDARY"
     )
     found = prepared(parse_joint(document, "plates", tmp_path))
     assert any("supports inside *STEP" in str(caution) for caution in found.imported.cautions)

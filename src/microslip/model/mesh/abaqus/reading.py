@@ -66,7 +66,14 @@ def _listed(places: list[str]) -> str:
     return ", ".join(places[:3]) + more
 
 
-STEP_SUPPORTS = "supports inside *STEP are not read"
+def _holds(keyword: Keyword) -> bool:
+    """Whether a ``*BOUNDARY`` of a step adds supports: no motions, nothing taken away."""
+    moves = any(len(row.values) > 3 and row.number(3, 0.0) != 0 for row in keyword.rows)
+    added = keyword.parameters.get("OP", "MOD").upper() == "MOD"
+    return added and not moves and not set(keyword.parameters) - {"OP"}
+
+
+STEP_SUPPORTS = "supports inside *STEP are not read where several steps have some, or they move"
 SUPPORTS_INSTEAD = "write them before the first *STEP, or give [[support]]"
 
 
@@ -88,26 +95,37 @@ class Sorter:
         InputError
             For the first keyword or parameter that is not understood.
         """
-        in_step = False
+        in_step, supports = False, list[list[Keyword]]()
         for keyword in keywords:
             if keyword.name == "STEP":
                 in_step = True
+                supports.append([])
                 self._remark(
-                    "supports, loads and procedures of steps are not used: the joint file says them",
+                    "loads and procedures of steps are not used: the joint file says them",
                     keyword.where,
                 )
             if in_step:
                 in_step = keyword.name != "END STEP"
                 if keyword.name == "BOUNDARY":
-                    self.deck.step_supports.append(keyword.where)
+                    supports[-1].append(keyword)
                 continue
             self._one(keyword)
+        self._supports_of_steps([each for each in supports if each])
         for reason, places in self.remarks.items():
             self.deck.cautions.append(Caution("mesh", _listed(places), reason))
         if self.deck.step_supports:
             where = _listed(self.deck.step_supports)
             self.deck.cautions.append(Caution("mesh", where, STEP_SUPPORTS, SUPPORTS_INSTEAD))
         return self.deck
+
+    def _supports_of_steps(self, steps: list[list[Keyword]]) -> None:
+        """Take the supports of a step where no other has any; which of several hold nobody says."""
+        if len(steps) == 1 and all(map(_holds, steps[0])):
+            for keyword in steps[0]:
+                self.deck.whole.keep(keyword)
+                self._remark("supports of the only *STEP that has any are taken", keyword.where)
+        else:
+            self.deck.step_supports += [keyword.where for step in steps for keyword in step]
 
     def _remark(self, reason: str, where: str) -> None:
         self.remarks.setdefault(reason, []).append(where)
