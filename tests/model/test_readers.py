@@ -42,6 +42,9 @@ def mat73(path, name, matrix):
         group.attrs["MATLAB_sparse"] = np.uint64(matrix.shape[0])
         group["data"], group["ir"] = compressed.data, compressed.indices.astype(np.uint64)
         group["jc"] = compressed.indptr.astype(np.uint64)
+        file.create_group("beam/inner").attrs["MATLAB_class"] = np.bytes_("struct")
+        file["beam/M"] = matrix.T
+        file.copy(group, "beam/inner/K")
 
 
 def written(folder, kind):
@@ -59,9 +62,14 @@ def written(folder, kind):
     if kind == "mat5":
         scipy.io.savemat(path.with_suffix(".mat"), {"K": sp.csc_matrix(MATRIX), "M": MATRIX})
         return f"{path}.mat:K"
+    if kind == "mat5 field":
+        beam = {"inner": {"K": sp.csc_matrix(MATRIX)}, "M": np.eye(3), "name": "beam"}
+        scipy.io.savemat(path.with_suffix(".mat"), {"beam": beam})
+        return f"{path}.mat:beam.inner.K"
     if kind.startswith("mat73"):
         mat73(path.with_suffix(".mat"), "K", MATRIX)
-        return f"{path}.mat:{'K' if kind == 'mat73 dense' else 'sparse'}"
+        names = {"dense": "K", "sparse": "sparse", "field": "beam.M", "nested": "beam.inner.K"}
+        return f"{path}.mat:{names[kind.split()[1]]}"
     if kind.startswith("market"):
         symmetry = kind.split()[1]
         with open(f"{path}.mtx", "wb") as file:
@@ -82,7 +90,8 @@ def written(folder, kind):
 @pytest.mark.parametrize(
     "kind",
     [
-        *("npz", "save_npz", "npy", "mat5", "mat73 dense", "mat73 sparse"),
+        *("npz", "save_npz", "npy", "mat5", "mat5 field"),
+        *("mat73 dense", "mat73 sparse", "mat73 field", "mat73 nested"),
         *("market symmetric", "market general", "lower", "upper", "whole", "coordinate"),
     ],
 )
@@ -91,6 +100,21 @@ def test_every_format_gives_the_same_matrix(tmp_path, kind):
     np.testing.assert_allclose(found.whole("full").toarray(), MATRIX, rtol=1e-14)
     if kind in ("lower", "upper", "whole"):
         assert found.labels == tuple(LABELS.values())
+
+
+@pytest.mark.parametrize(
+    ("kind", "there"), [("mat5 field", "beam.M"), ("mat73 field", "beam.inner.K")]
+)
+def test_fields_of_structures_are_named(tmp_path, kind, there):
+    path = written(tmp_path, kind).partition(":")[0]
+    with pytest.raises(InputError, match=rf"holds no 'beam'; there is .*{there}"):
+        read_matrix(f"{path}:beam")
+
+
+def test_a_field_that_is_no_matrix_of_numbers_is_refused(tmp_path):
+    path = written(tmp_path, "mat5 field").partition(":")[0]
+    with pytest.raises(InputError, match=r"beam.name does not hold real numbers"):
+        read_matrix(f"{path}:beam.name")
 
 
 def calculix(name):

@@ -245,16 +245,14 @@ def test_a_shifted_map_is_seen_where_the_nodes_are_known(tmp_path):
         assemble(load_joint(file))
 
 
-def test_a_field_of_a_structure_is_said_to_be_one(tmp_path):
+def test_a_name_that_no_variable_has_is_said_to_be_none(tmp_path):
     """And not a file that is missing."""
     (tmp_path / "K.mat").write_bytes(b"")
-    for field in ("sys/K", "sys.K"):
-        file = written(
-            lambda text, f=field: text.replace(f"{EXAMPLE}/beam.sti", f"{tmp_path}/K.mat:{f}"),
-            tmp_path,
-        )
-        with pytest.raises(InputError, match=r"fields of structures are not read"):
-            load_joint(file)
+    file = written(
+        lambda text: text.replace(f"{EXAMPLE}/beam.sti", f"{tmp_path}/K.mat:sys/K"), tmp_path
+    )
+    with pytest.raises(InputError, match=r"'sys/K' is no name of a variable, nor of a field"):
+        load_joint(file)
 
 
 def test_nodes_of_incompatible_modes_are_named(tmp_path):

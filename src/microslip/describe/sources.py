@@ -11,7 +11,7 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, BeforeValidator, ValidationInfo
 
-_NAMED = re.compile(r"(.*\.\w+):([A-Za-z]\w*)")
+_NAMED = re.compile(r"(.*\.\w+):([A-Za-z]\w*(?:\.\w+)*)")
 
 
 def split_source(source: str) -> tuple[str, str]:
@@ -19,8 +19,8 @@ def split_source(source: str) -> tuple[str, str]:
 
     Examples
     --------
-    >>> split_source("C:/models/beam.npz:K"), split_source("beam.sti")
-    (('C:/models/beam.npz', 'K'), ('beam.sti', ''))
+    >>> split_source("C:/models/beam.npz:K"), split_source("beam.sti"), split_source("beam.mat:model.K")
+    (('C:/models/beam.npz', 'K'), ('beam.sti', ''), ('beam.mat', 'model.K'))
     """
     found = _NAMED.fullmatch(source)
     return (found[1], found[2]) if found else (source, "")
@@ -43,8 +43,8 @@ def _beside_the_joint_file(source: str, info: ValidationInfo) -> str:
     before, colon, after = file.rpartition(":")
     if what == "no such file" and colon and (Path(folder) / before).is_file():
         raise ValueError(
-            f"{Path(folder) / before}: {after!r} is no name of a variable: fields of structures are not "
-            "read, save the matrix as a variable of its own"
+            f"{Path(folder) / before}: {after!r} is no name of a variable, nor of a field of a structure, "
+            '"beam.K"'
         )
     if what:
         raise ValueError(f"{path}: {what}")

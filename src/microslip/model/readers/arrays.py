@@ -2,8 +2,8 @@
 
 An ``.npz`` is what `scipy.sparse.save_npz` writes, or holds dense arrays by name, or sparse ones as
 ``K.data``, ``K.indices``, ``K.indptr``, ``K.shape`` and ``K.format``, so that one file has them all. In
-a ``.mat`` of version 7.3, an HDF5 file, arrays are stored transposed and a sparse matrix is a group of
-``data``, ``ir`` and ``jc``.
+a ``.mat`` of version 7.3, an HDF5 file, arrays are stored transposed, a sparse matrix is a group of ``data``,
+``ir`` and ``jc``, and a structure is a group. Fields of structures are named ``structure.field``.
 """
 
 from __future__ import annotations
@@ -110,27 +110,54 @@ def _mat(path: str) -> dict[str, Callable[[], Any]]:
     if h5py.is_hdf5(path):
         return _mat73(path)
     try:
-        names = [name for name, *_ in scipy.io.whosmat(path)]
+        variables = scipy.io.whosmat(path)
+        found: dict[str, Callable[[], Any]] = {}
+        for name, shape, kind in variables:
+            if kind == "struct" and shape == (1, 1):
+                found |= _fields(name, _of_mat(path, name)[0, 0])
+            else:
+                found[name] = lambda name=name: _of_mat(path, name)  # type: ignore[misc]
     except (OSError, ValueError, TypeError, NotImplementedError) as error:
         raise InputError(f"{path}: is no .mat file: {error}") from None
+    return found
 
-    def read(name: str) -> Any:
-        return scipy.io.loadmat(path, variable_names=[name])[name]
 
-    return {name: lambda name=name: read(name) for name in names}  # type: ignore[misc]
+def _of_mat(path: str, name: str) -> Any:
+    return scipy.io.loadmat(path, variable_names=[name])[name]
+
+
+def _fields(name: str, record: Any) -> dict[str, Callable[[], Any]]:
+    """Fields of a structure of version 5, and of those in it, as ``structure.field``."""
+    found: dict[str, Callable[[], Any]] = {}
+    for field in record.dtype.names or ():
+        value, own = record[field], f"{name}.{field}"
+        if not sp.issparse(value) and value.dtype.names and value.shape == (1, 1):
+            found |= _fields(own, value[0, 0])
+        else:
+            found[own] = lambda value=value: value  # type: ignore[misc]
+    return found
 
 
 def _mat73(path: str) -> dict[str, Callable[[], Any]]:
+    def names_in(group: h5py.Group, head: str) -> list[str]:
+        found: list[str] = []
+        for name, member in group.items():
+            if name.startswith("#"):
+                continue
+            whole = isinstance(member, h5py.Dataset) or "MATLAB_sparse" in member.attrs
+            found += [head + name] if whole else names_in(member, f"{head}{name}.")
+        return found
+
     with h5py.File(path) as file:
-        names = [name for name in file if not name.startswith("#")]
+        names = names_in(file, "")
 
     def read(name: str) -> Any:
         with h5py.File(path) as file:
-            member = file[name]
+            member = file[name.replace(".", "/")]
             if isinstance(member, h5py.Dataset):
                 return np.asarray(member).T
             if "data" not in member:  # MATLAB leaves out what an empty matrix does not have
-                raise ValueError("is a structure, not a matrix")
+                raise ValueError("is empty")
             rows = int(member.attrs["MATLAB_sparse"])
             starts = np.asarray(member["jc"], dtype=np.int64)
             parts = (np.asarray(member["data"]), np.asarray(member["ir"], dtype=np.int64), starts)
