@@ -178,7 +178,7 @@ def save(
     written = []
     for _ in range(LAYOUTS):
         figure.draw_without_rendering()
-    figure.set_layout_engine("none")  # the same for all formats
+    figure.set_layout_engine(None)  # the same for all formats, each drawn once
     for kind in formats:
         path = folder / f"{name}.{kind}"
         with replacing(path) as temporary:
