@@ -12,6 +12,8 @@ from microslip.analyses.reduced.sweep import CONVERGED, OUTSIDE
 from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.steady import steady_state
 from microslip.pipeline.checked import checked_at, not_as_in_time, worst_of
+from microslip.results.summary import summary
+from microslip.show.tables import response_table
 
 
 def responses(moment, **response):
@@ -108,3 +110,19 @@ def test_a_motion_that_is_not_steady_is_said():
     (said,) = not_as_in_time("refined, F = 1 N", curve)
     assert "no steady motion" in said.reason
     assert "2 Hz" in said.reason
+
+
+def test_the_table_says_at_how_many_frequencies_the_model_was_held(done):
+    (curve,) = done.responses
+    lost = replace(curve.checks[1], amplitude=0j, doubt=np.nan)
+    some = replace(curve, checks=(curve.checks[0], lost, curve.checks[2]))
+    shown = []
+    for each in (curve, some):
+        outcome = done.outcomes["response"]
+        outcome = replace(outcome, value=replace(outcome.value, curves=(each,)))
+        run = replace(done, outcomes={**done.outcomes, "response": outcome})
+        table = next(iter(response_table(summary(run))))
+        (column,) = (own for own in table.columns if own.header == "off by")
+        shown += column.cells
+    assert shown[0].endswith("%")
+    assert shown[1].endswith("% (2 of 3)")

@@ -98,7 +98,7 @@ _COLUMNS: tuple[tuple[str, Callable[[dict[str, Any]], str]], ...] = (
         "of mu = 0",
         lambda row: _bound(row) + number(row["peak_amplitude_over_frictionless"], ".3g"),
     ),
-    (FOUND_OFF, lambda row: number(row.get("largest_error_found"), "+.1%")),
+    (FOUND_OFF, lambda row: _found_off(row)),
     (REMARK, lambda row: _unanswered(row)),
 )
 
@@ -136,9 +136,16 @@ def response_table(found: Summary) -> Iterator[str | Table]:
         )
 
 
+def _found_off(row: dict[str, Any]) -> str:
+    """The largest error, and at how many of the frequencies there is one where that is not all."""
+    found = [check["error"] is not None for check in row.get("checks", ())]
+    of_some = "" if all(found) else f" ({sum(found)} of {len(found)})"
+    return number(row.get("largest_error_found"), "+.1%") + of_some
+
+
 def _was_checked(row: dict[str, Any]) -> bool:
     """Whether a response was held against time integration."""
-    return row.get("largest_error_found") is not None
+    return bool(row.get("checks"))
 
 
 def says_rho(rows: list[dict[str, Any]]) -> bool:
