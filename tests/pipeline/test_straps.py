@@ -9,6 +9,7 @@ import pytest
 from mesh_files import faces_where, graded, grid, on_body, section_document, two_bodies
 from model.mesh.write_inp import write_inp
 
+from microslip.analyses.prepared import tightening
 from microslip.describe.reading import parse_joint
 from microslip.errors import ContactError
 from microslip.model.mesh.boundary import joined, with_surfaces
@@ -132,3 +133,25 @@ def test_a_part_that_a_bolt_alone_holds_is_tightened_to_a_force(tmp_path):
     by_length = found(shortening=shortening)
     assert by_length.bolts.force[0] == pytest.approx(4e5, rel=1e-6)
     assert by_force.prestress.solution.r[::2].sum() == pytest.approx(4e5, rel=1e-6)
+
+
+def test_where_a_loose_plate_lies_does_not_matter(folder, monkeypatch):
+    """It counts from where its bolt is snug, and what holds the plate until then is no part of the joint."""
+    bolts = [bolt("left", shortening=1e-4), bolt("right", shortening=1e-4, order=2)]
+    expected = tightened(folder, bolts).bolts
+    monkeypatch.setattr(tightening, "HOLDS", 0.01 * tightening.HOLDS)
+    found = tightened(folder, bolts).bolts
+    np.testing.assert_allclose(found.history, expected.history, rtol=1e-6, atol=1.0)
+    np.testing.assert_allclose(found.shortening, expected.shortening, rtol=1e-6)
+
+
+@pytest.mark.parametrize("holds", [{}, {"stiffness": None, "holds": "length"}])
+def test_bolts_two_by_two_with_a_plate_that_is_free(folder, holds):
+    """Mirror images: the plates change places, and so does the order."""
+    forces = []
+    for first, second in (("left", "right"), ("right", "left")):
+        bolts = [bolt(first, force=4e5, **holds), bolt(second, force=4e5, order=2, **holds)]
+        bolts = [{k: v for k, v in each.items() if v is not None} for each in bolts]
+        forces.append(tightened(folder, bolts).bolts.history[-1])
+    np.testing.assert_allclose(forces[0][1], 4e5, rtol=1e-9)
+    np.testing.assert_allclose(forces[0], forces[1], rtol=1e-6)

@@ -249,6 +249,36 @@ def test_a_branch_that_does_not_start_from_rest_starts_from_the_outer_iteration(
     assert found.damping_ratio == pytest.approx(expected.damping_ratio, rel=1e-5)
 
 
+def test_motions_of_the_joint_as_a_whole_change_no_backbone(small_reference):
+    """Rigid motions of a joint that nothing holds, which move its pairs by rounding alone."""
+    joint, more = small_reference.joint, 3
+    model = joint.model
+    rounding = 1e-14 * np.random.default_rng(1).uniform(-1, 1, (len(model.mode_v), more))
+    size = np.abs(model.mode_v).max()
+    free = replace(
+        model,
+        omega=np.concatenate([np.full(more, 0.1), model.omega]),
+        equilibrium_modes=model.equilibrium_modes + more,
+        mode_v=np.hstack([size * rounding, model.mode_v]),
+        port_modes=np.pad(model.port_modes, ((more, 0), (0, 0))),
+        supports=np.pad(model.supports, (more, 0))
+        + np.diag([0.01] * more + [0] * len(model.omega)),
+        bodies=replace(model.bodies, modes=np.pad(model.bodies.modes, ((more, 0), (0, 0)))),
+        image=None,
+    )
+    preload = joint.prestress.preload
+    loose = prepare_joint(free, joint.law, preload, joint.drive)
+    found = []
+    for each in (joint, loose):
+        mode = joint_modes(each.model, each.prestress, each.law)[0]
+        sizes = amplitude_scale(joint, joint_modes(model, joint.prestress, joint.law)[0])
+        found.append(prescribed_backbone(each, mode, sizes * np.array([1e-5, 1e-2])))
+    (expected, _), (points, failures) = found
+    assert failures == []
+    assert points.frequency == pytest.approx(expected.frequency, rel=1e-7)
+    assert points.damping_ratio == pytest.approx(expected.damping_ratio, rel=1e-5)
+
+
 def test_quasi_static_against_the_nonlinear_mode(small_reference, modes):
     """The first mode: its stuck and sliding shapes agree to 1e-4, so inertia hardly matters."""
     joint, mode = small_reference.joint, modes[0]

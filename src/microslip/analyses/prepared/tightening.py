@@ -4,7 +4,7 @@ The force of such a bolt, ``F = C a - k y`` (`microslip.model.bolts`), depends o
 structure and its contact, which is frictionless. In each step the amplitudes a of some bolts are sought:
 
     tightened in this step to a force      F = that force
-    tightened in this step by s            a = k s beyond where it was snug
+    tightened in this step by s            a = k s beyond where it was snug: all but without force
     tightened before                       a as it was: it keeps its length, and its force changes
     still to be tightened                  F = 0: it is loose, however far the parts move
 
@@ -17,8 +17,8 @@ and G at q,
     v = loads_v a_o + R q + L a_s - W r,
 
 which is a contact problem as others are: k^-1 C is symmetric. A part that only loose bolts would hold has no
-stiffness in it: a weak one holds its place, and carries nothing. The solution is corrected by Newton's
-method, with the slope of the pairs that touch, in the problem where a is given.
+stiffness in it: a weak one holds its place. The solution is corrected by Newton's method, with the slope of
+the pairs that touch, in the problem where a is given and nothing is weak.
 """
 
 from __future__ import annotations
@@ -45,22 +45,31 @@ EXACT = 1e-10
 ROUNDING = 1e-12
 """Of the amplitudes: what forces may lack as well, which of stiff bolts are small differences."""
 
+NO_SLOPE = 1e-6
+"""Of the largest slope: combinations of bolts that change no force, whose parts are loose, are left alone."""
+
 MOST = 12
 """Corrections in one step of the tightening."""
 
-HOLDS = 1e-10
-"""Of the stiffness of the pairs: that which holds the place of loose parts."""
+HOLDS = 1e-3
+"""Of the stiffness of the pairs: that which holds loose parts in place while amplitudes are first sought."""
+
+ROUNDED = 1e-6
+"""Of the terms of a load on a loose part: what is rounding, and would carry it far away."""
 
 LOOSE, KNOWN = 1e-7, 1e-6
 """Of the stiffness of the pairs and of that of bolts: stiffness of a motion below which nothing holds it. The
 springs of `microslip.model.loose` have 1e-8 of the former; of the latter the stiffness of loose parts is a
 small difference."""
 
+SNUG = 1e-6
+"""Of the largest force: that of a bolt that has just met its parts, which may lie anywhere before."""
+
 SOFT = 1e3
 """Flexibility over that of the pairs beyond which a motion of the bodies is an unknown of equilibrium."""
 
 PUSHES = 1e-8
-"""Of the largest force: a bolt that pushes more is loose."""
+"""Of the largest force: a bolt that pushes more is loose, and one that is loose has less."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -133,13 +142,25 @@ def tighten(
     by = np.array([plan.amplitudes.get(name, 0.0) for name in names])
     a = np.zeros(len(names))
     history = []
+
+    def solved(
+        a: Array, on: Mapping[str, float], sought: Mask, wanted: Array
+    ) -> tuple[Array, Array]:
+        chosen, amplitudes = np.flatnonzero(sought), model.amplitudes(on)
+        near = work.with_forces(amplitudes, a, chosen, wanted[chosen])
+        return work.corrected(amplitudes, near, chosen, wanted[chosen])
+
     for step in steps:
+        before = {name: x for name, x in constant.items() if plan.order.get(name, step - 1) < step}
         on = {name: x for name, x in constant.items() if plan.order.get(name, step) <= step}
-        a = a + np.where(turn == step, by, 0.0)
-        sought = np.flatnonzero((turn > step) | ((turn == step) & by_force))
-        wanted = np.where(turn == step, target, 0.0)[sought]
-        a = work.with_forces(model.amplitudes(on), a, sought, wanted)
-        a, force = work.corrected(model.amplitudes(on), a, sought, wanted)
+        now = turn == step
+        if step > steps[0] and (now & ~by_force).any():
+            a, _ = solved(
+                a, before, turn >= step, np.where(now & ~by_force, SNUG * work.scale, 0.0)
+            )
+        a = a + np.where(now, by, 0.0)
+        wanted = np.where(now, target, 0.0)
+        a, force = solved(a, on, (turn > step) | (now & by_force), wanted)
         history.append(force)
         _check_pull(plan.bolts, force, turn <= step, work.scale)
     return Tightened(plan.bolts, a, force, a / plan.bolts.stiffness, steps, np.array(history))
@@ -178,21 +199,24 @@ class _Wrench:
         nothing = max(LOOSE * size, KNOWN * springs.max())
         apart = np.sqrt(np.diag(f.loads_loads))
         summed = apart[ports] * (apart @ np.abs(given)) + np.abs(known)
-        free = _unheld(stiffness, loose_modes(self.model.omega), nothing)
         terms = float((scale[len(f.stiffness) :] * summed).max())
-        if parts_bodies((motions * scale) @ free, self.model.dimension, loads @ free, terms):
+        loose = loose_modes(self.model.omega)
+        stiffness[:loose, :loose] = 0.0
+        held, turn = np.linalg.eigh(stiffness)
+        R, loads = (motions * scale) @ turn, turn.T @ loads
+        free = held <= nothing
+        if parts_bodies(R[:, free], self.model.dimension, loads[free], terms):
             raise ContactError(
                 f"{self._named(sought)}: cannot be tightened to a force: the preload pulls bodies apart: no "
                 "pressure between them balances it, and no support does; while its force is given a bolt "
                 "holds no length"
             )
-        values, turn = np.linalg.eigh(stiffness)
-        held = np.maximum(values, HOLDS * size)
-        R, loads = (motions * scale) @ turn, turn.T @ loads
+        held[free] = HOLDS * size
+        loads[free & (np.abs(loads) <= ROUNDED * terms)] = 0.0
         # with what is stiff as an unknown, equilibrium would be small differences of large forces
-        stiff = size * np.abs(R).max(axis=0) ** 2 < SOFT * held
+        stiff = ~free & (size * np.abs(R).max(axis=0) ** 2 < SOFT * held)
         give = R[:, stiff] / held[stiff]
-        loose = Flexibility(
+        tightened = Flexibility(
             W=f.W + give @ R[:, stiff].T,
             R=np.ascontiguousarray(R[:, ~stiff]),
             stiffness=held[~stiff],
@@ -202,7 +226,7 @@ class _Wrench:
         )
         v = f.loads_v @ given + give @ loads[stiff]
         try:
-            found = without_friction(self.model, loose, v, loads[~stiff], self.scale)
+            found = without_friction(self.model, tightened, v, loads[~stiff], self.scale)
         except ContactError as error:
             raise ContactError(
                 f"{self._named(sought)}: cannot be tightened to a force: {error}"
@@ -246,12 +270,12 @@ class _Wrench:
         force, found = self.solved(constant, a)
         for _ in range(MOST):
             left = force[sought] - wanted
-            allowed = EXACT * self.scale + ROUNDING * np.abs(a).max()
-            if np.abs(left).max(initial=0.0) <= allowed:
+            exact = np.where(wanted <= SNUG * self.scale, PUSHES, EXACT)
+            if (np.abs(left) <= exact * self.scale + ROUNDING * np.abs(a).max()).all():
                 return a, force
             slope = self.slope(touches(found.status))[np.ix_(sought, sought)]
             a = a.copy()
-            a[sought] -= np.linalg.lstsq(slope, left, rcond=None)[0]
+            a[sought] -= np.linalg.lstsq(slope, left, rcond=NO_SLOPE)[0]
             force, found = self.solved(constant, a)
         worst = int(sought[np.argmax(np.abs(left))])
         raise ContactError(
@@ -259,14 +283,6 @@ class _Wrench:
             f"{a[worst] / self.bolts.stiffness[worst]:.3g} m it has {force[worst]:.4g} N/m; does it close "
             "anything, and is what it acts on supported?"
         )
-
-
-def _unheld(stiffness: Array, loose: int, nothing: float) -> Array:
-    """Combinations (columns) of coordinates without stiffness but that which holds the place of the first."""
-    own = stiffness.copy()
-    own[:loose, :loose] = 0.0
-    values, shapes = np.linalg.eigh(own)
-    return np.asarray(shapes[:, values <= nothing])
 
 
 def _check_pull(bolts: Bolts, force: Array, tight: Mask, scale: float) -> None:

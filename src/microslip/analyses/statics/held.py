@@ -34,8 +34,8 @@ the body moves with the mode, not as a mean."""
 RIGID = 1e-3
 """Share of the reference frequency, squared, below which a motion is rigid."""
 
-RELATIVE = 1e-2
-"""Share of the largest relative motion of the bodies below which they move together."""
+RELATIVE, ROUNDING = 1e-2, 1e-8
+"""Share of the largest relative motion of soft coordinates, and of all, below which bodies move together."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -287,12 +287,13 @@ def _without_residual(model: JointModel, port: str) -> JointModel:
 def _unknowns_first(values: Array, mode_v: Array, omega: float) -> tuple[Indices, int]:
     """Order of the coordinates in which those that statics solves for come first, and their number.
 
-    These are the soft ones that move the bodies against each other; what moves them together is
-    held by its inertia, and contact says nothing of it.
+    These are the soft ones that move the bodies against each other; what moves them together, to rounding
+    where nothing holds the joint as a whole, is held by its inertia, and contact says nothing of it.
     """
     soft = values < 1e-4 * omega**2
     motion = np.abs(mode_v).max(axis=0, initial=0.0)
-    felt = soft & (motion > RELATIVE * motion[soft].max(initial=0.0))
+    least = max(RELATIVE * motion[soft].max(initial=0.0), ROUNDING * motion.max(initial=0.0))
+    felt = soft & (motion > least)
     return np.argsort(~felt, kind="stable"), int(felt.sum())
 
 
