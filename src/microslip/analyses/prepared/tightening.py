@@ -62,8 +62,8 @@ LOOSE, KNOWN = 1e-7, 1e-6
 springs of `microslip.model.loose` have 1e-8 of the former; of the latter the stiffness of loose parts is a
 small difference."""
 
-SNUG = 1e-6
-"""Of the largest force: that of a bolt that has just met its parts, which may lie anywhere before."""
+FIRM, SNUG = 1e-2, 1e-6
+"""Of the largest force: that which draws loose parts together, and that of a bolt that has just met them."""
 
 SOFT = 1e3
 """Flexibility over that of the pairs beyond which a motion of the bodies is an unknown of equilibrium."""
@@ -155,9 +155,10 @@ def tighten(
         on = {name: x for name, x in constant.items() if plan.order.get(name, step) <= step}
         now = turn == step
         if step > steps[0] and (now & ~by_force).any():
-            a, _ = solved(
-                a, before, turn >= step, np.where(now & ~by_force, SNUG * work.scale, 0.0)
-            )
+            met = np.where(now & ~by_force, work.scale, 0.0)
+            a, _ = solved(a, before, turn >= step, FIRM * met)
+            chosen = np.flatnonzero(turn >= step)
+            a, _ = work.corrected(model.amplitudes(before), a, chosen, SNUG * met[chosen])
         a = a + np.where(now, by, 0.0)
         wanted = np.where(now, target, 0.0)
         a, force = solved(a, on, (turn > step) | (now & by_force), wanted)
