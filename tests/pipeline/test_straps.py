@@ -155,3 +155,21 @@ def test_bolts_two_by_two_with_a_plate_that_is_free(folder, holds):
         forces.append(tightened(folder, bolts).bolts.history[-1])
     np.testing.assert_allclose(forces[0][1], 4e5, rtol=1e-9)
     np.testing.assert_allclose(forces[0], forces[1], rtol=1e-6)
+
+
+def test_a_plate_without_a_bolt_is_said_to_be_loose(folder):
+    doubts = [str(each) for each in tightened(folder, [bolt("left", force=3e5)]).doubts]
+    assert any(
+        "6 rigid motions of parts are held by no support and by no pair" in each for each in doubts
+    )
+    both = tightened(folder, [bolt("left", force=3e5), bolt("right", force=3e5)])
+    assert not any("rigid motions of parts" in str(each) for each in both.doubts)
+
+
+def test_a_bolt_with_next_to_no_force_is_named(folder):
+    found = tightened(folder, [bolt("left", force=3e5), bolt("right", force=2e3)])
+    assert any(
+        "preload 'right': has 0.7% of the force of 'left'" in str(each) for each in found.doubts
+    )
+    found = tightened(folder, [bolt("left", force=3e5), bolt("right", force=4e3)])
+    assert not any("of the force of" in str(each) for each in found.doubts)

@@ -7,11 +7,14 @@ import numpy as np
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.prepared.joint_modes import JointMode
 from microslip.analyses.prepared.prestress import Prestress
+from microslip.analyses.prepared.tightening import Tightened
+from microslip.contact.pairs import by_pair
 from microslip.describe.joint import Joint
 from microslip.describe.units import readable
 from microslip.errors import Caution, InputError, ModelError
 from microslip.model.imported import GAP
 from microslip.model.joint import JointModel
+from microslip.model.loose import loose_modes
 from microslip.model.shape_damping import ratio_by_coupling
 
 
@@ -24,6 +27,11 @@ def check_loads(joint: Joint, opening: float) -> None:
             given.append((f"analysis.history {entry.label!r}", amplitude))
     said = joint.driven.load
     for where, value in given:
+        if opening <= 0:
+            raise InputError(
+                f"{where}: nothing presses what {said.named(value)} would part together: tighten a bolt "
+                "through every part, or support it"
+            )
         if value >= opening:
             raise InputError(
                 f"{where}: {said.named(value)} opens the joint: the clamp holds less than "
@@ -47,6 +55,56 @@ def check_positions(joint: Joint, model: JointModel) -> None:
                     f"{where}.positions: {position:g} m lies off the interface, which reaches from "
                     f"{x.min():g} to {x.max():g} m"
                 )
+
+
+PRESSED = 1e-6
+"""Of the largest pressure: pairs with less press nothing."""
+
+
+def unpressed(prepared: PreparedJoint) -> tuple[Caution, ...]:
+    """That parts move which neither a support nor a pair that is pressed holds."""
+    model, start = prepared.model, prepared.prestress
+    loose = loose_modes(model.omega)
+    if not loose:
+        return ()
+    moved = by_pair(model.mode_v[:, :loose].T, model.dimension)
+    pressed = start.pressure > PRESSED * start.pressure.max(initial=0.0)
+    sizes = [
+        np.linalg.svd(each.reshape(loose, -1), compute_uv=False)
+        for each in (moved, moved[:, pressed])
+    ]
+    least = PRESSED * sizes[0].max(initial=0.0)
+    free = int((sizes[0] > least).sum() - (sizes[1] > least).sum())
+    if not free:
+        return ()
+    reason = (
+        f"{free} rigid motions of parts are held by no support and by no pair that is pressed: what is found "
+        "of them is of no joint"
+    )
+    return (
+        Caution("input", "preload", reason, "tighten a bolt through every part, or support it"),
+    )
+
+
+HARDLY = 0.01
+"""Of the largest force of a bolt: one with less is hardly tightened."""
+
+
+def hardly_tightened(bolts: Tightened | None) -> tuple[Caution, ...]:
+    """That a bolt has next to no force beside the others."""
+    rows = [] if bolts is None else bolts.rows
+    largest = max(rows, key=lambda row: row[1], default=None)
+    return tuple(
+        Caution(
+            "input",
+            f"preload {name!r}",
+            f"has {force / largest[1]:.1%} of the force of {largest[0]!r} when all are tightened",
+            "shortening counts from where a bolt is snug when its turn comes, and bolts tightened later take "
+            "force away: give forces, or another order",
+        )
+        for name, force, _ in rows
+        if largest is not None and force < HARDLY * largest[1]
+    )
 
 
 SOFTER = 1e3

@@ -40,8 +40,10 @@ from microslip.pipeline.fitness import (
     check_vibrates,
     coupling_said,
     crushed,
+    hardly_tightened,
     not_one_mode,
     soft_contact,
+    unpressed,
 )
 from microslip.pipeline.measures import Measures, measures_of
 from microslip.pipeline.saved_model import modal_states, modal_structure, read_saved
@@ -122,6 +124,7 @@ class Assembly:
         given = () if self.damping is None else self.damping.cautions
         coupled = coupling_said(self.prepared)
         found = *given, *coupled, *soft_contact(self.prepared), *crushed(self.prestress)
+        found = *found, *unpressed(self.prepared), *hardly_tightened(self.bolts)
         return (*self.imported.cautions, *found, *modes)
 
     @property
