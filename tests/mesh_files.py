@@ -133,6 +133,16 @@ def on_body(mesh, body, chosen):
     return Surface(found.elements[own], found.faces[own])
 
 
+def spot(height, first, last, reach=10.0):
+    """Condition of faces on the plane z = height, from first to last along x, within +-reach along y."""
+    return lambda p: (
+        (np.abs(p[:, 2] - height) < 1e-9)
+        & (p[:, 0] > first - 1e-9)
+        & (p[:, 0] < last + 1e-9)
+        & (np.abs(p[:, 1]) < reach + 1e-9)
+    )
+
+
 def graded(*pieces):
     """Coordinates of pieces, (start, stop, elements)."""
     parts = [np.linspace(a, b, n + 1)[1:] for a, b, n in pieces]

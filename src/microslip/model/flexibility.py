@@ -89,12 +89,16 @@ def harmonic_compliance(model: JointModel, omega: float, harmonics: int) -> tupl
     Returns
     -------
     modal : (H + 1, k) or (H + 1, k, k) complex array
-        s² (mass-normalised modes), for `amplitudes_under`; matrices where damping couples the modes.
+        s² (mass-normalised modes), for `amplitudes_under`; matrices where damping couples the modes. Not
+        finite in the mean of a mode of frequency zero.
     lag : (H + 1,) complex array
         The truncated modes follow quasi-statically behind their stiffness damping.
     """
     h = np.arange(harmonics + 1)[:, None] * omega
-    modal = np.asarray(1 / (model.omega**2 - h**2 + 1j * h * model.modal_damping()), dtype=complex)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        modal = np.asarray(
+            1 / (model.omega**2 - h**2 + 1j * h * model.modal_damping()), dtype=complex
+        )
     lag = np.asarray(1 / (1 + 1j * h[:, 0] * model.rayleigh[1]), dtype=complex)
     if model.damping is None:
         return modal, lag

@@ -80,11 +80,9 @@ def periodic_motion(assembly: Assembly, motion: PeriodicMotion, theta: Array) ->
     """
     a, r = motion.a, motion.r
     omega = 2 * np.pi * motion.frequency
-    with np.errstate(
-        divide="ignore", invalid="ignore"
-    ):  # the mean of what nothing holds, made anew
-        modal, lag = harmonic_compliance(assembly.model, omega, len(r) - 1)
-        eta = amplitudes_under(modal, _on_modes(assembly, a, r))
+    modal, lag = harmonic_compliance(assembly.model, omega, len(r) - 1)
+    modal[0] = 0.0  # the mean, which may be infinite, is made anew
+    eta = amplitudes_under(modal, _on_modes(assembly, a, r))
     eta[0] = _modes_at_rest(assembly, a[:1].real, r[:1].real, motion.v[None])[0]
     each = (_at_phases(Y, theta) for Y in (eta, lag[:, None] * a, lag[:, None] * r))
     return _structure(assembly, *each)

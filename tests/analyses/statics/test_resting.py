@@ -8,13 +8,16 @@ Without the inertia of that mass the first two swing at ``sqrt(k1/m1)`` where th
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from benchmarks_physics.den_hartog import MASS, OMEGA, oscillator
 from scipy.linalg import eigh
 
 from microslip.analyses.prepared.joint import prepare_joint, with_principal_mode
 from microslip.analyses.prepared.joint_modes import joint_modes, walking_modes
-from microslip.analyses.statics.held import LINKED, hold_mode, resting
+from microslip.analyses.statics.held import LINKED, hold_mode, hold_port, resting
 from microslip.analyses.statics.prescribed import prescribed_cycle
 from microslip.contact.law import contact_law
 from microslip.model.joint import JointModel
@@ -83,3 +86,26 @@ def test_modes_of_a_lap_joint_that_slide_its_beams_do_so_with_their_inertia(smal
     slides = [float((mode.stuck[sliding] ** 2).sum()) > 1e-9 for mode in modes]
     assert [not resting(joint, mode).any() for mode in modes] == slides
     assert set(slides) == {True, False}
+
+
+def test_motions_that_move_a_pair_by_rounding_are_no_unknowns():
+    """Those of a joint as a whole: small cycles of an oscillator are the same with two of them beside it."""
+    plain = oscillator(50.0, spring=1e7)
+    model = plain.model
+    rounding = 1e-13 * np.array([[1.0, -0.3], [0.4, 0.7]])
+    free = replace(
+        model,
+        omega=np.concatenate([[1e-2, 1e-2], model.omega]),
+        equilibrium_modes=2,
+        mode_v=np.hstack([rounding, model.mode_v]),
+        port_modes=np.pad(model.port_modes, ((2, 0), (0, 0))),
+    )
+    other = prepare_joint(free, plain.law, plain.prestress.preload, plain.drive)
+    cycles = []
+    for joint in (plain, other):
+        held = hold_port(joint, "sliding", OMEGA, OMEGA)
+        assert held.flexibility.stiffness.size == 0
+        cycles.append(prescribed_cycle(held, 1e-9, steps=40, cycles=2))
+    one, two = cycles
+    assert two.force / two.q == pytest.approx(one.force / one.q, rel=1e-9)
+    assert (one.force / one.q).real == pytest.approx(1e7 / MASS, rel=1e-9)

@@ -189,7 +189,6 @@ def linear_operator(problem: HarmonicProblem, omega: float) -> LinearOperator:
     """Linear side at circular frequency `omega` (rad/s, > 0)."""
     if not (np.isfinite(omega) and omega > 0):
         raise MicroslipError(f"frequency {omega / (2 * np.pi):g} Hz must be positive")
-    with np.errstate(divide="ignore", invalid="ignore"):  # the mean of a free joint as a whole
-        modal, lag = harmonic_compliance(problem.model, omega, problem.harmonics)
+    modal, lag = harmonic_compliance(problem.model, omega, problem.harmonics)
     modal[0, : len(problem.rigid_modes)] = 0.0
     return LinearOperator(problem, float(omega), modal, lag)

@@ -159,9 +159,10 @@ def resting(joint: PreparedJoint, mode: JointMode) -> Mask:
     joint : PreparedJoint
     mode : JointMode
     """
-    walking = walking_modes(joint.model)
-    still = np.asarray(walking & (mode.stuck**2 < LINKED))
-    return still if _keeps_its_frequency(joint, mode, still) else np.zeros_like(still)
+    still = np.asarray(walking_modes(joint.model) & (mode.stuck**2 < LINKED))
+    if not still.any() or _keeps_its_frequency(joint, mode, still):
+        return still
+    return np.zeros_like(still)
 
 
 def _keeps_its_frequency(joint: PreparedJoint, mode: JointMode, still: Mask) -> bool:
