@@ -7,7 +7,7 @@ import shutil
 
 import numpy as np
 import pytest
-from mesh_files import faces_where, graded, grid, on_body, two_bodies
+from mesh_files import faces_where, graded, grid, on_body, spot, two_bodies
 from model.mesh.write_inp import write_inp
 from scipy.optimize import nnls
 from typer.testing import CliRunner
@@ -34,23 +34,15 @@ def plates():
     upper = grid((np.r_[along, 60.0, 80.0], [-10.0, -5.0, 5.0, 10.0], [0.0, 6.0]))
     mesh = two_bodies(lower, upper)
 
-    def flat(height, low, high, reach=10.0):
-        return lambda p: (
-            (np.abs(p[:, 2] - height) < 1e-9)
-            & (p[:, 0] > low - 1e-9)
-            & (p[:, 0] < high + 1e-9)
-            & (np.abs(p[:, 1]) < reach + 1e-9)
-        )
-
     surfaces = {
-        "lower_contact": on_body(mesh, "lower", flat(0.0, -45, 45)),
-        "upper_contact": on_body(mesh, "upper", flat(0.0, -45, 45)),
+        "lower_contact": on_body(mesh, "lower", spot(0.0, -45, 45)),
+        "upper_contact": on_body(mesh, "upper", spot(0.0, -45, 45)),
         "left": faces_where(mesh, lambda p: p[:, 0] < -80 + 1e-9),
         "right": faces_where(mesh, lambda p: p[:, 0] > 80 - 1e-9),
     }
     for k, place in enumerate(PLACES):
-        surfaces[f"head{k}"] = faces_where(mesh, flat(6.0, place - 5, place + 5, 5.0))
-        surfaces[f"nut{k}"] = faces_where(mesh, flat(-5.0, place - 5, place + 5, 5.0))
+        surfaces[f"head{k}"] = faces_where(mesh, spot(6.0, place - 5, place + 5, 5.0))
+        surfaces[f"nut{k}"] = faces_where(mesh, spot(-5.0, place - 5, place + 5, 5.0))
     return with_surfaces(mesh, surfaces)
 
 

@@ -22,7 +22,7 @@ from same_joint import (
     reference_document,
 )
 
-from microslip.analyses.prepared.prestress import pulled_apart
+from microslip.analyses.prepared.balance import pulled_apart
 from microslip.contact.fields import contact_extent
 from microslip.describe.reading import load_joint, parse_joint
 from microslip.describe.reference import reference_joint

@@ -523,13 +523,22 @@ def refused(document, folder):
     ("section", "change", "said"),
     [
         ("mesh", {"width": None}, "mesh.width is missing"),
-        ("support", {"on": "wall"}, "no node set and no surface 'wall'"),
-        ("interface", {"first": "lower", "second": "upper_contact"}, "no surface 'lower'"),
+        ("support", {"on": "wall"}, 'support.on = "wall": the mesh has no surface or node set'),
+        (
+            "interface",
+            {"first": "lower", "second": "upper_contact"},
+            'interface.first = "lower": is an element set; a surface is needed',
+        ),
+        (
+            "interface",
+            {"first": "lower_contacts", "second": "nut"},
+            "did you mean 'lower_contact'?",
+        ),
         ("interface", {"first": "nut", "second": "head"}, "overlap by"),
-        ("preload", {"on": ["head", "washer"]}, "'washer'"),
+        ("preload", {"on": ["head", "washer"]}, 'preload.on[1] = "washer": the mesh has no'),
         ("preload", {"on": ["nut", "head"], "direction": [0, 0, -1.0]}, "pulls the sides"),
         ("port", {"on": "left"}, "it moves nothing"),
-        ("output", {"on": "tip"}, "'tip'"),
+        ("output", {"on": "tip"}, 'output.on = "tip": the mesh has no'),
         ("output", {"on": "left"}, "it does not move"),
     ],
 )

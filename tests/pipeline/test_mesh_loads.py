@@ -73,7 +73,7 @@ def test_a_moment_on_nodes_does_its_work_on_a_rotation_alone(folder, axis):
     [
         ({"spring": {"on": "tip", "direction": "y", "stiffness": 1e7}}, "give total"),
         ({"spring": {"on": "tip", "direction": "y"}}, "give stiffness, per area, or total"),
-        ({"mass": {"on": "nowhere", "mass": 1.0}}, "no node set and no surface 'nowhere'"),
+        ({"mass": {"on": "nowhere", "mass": 1.0}}, 'mass.on = "nowhere": the mesh has no'),
         ({"mass": {"on": "tip", "mass": "-1 kg"}}, r"mass"),
     ],
 )

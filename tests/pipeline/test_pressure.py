@@ -87,7 +87,11 @@ def test_a_pressure_is_the_force_that_it_amounts_to(tmp_path):
     [
         ({"kind": "pressure", "on": "right", "direction": "x"}, {}, "acts along the normal"),
         ({"kind": "pressure"}, {}, "where is the load"),
-        ({"kind": "pressure", "on": "nowhere"}, {}, "no surface 'nowhere'"),
+        (
+            {"kind": "pressure", "on": "nowhere"},
+            {},
+            'port.on = "nowhere": the mesh has no surface of this name',
+        ),
         ({"kind": "pressure", "on": "right"}, {"load": {"force": [1.0]}}, "give pressure"),
         ({"kind": "pressure", "on": "right"}, {"output": []}, "name one"),
     ],

@@ -23,6 +23,7 @@ from microslip.contact.fields import contact_extent
 from microslip.describe.beam import bending_stiffnesses
 from microslip.describe.joint import Joint
 from microslip.describe.lap import LapJoint
+from microslip.describe.mesh import MeshJoint
 from microslip.describe.reading import load_joint
 from microslip.describe.units import readable
 from microslip.describe.units_of_the_whole import in_whole
@@ -130,6 +131,10 @@ def _of_files(joint: Joint, done: Assembly | None) -> Iterator[Row]:
     )
     for name, force, by in () if assembly.bolts is None else assembly.bolts.rows:
         yield f"bolt {name}", f"{readable(force, 'N/m', 4)}, shortened by {readable(by, 'm', 3)}"
+    for entry in joint.preload if isinstance(joint, MeshJoint) else ():
+        if not entry.keeps_length:
+            unit, value = entry.amount
+            yield f"preload {entry.name}", f"{readable(value, unit, 4)}, constant"
     yield "contact force under the preload", readable(measures.force, "N/m")
     left, right = contact_extent(model.position, start.touching)
     yield (

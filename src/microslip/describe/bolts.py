@@ -71,6 +71,17 @@ class MeshPreload(Section):
             return self.holds == "length"
         return any(each is not None for each in (self.section, self.stiffness, self.shortening))
 
+    @property
+    def amount(self) -> tuple[str, float]:
+        """Unit and value of its force, shortening, pressure or change of temperature."""
+        given = (
+            ("N/m", self.force),
+            ("m", self.shortening),
+            ("Pa", self.pressure),
+            ("K", self.temperature),
+        )
+        return next((unit, value) for unit, value in given if value is not None)
+
     @model_validator(mode="after")
     def _one_amount(self) -> Self:
         given = [self.force, self.shortening, self.pressure, self.temperature]
@@ -124,14 +135,8 @@ def readable_preload(preloads: Iterable[MeshPreload], whole: bool = False) -> st
     >>> readable_preload([MeshPreload(on=["head", "nut"], force="12 kN/m")])
     'clamp 12 kN/m'
     """
-    parts = []
-    for each in preloads:
-        amounts = (
-            ("N" if whole else "N/m", each.force),
-            ("m", each.shortening),
-            ("Pa", each.pressure),
-            ("K", each.temperature),
-        )
-        unit, value = next((unit, value) for unit, value in amounts if value is not None)
-        parts.append(f"{each.name} {units.readable(value, unit)}")
-    return ", ".join(parts)
+    said = ((each.name, each.amount) for each in preloads)
+    return ", ".join(
+        f"{name} {units.readable(value, 'N' if whole and unit == 'N/m' else unit)}"
+        for name, (unit, value) in said
+    )

@@ -250,7 +250,11 @@ def _written(loc: Sequence[int | str], document: Mapping[str, Any]) -> str:
     if value is None:
         return key
     if isinstance(value, Mapping):
-        return f"[[{loc[0]}]]" if loc[0] in LISTED else f"[{key}]"
+        if loc[0] not in LISTED:
+            return f"[{key}]"
+        entries = document.get(str(loc[0]))
+        several = isinstance(entries, list) and len(entries) > 1
+        return key if several else f"[[{loc[0]}]]"
     text = json.dumps(value, ensure_ascii=False, default=str)
     return f"{key} = {text if len(text) <= 60 else text[:57] + '...'}"
 

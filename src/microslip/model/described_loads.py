@@ -233,26 +233,35 @@ def _normals(mesh: FiniteElementMesh, entry: MeshPreload) -> Array | None:
 
 
 def bolt_cautions(mesh: FiniteElementMesh, preloads: Sequence[MeshPreload]) -> list[Caution]:
-    """That the middles of head and nut do not face each other along their normals."""
+    """That head and nut do not face each other along their normals, or that a direction is another."""
     out = []
     for entry in preloads:
-        if entry.force is None and entry.shortening is None:
+        if entry.on is None or (entry.force is None and entry.shortening is None):
             continue
-        if entry.on is None or entry.direction is not None:
+        normals = _normals(mesh, entry)
+        along = normals if normals is None else normals @ _axis_or_line(mesh, entry)
+        if along is None or along >= ASKEW:
             continue
-        normals, line = _normals(mesh, entry), _line(mesh, entry)
-        if normals is not None and normals @ line < ASKEW:
-            angle = np.degrees(np.arccos(np.clip(normals @ line, -1.0, 1.0)))
-            out.append(
-                Caution(
-                    "mesh",
-                    f"preload {entry.name!r}",
-                    f"the line between the middles of {' and '.join(entry.on)} is {angle:.2g}° off their "
-                    "normals, along which the force is taken",
-                    "give direction, and see whether both places are of one bolt",
-                )
+        angle, places = np.degrees(np.arccos(np.clip(along, -1.0, 1.0))), " and ".join(entry.on)
+        if entry.direction is None:
+            reason = (
+                f"the line between the middles of {places} is {angle:.2g}° off their normals, along which "
+                "the force is taken"
             )
+            remedy = "give direction, and see whether both places are of one bolt"
+        elif along <= -ASKEW:
+            reason = f"its direction draws {places} away from what they press: it is turned round"
+            remedy = "reverse direction, or leave it out"
+        else:
+            reason = f"its direction is {angle:.3g}° off the normals of {places}, along which a bolt presses"
+            remedy = "leave direction out, or see whether both places are of one bolt"
+        out.append(Caution("mesh", f"preload {entry.name!r}", reason, remedy))
     return out
+
+
+def _axis_or_line(mesh: FiniteElementMesh, entry: MeshPreload) -> Array:
+    """The direction that is given, or the line between the middles."""
+    return _line(mesh, entry) if entry.direction is None else _axis(mesh, entry)
 
 
 def tightening_of(preloads: Sequence[MeshPreload], bolts: Bolts) -> Tightening:

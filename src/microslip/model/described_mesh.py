@@ -38,6 +38,7 @@ from microslip.model.described_loads import (
     with_bases,
     with_masses,
 )
+from microslip.model.described_names import check_names
 from microslip.model.elasticity import Material
 from microslip.model.imported import Imported
 from microslip.model.mesh.finite_elements import FiniteElementMesh, Tie
@@ -92,6 +93,7 @@ def _built(described: Described[MeshJoint], changed: Stamps) -> Imported:
     mesh = read_mesh(
         Path(given.file), length=LENGTHS[given.length_unit], force=FORCES[given.force_unit]
     )
+    check_names(mesh, joint)
     d = mesh.dimension
     width = _width(joint, d)
     ties = tuple(

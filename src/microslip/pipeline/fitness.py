@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Mapping
+
 import numpy as np
 
+from microslip.analyses.prepared.balance import friction_taken
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.prepared.joint_modes import JointMode
 from microslip.analyses.prepared.prestress import Prestress
@@ -11,11 +15,12 @@ from microslip.analyses.prepared.tightening import Tightened
 from microslip.contact.pairs import by_pair
 from microslip.describe.joint import Joint
 from microslip.describe.units import readable
-from microslip.errors import Caution, InputError, ModelError
+from microslip.errors import Caution, ContactError, InputError, ModelError
 from microslip.model.imported import GAP
 from microslip.model.joint import JointModel
 from microslip.model.loose import loose_modes
 from microslip.model.shape_damping import ratio_by_coupling
+from microslip.typing import Array
 
 
 def check_loads(joint: Joint, opening: float) -> None:
@@ -57,33 +62,64 @@ def check_positions(joint: Joint, model: JointModel) -> None:
                 )
 
 
+SLIGHTLY = 0.01
+"""Share of what friction can hold that a preload may take in silence."""
+
+
+def check_slid(model: JointModel, preload: Mapping[str, float], friction: Array) -> None:
+    """Raise `ContactError` where a preload slides bodies past each other that no friction holds."""
+    taken = friction_taken(model, model.amplitudes(preload), friction)
+    if taken > 1:
+        much = "" if np.isinf(taken) else f", with {taken:.3g} times what friction can hold"
+        raise ContactError(
+            f"the preload slides bodies past each other{much}: do bolts pull along their axes, across the "
+            "contact?"
+        )
+
+
+def slid(prepared: PreparedJoint) -> tuple[Caution, ...]:
+    """That a preload slides bodies past each other, which friction alone holds and prestress is without."""
+    model = prepared.model
+    amplitudes = model.amplitudes(prepared.prestress.preload)
+    taken = friction_taken(model, amplitudes, prepared.law.friction)
+    if taken <= SLIGHTLY:
+        return ()
+    reason = (
+        f"it slides bodies past each other, with {taken:.0%} of what friction can hold; in the prestress, "
+        "which is without friction, they stay where they are, and friction takes it from the first step on"
+    )
+    return (Caution("input", "preload", reason, "do bolts pull along their axes?"),)
+
+
 PRESSED = 1e-6
 """Of the largest pressure: pairs with less press nothing."""
 
 
-def unpressed(prepared: PreparedJoint) -> tuple[Caution, ...]:
-    """That parts move which neither a support nor a pair that is pressed holds."""
-    model, start = prepared.model, prepared.prestress
+def unpressed(model: JointModel, start: Prestress) -> Array:
+    """Motions of parts which neither a support nor a pair that is pressed holds: columns, of loose modes."""
     loose = loose_modes(model.omega)
     if not loose:
-        return ()
+        return np.zeros((0, 0))
     moved = by_pair(model.mode_v[:, :loose].T, model.dimension)
     pressed = start.pressure > PRESSED * start.pressure.max(initial=0.0)
-    sizes = [
-        np.linalg.svd(each.reshape(loose, -1), compute_uv=False)
-        for each in (moved, moved[:, pressed])
-    ]
-    least = PRESSED * sizes[0].max(initial=0.0)
-    free = int((sizes[0] > least).sum() - (sizes[1] > least).sum())
-    if not free:
-        return ()
-    reason = (
-        f"{free} rigid motions of parts are held by no support and by no pair that is pressed: what is found "
-        "of them is of no joint"
-    )
-    return (
-        Caution("input", "preload", reason, "tighten a bolt through every part, or support it"),
-    )
+    # motions of the joint as a whole move no pair
+    _, size, turned = np.linalg.svd(np.linalg.qr(moved.reshape(loose, -1).T, mode="r"))
+    own = turned[size > PRESSED * size.max(initial=1e-300)].T
+    felt = np.einsum("lk,lmd->kmd", own, moved[:, pressed]).reshape(own.shape[1], -1)
+    _, share, mixed = np.linalg.svd(np.linalg.qr(felt.T, mode="r"))
+    kept = int((share > PRESSED * size.max(initial=0.0)).sum())
+    return np.asarray(own @ mixed[kept:].T)
+
+
+def check_pressed(motions: Array, names: tuple[str, ...]) -> None:
+    """Raise `InputError` where parts have motions of `unpressed`, with their names."""
+    count = motions.shape[1]
+    if count:
+        said = "; ".join(f"{each} ({n})" if n > 1 else each for each, n in Counter(names).items())
+        raise InputError(
+            f"preload: no support and no contact under pressure holds {said or f'{count} motions of parts'}: "
+            "tighten a bolt through every part, or support it"
+        )
 
 
 HARDLY = 0.01

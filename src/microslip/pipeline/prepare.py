@@ -28,6 +28,7 @@ from microslip.model.imported import Imported
 from microslip.model.joint import JointModel, Reducer
 from microslip.model.loose import check_balanced
 from microslip.model.mesh.finite_elements import said_too
+from microslip.model.mesh_in_words import names_of_motions
 from microslip.model.reactions import with_inertia_loads, with_rates, with_reactions
 from microslip.model.states import LinearStates, linear_states
 from microslip.model.structure import Structure
@@ -36,19 +37,22 @@ from microslip.pipeline.excitation import Prepared, prepare_histories
 from microslip.pipeline.fitness import (
     check_loads,
     check_positions,
+    check_pressed,
     check_scales,
+    check_slid,
     check_vibrates,
     coupling_said,
     crushed,
     hardly_tightened,
     not_one_mode,
+    slid,
     soft_contact,
     unpressed,
 )
 from microslip.pipeline.measures import Measures, measures_of
 from microslip.pipeline.saved_model import modal_states, modal_structure, read_saved
 from microslip.pipeline.sources import Source, law_of, source_of
-from microslip.typing import Indices
+from microslip.typing import Array, Indices
 
 
 @dataclass(frozen=True, repr=False)
@@ -122,10 +126,16 @@ class Assembly:
         if self.imported is None:
             return modes
         given = () if self.damping is None else self.damping.cautions
-        coupled = coupling_said(self.prepared)
-        found = *given, *coupled, *soft_contact(self.prepared), *crushed(self.prestress)
-        found = *found, *unpressed(self.prepared), *hardly_tightened(self.bolts)
-        return (*self.imported.cautions, *found, *modes)
+        return (
+            *self.imported.cautions,
+            *given,
+            *coupling_said(self.prepared),
+            *soft_contact(self.prepared),
+            *crushed(self.prestress),
+            *slid(self.prepared),
+            *hardly_tightened(self.bolts),
+            *modes,
+        )
 
     @property
     def mode(self) -> JointMode:
@@ -202,14 +212,16 @@ def _assemble(joint: Joint) -> Assembly:
     law = law_of(joint, source, model)
     apart = source.with_gaps(model)
     try:
+        check_slid(apart, source.held, law.friction)
         start, bolts = _prestress(apart, flexibility_of(apart, law), source)
     except (ContactError, InputError) as error:
         said = in_whole(str(error)) if joint.whole else str(error)
-        raise type(error)(said + _unread(source)) from None
+        raise type(error)(said + _doubtful_preload(source) + _unread(source)) from None
     if joint.damping_of_modes:
         damping = _through_ratios(joint, joint_modes(model, start, law))
         reducer.rayleigh, reducer.damping = (damping.alpha, damping.beta), damping.matrix
         model = replace(model, rayleigh=reducer.rayleigh, damping=reducer.damping)
+    _check_pressed(model, start, source, shapes)
     pairs = np.flatnonzero(start.touching)
     held = start.bonded(1), start.bonded(model.dimension)
     states = linear_states(
@@ -226,6 +238,21 @@ def _assemble(joint: Joint) -> Assembly:
         damping = replace(damping, off=_off(source.imported.damping, structure, states, model))
     found = _assembly(joint, prepared, structure, states, vibrates=source.imported is not None)
     return replace(found, reduction=reducer, imported=source.imported, bolts=bolts, damping=damping)
+
+
+def _check_pressed(model: JointModel, start: Prestress, source: Source, shapes: Array) -> None:
+    """Raise `InputError` where a part of a joint from files is held by nothing."""
+    if source.imported is None:
+        return
+    motions, meshed = unpressed(model, start), source.imported.meshed
+    moved = shapes[:, : len(motions)] @ motions
+    check_pressed(motions, () if meshed is None else names_of_motions(meshed, moved))
+
+
+def _doubtful_preload(source: Source) -> str:
+    """Which bolt of a mesh may be the wrong one, for errors."""
+    doubts = () if source.imported is None else source.imported.cautions
+    return "".join(f"; {d.where}: {d.reason}" for d in doubts if d.where.startswith("preload "))
 
 
 def _unread(source: Source) -> str:

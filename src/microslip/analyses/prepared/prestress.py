@@ -12,13 +12,22 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import linprog
 
+from microslip.analyses.prepared.balance import (
+    ACROSS,
+    AROUND,
+    PULLED,
+    SOLVED,
+    UNBOUNDED,
+    opening_motions,
+    pulled_apart,
+    within_cones,
+    without_slide,
+)
 from microslip.brief import Brief
 from microslip.contact.pairs import (
     FORWARD,
     at_rest,
-    by_pair,
     normal,
-    normal_rows,
     slip_history,
     touches,
 )
@@ -28,26 +37,6 @@ from microslip.model.flexibility import Flexibility
 from microslip.model.joint import JointModel
 from microslip.model.loose import loose_modes
 from microslip.typing import Array, Indices, Mask, Status
-
-ROUNDING = 1e-6
-"""Of the largest singular value: directions with a smaller one are rounding. Rigid motions that come from
-eigenvectors, or were fitted to reduced coordinates, are known to the root of the machine's."""
-
-SLIDING = 0.2
-"""Share of a motion along the normals of the pairs up to which it slides the bodies past each other."""
-
-ACROSS = 1e-6
-"""Share of a load's work on motions that slide, up to which what it does on those that part is none."""
-
-FACETS = 16
-"""Edges of the pyramid that stands for a round cone of friction, on it."""
-
-AROUND = 64
-"""Edges of the pyramid around a round cone."""
-
-SOLVED, UNBOUNDED = 0, 3
-"""Outcomes of a linear program."""
-
 
 SETTLED = 1e-12
 """Residual above which a solution is solved once more, from where it ended."""
@@ -126,70 +115,14 @@ def prestress(
     a = model.amplitudes(preload)
     force = sum(map(abs, preload.values()))
     if pulled_apart(model, a):
-        raise ContactError(
-            "the preload pulls bodies apart: no pressure between them balances it, and no support does"
-        )
-    solution = without_friction(
-        model, flexibility, flexibility.loads_v @ a, flexibility.loads_q @ a, force
-    )
+        raise ContactError(PULLED)
+    held = without_slide(model, flexibility.loads_q @ a)
+    solution = without_friction(model, flexibility, flexibility.loads_v @ a, held, force)
     touching = touches(solution.status)
     if not touching.any():
         raise ContactError("no contact pair touches under the preload: is it pulling?")
     pressure = normal(solution.r, model.dimension) / model.area
     return Prestress(dict(preload), solution, pressure, touching)
-
-
-def pulled_apart(model: JointModel, amplitudes: Array) -> bool:
-    """Whether loads do work on motions that part bodies, which no support and no pressure balances.
-
-    Of the motions that no support holds (`microslip.model.loose`).
-
-    Parameters
-    ----------
-    model : JointModel
-    amplitudes : (p,) array
-        Of all ports.
-    """
-    loose = loose_modes(model.omega)
-    work = amplitudes @ model.port_modes[:loose].T
-    size = float(
-        (np.abs(amplitudes) * np.abs(model.port_modes).max(axis=0, initial=0.0)).max(initial=0.0)
-    )
-    return parts_bodies(model.mode_v[:, :loose], model.dimension, work, size)
-
-
-def parts_bodies(motions_v: Array, dimension: int, work: Array, scale: float) -> bool:
-    """Whether no pressure balances the work of loads on motions that part bodies.
-
-    Those of the motions that part the sides of pairs are asked, by a linear program: the least that is left
-    of the work of the loads by any reactions ``r_n >= 0``. Motions that slide are left to friction.
-
-    Parameters
-    ----------
-    motions_v : (d m, l) array
-        Relative displacements of the motions, which nothing else holds.
-    dimension : int
-    work : (l,) array
-        Of the loads.
-    scale : float
-        Size of the sums that work comes from: what is less by far is rounding.
-    """
-    parting, _ = _opening_motions(motions_v, dimension)
-    given = work @ parting
-    size = np.abs(given).max(initial=0.0)
-    if not size > ROUNDING * scale:
-        return False
-    pressed = (motions_v @ parting)[normal_rows(dimension)].T
-    pressed /= np.abs(pressed).max()
-    some = np.eye(len(given))
-    found = linprog(
-        np.r_[np.zeros(pressed.shape[1]), np.ones(2 * len(given))],
-        A_eq=np.hstack([pressed, some, -some]),
-        b_eq=given / size,
-        bounds=(0, None),
-        method="highs",
-    )
-    return bool(found.status == SOLVED and found.fun > ACROSS)
 
 
 def without_friction(
@@ -256,13 +189,13 @@ def opening_load(
     """
     if model.bodies is None or not model.bodies.v.shape[1]:
         return float("inf")
-    parting, relative = _opening_motions(model.bodies.v, model.dimension)
+    parting, sliding = opening_motions(model.bodies.v, model.dimension)
     motions, ports = model.bodies.v @ parting, model.bodies.ports @ parting
     size = np.abs(ports[model.port(port)]).max(initial=0.0)
-    slides = np.abs(model.bodies.ports[model.port(port)] @ relative).max(initial=0.0)
+    slides = np.abs(model.bodies.ports[model.port(port)] @ sliding).max(initial=0.0)
     if not size > max(1e-12 * np.abs(ports).max(initial=0.0), ACROSS * slides):
         return float("inf")
-    work = _within_cones(motions, np.broadcast_to(friction, model.pairs), model.dimension)
+    work = within_cones(motions, np.broadcast_to(friction, model.pairs), model.dimension)
     return _largest_balanced(model, start, port, work, ports)
 
 
@@ -286,13 +219,13 @@ def sliding_load(model: JointModel, start: Prestress, port: str, friction: Array
     loose = loose_modes(model.omega)
     if not loose:
         return float("inf")
-    _, relative = _opening_motions(model.mode_v[:, :loose], model.dimension)
+    relative = np.hstack(opening_motions(model.mode_v[:, :loose], model.dimension))
     ports = model.port_modes[:loose].T @ relative
     size = np.abs(ports).max(axis=1, initial=0.0)
     if not size[model.port(port)] > ACROSS * size.max():
         return float("inf")
     wider = np.broadcast_to(friction, model.pairs) / np.cos(np.pi / AROUND)
-    work = _within_cones(model.mode_v[:, :loose] @ relative, wider, model.dimension, AROUND)
+    work = within_cones(model.mode_v[:, :loose] @ relative, wider, model.dimension, AROUND)
     try:
         return _largest_balanced(model, start, port, work, ports)
     except ContactError:
@@ -332,38 +265,3 @@ def _largest_balanced(
             )
         limits.append(found.x[-1] * start.force / size if found.status == SOLVED else np.inf)
     return float(min(limits))
-
-
-def _within_cones(motions: Array, friction: Array, dimension: int, facets: int = FACETS) -> Array:
-    """(f, c) work on motions of reactions whose sums with weights >= 0 are the cones of friction.
-
-    In space these have so many edges on the round cone.
-    """
-    v = by_pair(motions.T, dimension)
-    normal_work, slid = v[..., 0], v[..., 1:]
-    if np.abs(slid).max(initial=0.0) <= ROUNDING * np.abs(v).max(initial=0.0):
-        return normal_work
-    if dimension == 2:
-        edges = np.array([[1.0], [-1.0]])
-    else:
-        angles = 2 * np.pi * np.arange(facets) / facets
-        edges = np.column_stack([np.cos(angles), np.sin(angles)])
-    return np.hstack([normal_work + friction * (slid @ edge) for edge in edges])
-
-
-def _opening_motions(v: Array, dimension: int) -> tuple[Array, Array]:
-    """Combinations (columns) of rigid motions that part the sides of pairs, and all that move these against
-    each other; the others move all bodies together.
-
-    Of orthonormal motions of the pairs those that move them less than `SLIDING` along their normals slide;
-    the rest is orthogonal to these in the tangential directions too, so that shear of a flat interface does
-    no work on it.
-    """
-    moved, size, directions = np.linalg.svd(v, full_matrices=False)
-    known = size > ROUNDING * size.max(initial=1e-300)
-    if not known.any():
-        return np.zeros((v.shape[1], 0)), np.zeros((v.shape[1], 0))
-    _, share, mixed = np.linalg.svd(moved[normal_rows(dimension)][:, known], full_matrices=False)
-    parting = mixed[share > SLIDING].T
-    relative = directions[known].T / size[known]
-    return np.asarray(relative @ parting), np.asarray(relative)

@@ -24,11 +24,13 @@ the pairs that touch, in the problem where a is given and nothing is weak.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
-from microslip.analyses.prepared.prestress import parts_bodies, without_friction
+from microslip.analyses.prepared.balance import PULLED, parts_bodies
+from microslip.analyses.prepared.prestress import without_friction
 from microslip.brief import Brief
 from microslip.contact.pairs import normal_rows, touches
 from microslip.contact.solver import Solution
@@ -143,28 +145,47 @@ def tighten(
     a = np.zeros(len(names))
     history = []
 
-    def solved(
-        a: Array, on: Mapping[str, float], sought: Mask, wanted: Array
-    ) -> tuple[Array, Array]:
-        chosen, amplitudes = np.flatnonzero(sought), model.amplitudes(on)
-        near = work.with_forces(amplitudes, a, chosen, wanted[chosen])
-        return work.corrected(amplitudes, near, chosen, wanted[chosen])
-
     for step in steps:
-        before = {name: x for name, x in constant.items() if plan.order.get(name, step - 1) < step}
         on = {name: x for name, x in constant.items() if plan.order.get(name, step) <= step}
         now = turn == step
         if step > steps[0] and (now & ~by_force).any():
-            met = np.where(now & ~by_force, work.scale, 0.0)
-            a, _ = solved(a, before, turn >= step, FIRM * met)
-            chosen = np.flatnonzero(turn >= step)
-            a, _ = work.corrected(model.amplitudes(before), a, chosen, SNUG * met[chosen])
+            before = {n: x for n, x in constant.items() if plan.order.get(n, step - 1) < step}
+            a = work.met(model.amplitudes(before), a, np.flatnonzero(turn >= step), now & ~by_force)
         a = a + np.where(now, by, 0.0)
-        wanted = np.where(now, target, 0.0)
-        a, force = solved(a, on, (turn > step) | (now & by_force), wanted)
+        sought = np.flatnonzero((turn > step) | (now & by_force))
+        wanted = np.where(now, target, 0.0)[sought]
+        a, force = work.tightened(model.amplitudes(on), a, sought, wanted)
         history.append(force)
         _check_pull(plan.bolts, force, turn <= step, work.scale)
     return Tightened(plan.bolts, a, force, a / plan.bolts.stiffness, steps, np.array(history))
+
+
+class _Equations(NamedTuple):
+    """Equilibrium of the coordinates q and the sought amplitudes, so scaled that each moves pairs by one.
+
+    Attributes
+    ----------
+    motions : (d m, n) array
+        R and L.
+    stiffness : (n, n) array
+        Without what only holds the place of parts (`microslip.model.loose`).
+    loads : (n,) array
+    scale : (n,) array
+    given : (p,) array
+        Amplitudes of all ports but the sought ones.
+    terms : float
+        Size of what loads on loose parts are sums of.
+    nothing : float
+        Stiffness of a motion below which nothing holds it.
+    """
+
+    motions: Array
+    stiffness: Array
+    loads: Array
+    scale: Array
+    given: Array
+    terms: float
+    nothing: float
 
 
 class _Wrench:
@@ -177,70 +198,80 @@ class _Wrench:
         for name, force in plan.bolts.direct.items():
             self.direct[:, model.port(name)] = force
         self.scale = max(*plan.force.values(), *plan.amplitudes.values(), 0.0)
+        self.pair_stiffness = 1 / float(np.diag(flexibility.W).max())
+
+    def met(self, constant: Array, a: Array, sought: Indices, meeting: Mask) -> Array:
+        """Amplitudes at which some of the loose bolts have just met their parts, drawn together before."""
+        force = np.where(meeting, self.scale, 0.0)[sought]
+        a, _ = self.tightened(constant, a, sought, FIRM * force)
+        return self.corrected(constant, a, sought, SNUG * force)[0]
+
+    def tightened(
+        self, constant: Array, a: Array, sought: Indices, wanted: Array
+    ) -> tuple[Array, Array]:
+        """Amplitudes with the wanted forces of some bolts, and the forces of all."""
+        near = self.with_forces(constant, a, sought, wanted)
+        return self.corrected(constant, near, sought, wanted)
 
     def with_forces(self, constant: Array, a: Array, sought: Indices, wanted: Array) -> Array:
-        """Amplitudes with the wanted forces of some bolts, from the contact with these as constant forces."""
+        """Nearly the same, with the sought amplitudes as coordinates of equilibrium and loose parts held."""
         if not len(sought):
             return a
-        f, k = self.flexibility, self.bolts.stiffness[sought, None]
-        ports, others = self.ports[sought], np.delete(self.ports, sought)
-        given = constant.copy()
-        given[others] += np.delete(a, sought)
-        L, G = f.loads_v[:, ports], f.loads_q[:, ports]
-        coupled = np.delete(self.bolts.coupling[sought], sought, axis=1) @ np.delete(a, sought)
-        own = self.bolts.coupling[np.ix_(sought, sought)] / k - f.loads_loads[np.ix_(ports, ports)]
-        known = (wanted + self.direct[sought] @ constant - coupled) / k[:, 0]
-        motions = np.hstack([f.R, L])
-        scale = 1 / np.abs(motions).max(axis=0)
-        stiffness = scale[:, None] * np.block([[np.diag(f.stiffness), -G], [-G.T, own]]) * scale
-        stiffness = 0.5 * (stiffness + stiffness.T)
-        loads = scale * np.concatenate([f.loads_q @ given, known + f.loads_loads[ports] @ given])
-        size = 1 / float(np.diag(f.W).max())
-        springs = scale[len(f.stiffness) :] ** 2 * np.diag(self.bolts.coupling)[sought] / k[:, 0]
-        nothing = max(LOOSE * size, KNOWN * springs.max())
-        apart = np.sqrt(np.diag(f.loads_loads))
-        summed = apart[ports] * (apart @ np.abs(given)) + np.abs(known)
-        terms = float((scale[len(f.stiffness) :] * summed).max())
-        loose = loose_modes(self.model.omega)
-        stiffness[:loose, :loose] = 0.0
-        held, turn = np.linalg.eigh(stiffness)
-        R, loads = (motions * scale) @ turn, turn.T @ loads
-        free = held <= nothing
-        if parts_bodies(R[:, free], self.model.dimension, loads[free], terms):
-            raise ContactError(
-                f"{self._named(sought)}: cannot be tightened to a force: the preload pulls bodies apart: no "
-                "pressure between them balances it, and no support does; while its force is given a bolt "
-                "holds no length"
-            )
-        held[free] = HOLDS * size
-        loads[free & (np.abs(loads) <= ROUNDED * terms)] = 0.0
+        f, e = self.flexibility, self._equations(constant, a, sought, wanted)
+        held, turn = np.linalg.eigh(e.stiffness)
+        R, loads = e.motions @ turn, turn.T @ e.loads
+        free = held <= e.nothing
+        pulled = parts_bodies(R[:, free], self.model.dimension, loads[free], e.terms)
+        held[free] = HOLDS * self.pair_stiffness
+        loads[free & (np.abs(loads) <= ROUNDED * e.terms)] = 0.0
         # with what is stiff as an unknown, equilibrium would be small differences of large forces
-        stiff = ~free & (size * np.abs(R).max(axis=0) ** 2 < SOFT * held)
+        stiff = ~free & (self.pair_stiffness * np.abs(R).max(axis=0) ** 2 < SOFT * held)
         give = R[:, stiff] / held[stiff]
-        tightened = Flexibility(
+        extended = replace(
+            f,
             W=f.W + give @ R[:, stiff].T,
             R=np.ascontiguousarray(R[:, ~stiff]),
             stiffness=held[~stiff],
-            loads_v=f.loads_v,
-            loads_q=f.loads_q,
-            loads_loads=f.loads_loads,
         )
-        v = f.loads_v @ given + give @ loads[stiff]
+        v = f.loads_v @ e.given + give @ loads[stiff]
         try:
-            found = without_friction(self.model, tightened, v, loads[~stiff], self.scale)
+            if pulled:
+                raise ContactError(f"{PULLED}; while its force is given a bolt holds no length")
+            found = without_friction(self.model, extended, v, loads[~stiff], self.scale)
         except ContactError as error:
-            raise ContactError(
-                f"{self._named(sought)}: cannot be tightened to a force: {error}"
-            ) from None
+            named = ", ".join(repr(self.bolts.names[n]) for n in sought)
+            raise ContactError(f"bolt {named}: cannot be tightened to a force: {error}") from None
         z = (loads - R.T @ found.r) / held
         z[~stiff] = found.q
         out = a.copy()
-        out[sought] = (scale * (turn @ z))[len(f.stiffness) :]
+        out[sought] = (e.scale * (turn @ z))[len(f.stiffness) :]
         return out
 
-    def _named(self, bolts: Indices) -> str:
-        """Some of the bolts, for messages."""
-        return "bolt " + ", ".join(repr(self.bolts.names[n]) for n in bolts)
+    def _equations(self, constant: Array, a: Array, sought: Indices, wanted: Array) -> _Equations:
+        f, k = self.flexibility, self.bolts.stiffness[sought]
+        ports, others = self.ports[sought], np.delete(self.ports, sought)
+        given = constant.copy()
+        given[others] += np.delete(a, sought)
+        L, G, P = f.loads_v[:, ports], f.loads_q[:, ports], f.loads_loads[ports]
+        coupled = np.delete(self.bolts.coupling[sought], sought, axis=1) @ np.delete(a, sought)
+        known = (wanted + self.direct[sought] @ constant - coupled) / k
+        own = self.bolts.coupling[np.ix_(sought, sought)] / k[:, None] - P[:, ports]
+        motions = np.hstack([f.R, L])
+        scale = 1 / np.abs(motions).max(axis=0)
+        stiffness = scale[:, None] * np.block([[np.diag(f.stiffness), -G], [-G.T, own]]) * scale
+        loose, of_bolts = loose_modes(self.model.omega), scale[len(f.stiffness) :]
+        stiffness[:loose, :loose] = 0.0
+        apart = np.sqrt(np.diag(f.loads_loads))
+        terms = of_bolts * (apart[ports] * (apart @ np.abs(given)) + np.abs(known))
+        return _Equations(
+            motions=motions * scale,
+            stiffness=0.5 * (stiffness + stiffness.T),
+            loads=scale * np.concatenate([f.loads_q @ given, known + P @ given]),
+            scale=scale,
+            given=given,
+            terms=float(terms.max()),
+            nothing=max(LOOSE * self.pair_stiffness, KNOWN * float((of_bolts**2 / k).max())),
+        )
 
     def solved(self, constant: Array, a: Array) -> tuple[Array, Solution]:
         """Forces of the bolts, and the contact."""

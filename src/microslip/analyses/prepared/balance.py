@@ -1,0 +1,196 @@
+"""Whether reactions can balance what a preload does on motions that nothing else holds: linear programs.
+
+Motions of bodies that no support holds do no elastic work: whatever loads do on them, reactions within the
+cones of friction must do, those of contact without friction along the normals alone.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.optimize import linprog
+
+from microslip.contact.pairs import by_pair, normal_rows
+from microslip.model.joint import JointModel
+from microslip.model.loose import loose_modes
+from microslip.typing import Array
+
+ROUNDING = 1e-6
+"""Of the largest singular value: directions with a smaller one are rounding. Rigid motions that come from
+eigenvectors, or were fitted to reduced coordinates, are known to the root of the machine's."""
+
+SLIDING = 0.2
+"""Share of a motion along the normals of the pairs up to which it slides the bodies past each other."""
+
+ACROSS = 1e-6
+"""Share of a load's work on motions that slide, up to which what it does on those that part is none."""
+
+FACETS = 16
+"""Edges of the pyramid that stands for a round cone of friction, on it."""
+
+AROUND = 64
+"""Edges of the pyramid around a round cone."""
+
+SOLVED, UNBOUNDED = 0, 3
+"""Outcomes of a linear program."""
+
+
+PULLED = "the preload pulls bodies apart: no pressure between them balances it, and no support does"
+"""What is said of loads for which `parts_bodies`."""
+
+
+def pulled_apart(model: JointModel, amplitudes: Array) -> bool:
+    """Whether loads do work on motions that part bodies, which no support and no pressure balances.
+
+    Of the motions that no support holds (`microslip.model.loose`).
+
+    Parameters
+    ----------
+    model : JointModel
+    amplitudes : (p,) array
+        Of all ports.
+    """
+    loose = loose_modes(model.omega)
+    work = amplitudes @ model.port_modes[:loose].T
+    size = float(
+        (np.abs(amplitudes) * np.abs(model.port_modes).max(axis=0, initial=0.0)).max(initial=0.0)
+    )
+    return parts_bodies(model.mode_v[:, :loose], model.dimension, work, size)
+
+
+def parts_bodies(motions_v: Array, dimension: int, work: Array, scale: float) -> bool:
+    """Whether no pressure balances the work of loads on motions that part bodies.
+
+    Those of the motions that part the sides of pairs are asked, by a linear program: the least that is left
+    of the work of the loads by any reactions ``r_n >= 0``. Motions that slide are left to friction.
+
+    Parameters
+    ----------
+    motions_v : (d m, l) array
+        Relative displacements of the motions, which nothing else holds.
+    dimension : int
+    work : (l,) array
+        Of the loads.
+    scale : float
+        Size of the sums that work comes from: what is less by far is rounding.
+    """
+    parting, _ = opening_motions(motions_v, dimension)
+    given = work @ parting
+    size = np.abs(given).max(initial=0.0)
+    if not size > ROUNDING * scale:
+        return False
+    pressed = (motions_v @ parting)[normal_rows(dimension)].T
+    pressed /= np.abs(pressed).max()
+    some = np.eye(len(given))
+    found = linprog(
+        np.r_[np.zeros(pressed.shape[1]), np.ones(2 * len(given))],
+        A_eq=np.hstack([pressed, some, -some]),
+        b_eq=given / size,
+        bounds=(0, None),
+        method="highs",
+    )
+    return bool(found.status == SOLVED and found.fun > ACROSS)
+
+
+def friction_taken(model: JointModel, amplitudes: Array, friction: Array | float) -> float:
+    """Share of what friction can hold that loads take by sliding bodies past each other (limit analysis).
+
+    With ``g_p`` and ``g_s`` the work of the loads on motions that part the bodies and on those that slide
+    them, it is 1/t of the largest t for which reactions within the cones of friction do the work
+    ``g_p`` and ``t g_s``. Above 1 no friction holds the bodies, infinite where no pressure balances loads.
+    Round cones are taken up to 0.13 % too wide.
+
+    Parameters
+    ----------
+    model : JointModel
+    amplitudes : (p,) array
+        Of all ports.
+    friction : (m,) array or float
+        Coefficient of every pair.
+    """
+    loose = loose_modes(model.omega)
+    if not loose:
+        return 0.0
+    motions = model.mode_v[:, :loose]
+    parting, sliding = opening_motions(motions, model.dimension)
+    if not sliding.shape[1]:
+        return 0.0
+    basis = np.hstack([parting, sliding])
+    ports = model.port_modes[:loose].T @ basis
+    work = amplitudes @ ports
+    slid = np.where(np.arange(len(work)) < parting.shape[1], 0.0, work)
+    # of all modes: what a port does on motions that do not feel it is rounding
+    size = np.abs(amplitudes) * np.abs(model.port_modes).max(axis=0)
+    if not np.abs(slid).max() > ROUNDING * size.max() * np.abs(basis).max():
+        return 0.0
+    unit = np.abs(work).max()
+    wider = np.broadcast_to(friction, model.pairs) / np.cos(np.pi / AROUND)
+    cones = within_cones(motions @ basis, wider, model.dimension, AROUND)
+    found = linprog(
+        np.r_[np.zeros(cones.shape[1]), -1.0],
+        A_eq=np.hstack([cones / np.abs(cones).max(), -slid[:, None] / unit]),
+        b_eq=(work - slid) / unit,
+        bounds=(0, None),
+        method="highs",
+    )
+    if found.status == UNBOUNDED:
+        return 0.0
+    return float(1 / found.x[-1]) if found.status == SOLVED and found.x[-1] > 0 else np.inf
+
+
+def without_slide(model: JointModel, loads_q: Array) -> Array:
+    """Loads on the coordinates of equilibrium without their work on motions that slide bodies.
+
+    Without friction nothing holds these motions: they stay where they are (inertia relief).
+
+    Parameters
+    ----------
+    model : JointModel
+    loads_q : (e,) array
+        Of which the first belong to the motions that nothing holds.
+    """
+    loose = loose_modes(model.omega)
+    if not loose:
+        return loads_q
+    parting, sliding = opening_motions(model.mode_v[:, :loose], model.dimension)
+    basis, parts = np.hstack([parting, sliding]), parting.shape[1]
+    work = loads_q[:loose] @ basis
+    work[:parts] = 0.0
+    out = loads_q.copy()
+    out[:loose] -= np.linalg.lstsq(basis.T, work, rcond=None)[0]
+    return out
+
+
+def within_cones(motions: Array, friction: Array, dimension: int, facets: int = FACETS) -> Array:
+    """(f, c) work on motions of reactions whose sums with weights >= 0 are the cones of friction.
+
+    In space these have so many edges on the round cone.
+    """
+    v = by_pair(motions.T, dimension)
+    normal_work, slid = v[..., 0], v[..., 1:]
+    if np.abs(slid).max(initial=0.0) <= ROUNDING * np.abs(v).max(initial=0.0):
+        return normal_work
+    if dimension == 2:
+        edges = np.array([[1.0], [-1.0]])
+    else:
+        angles = 2 * np.pi * np.arange(facets) / facets
+        edges = np.column_stack([np.cos(angles), np.sin(angles)])
+    return np.hstack([normal_work + friction * (slid @ edge) for edge in edges])
+
+
+def opening_motions(v: Array, dimension: int) -> tuple[Array, Array]:
+    """Combinations (columns) of rigid motions that part the sides of pairs, and of those that slide them past
+    each other; the others move all bodies together.
+
+    Of orthonormal motions of the pairs those that move them less than `SLIDING` along their normals slide;
+    the rest is orthogonal to these in the tangential directions too, so that shear of a flat interface does
+    no work on it.
+    """
+    moved, size, directions = np.linalg.svd(v, full_matrices=False)
+    known = size > ROUNDING * size.max(initial=1e-300)
+    if not known.any():
+        return np.zeros((v.shape[1], 0)), np.zeros((v.shape[1], 0))
+    along = np.linalg.qr(moved[normal_rows(dimension)][:, known], mode="r")
+    _, share, mixed = np.linalg.svd(along)
+    parts = int((share > SLIDING).sum())
+    relative = directions[known].T / size[known] @ mixed.T
+    return relative[:, :parts], relative[:, parts:]

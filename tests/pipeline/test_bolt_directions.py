@@ -1,0 +1,85 @@
+"""Bolts that pull aslant, sideways or the wrong way round, on a plate that friction alone holds."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from mesh_files import plates, plates_document
+from model.mesh.write_inp import write_inp
+
+from microslip.analyses.prepared.balance import friction_taken, without_slide
+from microslip.analyses.statics.start import prestressed_solver
+from microslip.contact.pairs import slip_history
+from microslip.describe.reading import parse_joint
+from microslip.errors import ContactError, InputError
+from microslip.pipeline.prepare import assemble
+
+FORCE, FRICTION = 12e3 / 0.02, 0.3
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("directions")
+    write_inp(plates(), folder / "plates.inp")
+    return folder
+
+
+def pulled(folder, *ways):
+    """The plates with a bolt of 12 kN along each of some directions of the force on the head."""
+    given = plates_document(folder)
+    given["preload"] = [
+        {"name": f"bolt{k}", "on": ["head", "nut"], "force": FORCE, "direction": way}
+        for k, way in enumerate(ways)
+    ]
+    given["analysis"] = {"cycle": {"force": [10.0]}}
+    return assemble(parse_joint(given, "directions", folder))
+
+
+def test_a_bolt_that_pulls_aslant_slides_the_plates_with_the_tangent_of_its_angle(folder):
+    """Of what friction holds, mu F cos a, it takes F sin a; the first step with friction has all of it."""
+    way = np.array([0.03, 0.04, -1.0])
+    found = pulled(folder, list(way))
+    p = found.prepared
+    loads = p.model.amplitudes(p.prestress.preload)
+    assert friction_taken(p.model, loads, FRICTION) == pytest.approx(0.05 / FRICTION, rel=2e-3)
+    assert any("with 17% of what friction can hold" in str(each) for each in found.doubts)
+    assert any("off the normals of head and nut" in str(each) for each in found.doubts)
+
+    solver = prestressed_solver(p)
+    along = FORCE / np.linalg.norm(way)
+    normals, sliding = solver.r.reshape(-1, 3)[:, 0], solver.r.reshape(-1, 3)[:, 1:]
+    assert normals.sum() == pytest.approx(along, rel=1e-9)
+    assert not sliding.any()
+    given = p.flexibility.loads_v @ loads, p.flexibility.loads_q @ loads
+    step = solver.solve(*given, slip_history(solver.v, 3)).r.reshape(-1, 3)
+    assert step[:, 0].sum() == pytest.approx(along, rel=1e-9)
+    assert np.linalg.norm(step[:, 1:].sum(axis=0)) == pytest.approx(0.05 * along, rel=1e-6)
+
+
+def test_a_bolt_along_the_normals_slides_nothing(folder):
+    p = pulled(folder, [0, 0, -1]).prepared
+    loads = p.model.amplitudes(p.prestress.preload)
+    assert friction_taken(p.model, loads, FRICTION) == 0.0
+    held = p.flexibility.loads_q @ loads
+    np.testing.assert_allclose(without_slide(p.model, held), held, atol=1e-9 * np.abs(held).max())
+
+
+@pytest.mark.parametrize(
+    ("ways", "said"),
+    [
+        # one bolt of two pulls across: F against mu F
+        (([1, 0, 0], [0, 0, -1]), "with 3.33 times what friction can hold"),
+        (([1, 0, 0], [0, 0, -1]), "'bolt0': its direction is 90° off the normals of head and nut"),
+        # at 0.4 / 0.3 of what holds
+        (([0.4, 0, -1],), "with 1.33 times what friction can hold"),
+        (([0, 0, -1], [0, 0, -1], [0, 0.001, 1]), "'bolt2': its direction draws head and nut away"),
+        (([0, 0, 1],), "'bolt0': its direction draws head and nut away"),
+    ],
+)
+def test_bolts_that_hold_nothing_are_refused_and_named(folder, ways, said):
+    if len(ways) == 3:
+        assert said in " ".join(map(str, pulled(folder, *ways).doubts))
+        return
+    with pytest.raises((ContactError, InputError)) as caught:
+        pulled(folder, *ways)
+    assert said in str(caught.value)
