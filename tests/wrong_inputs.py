@@ -439,9 +439,11 @@ WRONG: list[Wrong] = [
     # time
     Wrong("time nowhere", more("[analysis.time]\n"), ("analysis.time.frequencies", "give a list")),
     Wrong(
-        "time without a response",
-        lambda t: put("analysis.time.frequencies", "170")(without("[analysis.response]")(t)),
-        ("analysis.time", "add a section [analysis.response]"),
+        "time from a response that is none",
+        lambda t: more('[analysis.time]\nfrequencies = 170\nstarts = "reduced"\n')(
+            without("[analysis.response]")(t)
+        ),
+        ("analysis.time.starts", "add a section [analysis.response]"),
     ),
     *(
         Wrong(

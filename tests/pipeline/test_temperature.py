@@ -154,7 +154,11 @@ def test_what_is_tightened_hot_has_its_force_hot(folder):
             (1e-5, 0.0),
             "nothing that changes its temperature expands",
         ),
-        ({"temperature": 40.0, "on": "nowhere"}, (1e-5, 1e-5), "no element set 'nowhere'"),
+        (
+            {"temperature": 40.0, "on": "nowhere"},
+            (1e-5, 1e-5),
+            '"nowhere": the mesh has no element set',
+        ),
         ({"temperature": "40 degC"}, (1e-5, 1e-5), "expected a change of temperature"),
         ({"temperature": 0.0}, (1e-5, 1e-5), "0 changes nothing"),
         ({"temperature": 40.0, "force": 1e3}, (1e-5, 1e-5), "give one of force"),

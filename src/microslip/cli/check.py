@@ -15,6 +15,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from microslip.analyses.prepared.prestress import slides_from
 from microslip.cli.figure_formats import Renderer
 from microslip.cli.folders import claim, withdraw
 from microslip.cli.messages import messages, warn
@@ -161,6 +162,9 @@ def _of_files(joint: Joint, done: Assembly | None) -> Iterator[Row]:
         f"what opens it on the port {joint.driven.name}",
         said.named(opening) if math.isfinite(opening) else "no amplitude",
     )
+    slides = slides_from(model, start, joint.driven.name, friction)
+    if math.isfinite(slides):
+        yield f"what slides it on the port {joint.driven.name}", f"about {said.named(slides)}"
     yield from _loads(joint)
     yield from _work(joint, assembly.structure.dofs)
 

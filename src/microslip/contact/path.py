@@ -34,13 +34,16 @@ class Halving(NamedTuple):
         Its number among the rules.
     most : int
         Halvings of a step; then the solver's other ways are tried.
+    rescues : bool
+        Whether they are.
     """
 
     rule: int
     most: int
+    rescues: bool
 
 
-HALVINGS = {2: Halving(active_set.HALVED, 8), 3: Halving(spatial.HALVED, 4)}
+HALVINGS = {2: Halving(active_set.HALVED, 8, True), 3: Halving(spatial.HALVED, 4, True)}
 """By components per pair."""
 
 
@@ -104,6 +107,7 @@ def follow_path(
     *,
     where: Callable[[int], str],
     remedy: str,
+    rescues: bool = True,
 ) -> PathRecord:
     """Take a solver along the rows of a load path, from the state that it is in.
 
@@ -121,6 +125,9 @@ def follow_path(
         What to say of a step that does not solve, after its number.
     remedy : str
         What to try then.
+    rescues : bool
+        Whether the solver's other ways are tried on a step that halving does not solve; not where there is
+        hardly a solution.
 
     Raises
     ------
@@ -150,7 +157,7 @@ def follow_path(
             vt_old,
             solver.contact,
             record,
-            HALVINGS[solver.dimension],
+            HALVINGS[solver.dimension]._replace(rescues=rescues),
         )
     if failed >= 0 or not record.residual.max() <= CERTIFICATE:
         step = failed if failed >= 0 else int(np.argmax(record.residual))
@@ -196,8 +203,9 @@ def march(problem, memory, loads_v, loads_q, path, vt_old, contact, record, halv
             its, residual, rule = search(problem, memory, given, contact)
             count += its
             if rule == not_solved and halvings == halving.most:
-                its, residual, rule = other_ways(problem, memory, given, contact)
-                count += its
+                if halving.rescues:
+                    its, residual, rule = other_ways(problem, memory, given, contact)
+                    count += its
                 if rule == not_solved:
                     record.residual[step] = residual
                     record.iterations[step] = count

@@ -178,10 +178,18 @@ def check_requests(joint: Joint, example: str = 'moment = "50 N*m/m"') -> None:
     _variants_are_said_once(joint)
     analysis = joint.analysis
     if analysis.time is not None and analysis.response is None:
-        raise Rule(
-            "analysis.time",
-            "starts from the reduced model: add a section [analysis.response]; it may be empty",
-        )
+        if "reduced" in analysis.time.starts:
+            raise Rule(
+                "analysis.time.starts",
+                '"reduced" is the motion of the reduced model: add a section [analysis.response]; it may be '
+                "empty",
+            )
+        if joint.load is None:
+            raise Rule(
+                "load",
+                "the section is missing and analysis.time needs it: write for example [load] "
+                f"with {example}",
+            )
     if analysis.harmonic is not None and joint.load is None:
         raise Rule(
             "load",

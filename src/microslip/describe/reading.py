@@ -295,7 +295,7 @@ def _missing(loc: Sequence[int | str], joint: type[BaseModel]) -> str:
     info = None if model is None else _field(model, loc[-1])
     section = None if info is None else section_of(info)
     if section is not None:
-        needed = ", ".join(_keys(section, required=True))
+        needed = ", ".join(_keys(section, required=True) or _keys(section))
         return f"[{_dotted(loc)}] is missing: a section with {needed}"
     kinds = [item for item in (info.metadata if info else []) if isinstance(item, units.Kind)]
     advice = f": {kinds[0].advice()}" if kinds else ""

@@ -50,6 +50,7 @@ from microslip.model.mesh_in_words import (
     coupled_said,
     doubtful_materials,
     doubtful_size,
+    given_materials,
     interface_said,
     names_of_motions,
 )
@@ -163,7 +164,11 @@ def _built(described: Described[MeshJoint], changed: Stamps) -> Imported:
             *found.cautions,
             *bonded_cautions(couplings, found.bonded),
             *bolt_cautions(found.mesh, joint.preload),
-            *([] if joint.material else doubtful_materials(mesh, given)),
+            *(
+                given_materials(joint.material)
+                if joint.material
+                else doubtful_materials(mesh, given)
+            ),
             *doubtful_size(mesh, given),
         ),
         points=np.concatenate([c.points for c in couplings]),

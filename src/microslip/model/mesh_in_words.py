@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import scipy.sparse.csgraph as csgraph
 
-from microslip.describe.mesh import MeshFile, MeshInterface
+from microslip.describe.mesh import MeshFile, MeshInterface, MeshMaterial
 from microslip.describe.plausible import TABLE
 from microslip.describe.units import readable
 from microslip.errors import Caution
@@ -124,18 +126,43 @@ ROUNDING = 1e-9
 
 def doubtful_materials(mesh: FiniteElementMesh, given: MeshFile) -> list[Caution]:
     """That a material of the file is not usual, as where the file is in other units."""
-    usual = {row.key: row for row in TABLE}
-    E, rho = usual["material.youngs_modulus"], usual["material.density"]
     return [
-        Caution(
-            "input",
+        _unusual(
             f"mesh.length_unit = {given.length_unit}, mesh.force_unit = {given.force_unit}",
-            f"material {name!r} has E = {own.youngs_modulus:.3g} Pa and {own.density:.3g} kg/m³",
+            f"material {name!r}",
+            own.youngs_modulus,
+            own.density,
             "are these the units of the file? Densities go with N and mm in tonnes/mm³",
         )
         for name, own in mesh.materials.items()
-        if not (E.low <= own.youngs_modulus <= E.high and rho.low <= own.density <= rho.high)
+        if not _usual(own.youngs_modulus, own.density)
     ]
+
+
+def given_materials(given: Sequence[MeshMaterial]) -> list[Caution]:
+    """That a material of the joint file is not usual, as where a unit is missing."""
+    return [
+        _unusual(
+            f"material[{k}]" if len(given) > 1 else "material",
+            "it",
+            own.youngs_modulus,
+            own.density,
+            'are the units right? "210 GPa", "7850 kg/m³"',
+        )
+        for k, own in enumerate(given)
+        if not _usual(own.youngs_modulus, own.density)
+    ]
+
+
+def _usual(youngs_modulus: float, density: float) -> bool:
+    usual = {row.key: row for row in TABLE}
+    E, rho = usual["material.youngs_modulus"], usual["material.density"]
+    return E.low <= youngs_modulus <= E.high and rho.low <= density <= rho.high
+
+
+def _unusual(where: str, what: str, youngs_modulus: float, density: float, remedy: str) -> Caution:
+    reason = f"{what} has E = {youngs_modulus:.3g} Pa and {density:.3g} kg/m³"
+    return Caution("input", where, reason, remedy)
 
 
 SMALLEST, LARGEST = 5e-3, 20.0

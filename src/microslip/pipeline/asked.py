@@ -29,7 +29,7 @@ def cycle_request(joint: Joint) -> Iterator[Line]:
     elif asked is not None and asked.listed:
         span = f"{said.symbol} {low:.3g} to {high:.3g} {said.unit}"
     else:
-        span = f"{low:.3g} to {high:.3g} of what opens the joint, or loads it as the preload does"
+        span = f"{low:.3g} to {high:.3g} of what opens the joint, slides it, or loads it as the preload"
     yield "quasi-static cycles", f"{len(amplitudes)} amplitudes, {span}, driven by {drives}"
 
 

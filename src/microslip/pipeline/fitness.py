@@ -12,8 +12,9 @@ from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.prepared.joint_modes import JointMode
 from microslip.analyses.prepared.prestress import Prestress
 from microslip.analyses.prepared.tightening import Tightened
-from microslip.contact.pairs import by_pair
+from microslip.contact.pairs import by_pair, normal_rows
 from microslip.describe.joint import Joint
+from microslip.describe.mesh import MeshJoint
 from microslip.describe.units import readable
 from microslip.errors import Caution, ContactError, InputError, ModelError
 from microslip.model.imported import GAP
@@ -123,7 +124,26 @@ def check_pressed(motions: Array, names: tuple[str, ...]) -> None:
 
 
 HARDLY = 0.01
-"""Of the largest force of a bolt: one with less is hardly tightened."""
+"""Of the largest force of a bolt: one with less is hardly tightened, and contact with less hardly pressed."""
+
+
+def hardly_pressed(joint: Joint, start: Prestress, bolts: Tightened | None) -> tuple[Caution, ...]:
+    """That next to nothing of the forces of bolts and pressures arrives at the contact."""
+    if not isinstance(joint, MeshJoint):
+        return ()
+    forces = {} if bolts is None else {name: force for name, force, _ in bolts.rows}
+    given = [
+        forces.get(entry.name, start.preload.get(entry.name, 0.0))
+        for entry in joint.preload
+        if entry.temperature is None
+    ]
+    largest, r = max(given, default=0.0), start.solution.r
+    arrives = float(r[normal_rows(len(r) // len(start.touching))].sum())
+    if arrives >= HARDLY * largest:
+        return ()
+    reason = f"the contact takes {arrives / largest:.2g} of its largest force"
+    remedy = "are head and nut of each bolt on the parts that it draws together?"
+    return (Caution("input", "preload", reason, remedy),)
 
 
 def hardly_tightened(bolts: Tightened | None) -> tuple[Caution, ...]:
@@ -248,7 +268,8 @@ def check_vibrates(joint: Joint, mode: JointMode, drifting: float) -> None:
     raise InputError(
         f"analysis.response: against the port {joint.driven.name!r} friction alone holds the bodies: stuck "
         f"they vibrate at {mode.stuck_frequency:.4g} Hz, and sliding they drift, so that no reduced model is "
-        "made of both; take another port, hold the bodies, or ask for cycles alone"
+        "made of both; leave analysis.response out: cycles, backbones, harmonic balance and time "
+        "integration need no such model; or take another port, or hold the bodies"
     )
 
 

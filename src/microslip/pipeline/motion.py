@@ -128,8 +128,11 @@ def _structure(assembly: Assembly, eta: Array, a: Array, r: Array) -> Array:
 
 def prestressed_shape(assembly: Assembly) -> Array:
     """(n,) displacements from the unloaded structure under the preload alone."""
-    start, held = assembly.prestress.solution, assembly.prepared.held
-    return np.asarray(static_motion(assembly, held[None], start.r[None], start.v[None])[0])
+    start, a = assembly.prestress.solution, assembly.prepared.held[None]
+    eta = _modes_at_rest(assembly, a, start.r[None], start.v[None])
+    # a preload that slides bodies is not in balance with the springs that keep their place
+    eta[:, : len(start.q)] = start.q
+    return np.asarray(_structure(assembly, eta, a, start.r[None])[0])
 
 
 def motion_from_prestress(

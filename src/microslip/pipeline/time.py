@@ -10,7 +10,9 @@ import numpy as np
 from microslip.analyses.reduced.response import Response
 from microslip.analyses.time.points import Request, TimePoint, steady_states
 from microslip.analyses.time.several import coexisting_states
+from microslip.describe.requests import TimeAnalysis
 from microslip.errors import Failure
+from microslip.pipeline.loads import loads_of_file
 from microslip.pipeline.outcome import Outcome, until_interrupted, value_of
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.progress import Progress
@@ -21,12 +23,14 @@ def run_time_domain(
     assembly: Assembly, done: Mapping[str, Outcome[Any]], progress: Progress
 ) -> Outcome[tuple[TimePoint, ...]]:
     """Steady states, by load and frequency, from every start that the file asks for."""
-    responses: Responses | None = value_of(done, "response")
-    if responses is None or not responses.curves:
-        return Outcome((), (Failure("time", "", "no forced response to start from"),))
-    settings = assembly.joint.analysis.time
-    assert settings is not None
-    requests = requests_of(assembly, responses.curves)
+    settings = _settings(assembly)
+    if assembly.joint.analysis.response is None:
+        requests = requests_from_rest(assembly)
+    else:
+        responses: Responses | None = value_of(done, "response")
+        if responses is None or not responses.curves:
+            return Outcome((), (Failure("time", "", "no forced response to start from"),))
+        requests = requests_of(assembly, responses.curves)
     found: list[TimePoint] = []
     failures: list[Failure] = []
     progress.start("time domain", len(requests))
@@ -44,31 +48,55 @@ def run_time_domain(
 
 def requests_of(assembly: Assembly, curves: Sequence[Response]) -> list[Request]:
     """What to find: every frequency under every load, from the best model that there is."""
-    settings = assembly.joint.analysis.time
-    assert settings is not None
+    band = _settings(assembly).band()
     by_load = {r.load: r for r in curves if r.variant in ("refined", "corrected", "auto")}
     by_load = by_load or {r.load: r for r in curves if r.variant == "consistent"}
     by_load = by_load or {r.load: r for r in curves}
     requests = []
     for response in by_load.values():
-        real = np.interp(settings.band(), response.frequency, response.amplitude.real)
-        imag = np.interp(settings.band(), response.frequency, response.amplitude.imag)
-        for f, guess in zip(settings.band(), real + 1j * imag, strict=True):
-            requests.append(
-                Request(
-                    rho=response.rho,
-                    frequency=f,
-                    load=response.load,
-                    friction=None if response.friction else 0.0,
-                    guess=complex(guess),
-                    steps=settings.steps,
-                    tolerance=settings.tolerance,
-                    max_cycles=settings.max_cycles,
-                    accelerate=settings.search == "accelerated",
-                    said=assembly.joint.driven.load.named(response.load),
-                )
-            )
+        real = np.interp(band, response.frequency, response.amplitude.real)
+        imag = np.interp(band, response.frequency, response.amplitude.imag)
+        rough = response.friction > 0
+        requests += [
+            _request(assembly, response.rho, response.load, f, complex(guess), rough)
+            for f, guess in zip(band, real + 1j * imag, strict=True)
+        ]
     return requests
+
+
+def requests_from_rest(assembly: Assembly) -> list[Request]:
+    """What to find where no reduced model was asked for: the same, with loads raised from rest."""
+    band, rough = _settings(assembly).band(), assembly.measures.friction > 0
+    return [
+        _request(assembly, load.rho, load.amplitude, f, 0j, rough)
+        for load in loads_of_file(assembly)
+        for f in band
+    ]
+
+
+def _settings(assembly: Assembly) -> TimeAnalysis:
+    settings = assembly.joint.analysis.time
+    assert settings is not None
+    return settings
+
+
+def _request(
+    assembly: Assembly, rho: float, load: float, frequency: float, guess: complex, rough: bool
+) -> Request:
+    """One frequency under one load; `rough` where there is friction."""
+    settings = _settings(assembly)
+    return Request(
+        rho=rho,
+        frequency=frequency,
+        load=load,
+        friction=None if rough else 0.0,
+        guess=guess,
+        steps=settings.steps,
+        tolerance=settings.tolerance,
+        max_cycles=settings.max_cycles,
+        accelerate=settings.search == "accelerated",
+        said=assembly.joint.driven.load.named(load),
+    )
 
 
 def integrate(

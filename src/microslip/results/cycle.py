@@ -11,7 +11,7 @@ import xarray as xr
 from microslip.analyses.reduced.table import EquivalentTable, equivalent_table, modal_quantities
 from microslip.analyses.statics.cycle import Cycle
 from microslip.contact.fields import contact_extent, contact_fields
-from microslip.contact.pairs import touches
+from microslip.contact.pairs import by_pair, touches
 from microslip.numerics.fourier import without_drift
 from microslip.pipeline.outputs import static_by_name
 from microslip.pipeline.run import Run
@@ -91,10 +91,18 @@ def rows_of_drive(run: Run, drive: str) -> Iterator[dict[str, Any]]:
             "cycles_computed": cycle.cycles,
             "closure": cycle.closure,
             "energy_imbalance": cycle.imbalance,
+            "walk_m": walk_of_cycle(cycle),
             "closed": (wanted is not None and cycle.closure <= wanted.closure)
             or cycle.imbalance <= BALANCED,
             "outputs": half_ranges(run, cycle),
         }
+
+
+def walk_of_cycle(cycle: Cycle) -> float:
+    """By how much the sides of touching pairs have moved past each other after a cycle, m: the median."""
+    slip = by_pair(cycle.v, len(cycle.v[0]) // cycle.status.shape[1])[..., 1:]
+    moved = np.linalg.norm(slip[-1] - slip[0], axis=-1)[touches(cycle.status[-1])]
+    return float(np.median(moved)) if len(moved) else 0.0
 
 
 def extent_entry(run: Run, name: str, extent: tuple[float, float]) -> dict[str, Any]:

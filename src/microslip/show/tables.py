@@ -8,6 +8,7 @@ from typing import Any
 from rich.markup import escape
 from rich.table import Table
 
+from microslip.describe.units import readable
 from microslip.results.labels import load_column
 
 MOVES = 1e-6
@@ -45,11 +46,16 @@ def cycle_lines(found: Summary) -> Iterator[str]:
     still = [row for row in rows if not row["closed"]]
     if still:
         yield _still_open(still, len(rows))
+    odd = [row for row in rows if row["closed"] and row["energy_imbalance"] > UNBALANCED]
+    if odd:
+        yield _unbalanced(odd, len(rows))
 
 
 def _greatest_damping(found: Summary, drive: str, mine: list[dict[str, Any]]) -> str:
     """Where it is, and whether that lies inside the table."""
     best = max(mine, key=lambda row: row["gamma_eq"])
+    if not best["gamma_eq"] > 0:
+        return f"  greatest damping   none: the sliding mode takes no energy ({drive}-driven)"
     edge = "" if best not in (mine[0], mine[-1]) else ", the end of the table: widen it"
     return (
         f"  greatest damping   gamma_eq {number(best['gamma_eq'], '.4f')} at "
@@ -64,6 +70,23 @@ def _still_open(still: list[dict[str, Any]], count: int) -> str:
         f"  [yellow]![/yellow] {len(still)} of {count} cycles did not close: the work of the load "
         f"and of friction still differ by up to {worst['energy_imbalance']:.1%}, at "
         f"{_load(worst)} ({worst['drive']}-driven); raise analysis.cycle.max_cycles"
+    )
+
+
+UNBALANCED = 0.01
+"""Share by which the work of the load and of friction may differ in silence where reactions repeat."""
+
+
+def _unbalanced(odd: list[dict[str, Any]], count: int) -> str:
+    """Cycles that repeat, and in which the load does not do the work of friction."""
+    worst = max(odd, key=lambda row: row["energy_imbalance"])
+    walking = max(odd, key=lambda row: row["walk_m"])
+    walk = f"{readable(walking['walk_m'], 'm', 3)} each cycle, at {_load(walking)}"
+    return (
+        f"  [yellow]![/yellow] in {len(odd)} of {count} cycles reactions repeat, but the work of the load "
+        f"and of friction differ, by up to {worst['energy_imbalance']:.1%}, at {_load(worst)}: small loads, "
+        f"beside what still settles after the preload, or bodies that walk, by up to {walk}, on which the "
+        "preload works"
     )
 
 

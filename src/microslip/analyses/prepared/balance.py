@@ -107,21 +107,11 @@ def friction_taken(model: JointModel, amplitudes: Array, friction: Array | float
     friction : (m,) array or float
         Coefficient of every pair.
     """
-    loose = loose_modes(model.omega)
-    if not loose:
+    found = _sliding(model, amplitudes)
+    if found is None:
         return 0.0
-    motions = model.mode_v[:, :loose]
-    parting, sliding = opening_motions(motions, model.dimension)
-    if not sliding.shape[1]:
-        return 0.0
-    basis = np.hstack([parting, sliding])
-    ports = model.port_modes[:loose].T @ basis
-    work = amplitudes @ ports
-    slid = np.where(np.arange(len(work)) < parting.shape[1], 0.0, work)
-    # of all modes: what a port does on motions that do not feel it is rounding
-    size = np.abs(amplitudes) * np.abs(model.port_modes).max(axis=0)
-    if not np.abs(slid).max() > ROUNDING * size.max() * np.abs(basis).max():
-        return 0.0
+    basis, work, slid = found
+    motions = model.mode_v[:, : len(basis)]
     unit = np.abs(work).max()
     wider = np.broadcast_to(friction, model.pairs) / np.cos(np.pi / AROUND)
     cones = within_cones(motions @ basis, wider, model.dimension, AROUND)
@@ -137,7 +127,7 @@ def friction_taken(model: JointModel, amplitudes: Array, friction: Array | float
     return float(1 / found.x[-1]) if found.status == SOLVED and found.x[-1] > 0 else np.inf
 
 
-def without_slide(model: JointModel, loads_q: Array) -> Array:
+def without_slide(model: JointModel, amplitudes: Array, loads_q: Array) -> Array:
     """Loads on the coordinates of equilibrium without their work on motions that slide bodies.
 
     Without friction nothing holds these motions: they stay where they are (inertia relief).
@@ -145,19 +135,42 @@ def without_slide(model: JointModel, loads_q: Array) -> Array:
     Parameters
     ----------
     model : JointModel
+    amplitudes : (p,) array
+        Of all ports.
     loads_q : (e,) array
-        Of which the first belong to the motions that nothing holds.
+        What they are on the coordinates, of which the first belong to the motions that nothing holds.
     """
+    found = _sliding(model, amplitudes)
+    if found is None:
+        return loads_q
+    basis, _, slid = found
+    out = loads_q.copy()
+    out[: len(basis)] -= np.linalg.lstsq(basis.T, slid, rcond=None)[0]
+    return out
+
+
+def _sliding(model: JointModel, amplitudes: Array) -> tuple[Array, Array, Array] | None:
+    """Combinations (columns) of loose motions that move bodies against each other, the work of loads on them,
+    and the part of it on those that slide; None where that is rounding."""
     loose = loose_modes(model.omega)
     if not loose:
-        return loads_q
+        return None
     parting, sliding = opening_motions(model.mode_v[:, :loose], model.dimension)
-    basis, parts = np.hstack([parting, sliding]), parting.shape[1]
-    work = loads_q[:loose] @ basis
-    work[:parts] = 0.0
-    out = loads_q.copy()
-    out[:loose] -= np.linalg.lstsq(basis.T, work, rcond=None)[0]
-    return out
+    basis = np.hstack([parting, sliding])
+    work = amplitudes @ (model.port_modes[:loose].T @ basis)
+    slid = np.where(np.arange(len(work)) < parting.shape[1], 0.0, work)
+    # of all modes: what a port does on motions that do not feel it is rounding
+    size = np.abs(amplitudes) * np.abs(model.port_modes).max(axis=0)
+    least = ROUNDING * size.max(initial=0.0) * np.abs(basis).max(initial=0.0)
+    return (basis, work, slid) if np.abs(slid).max(initial=0.0) > least else None
+
+
+def edges_of_cone(dimension: int, facets: int) -> Array:
+    """(k, d - 1) unit tractions at the edges of a cone of friction; in space it has so many."""
+    if dimension == 2:
+        return np.array([[1.0], [-1.0]])
+    angles = 2 * np.pi * np.arange(facets) / facets
+    return np.column_stack([np.cos(angles), np.sin(angles)])
 
 
 def within_cones(motions: Array, friction: Array, dimension: int, facets: int = FACETS) -> Array:
@@ -169,11 +182,7 @@ def within_cones(motions: Array, friction: Array, dimension: int, facets: int = 
     normal_work, slid = v[..., 0], v[..., 1:]
     if np.abs(slid).max(initial=0.0) <= ROUNDING * np.abs(v).max(initial=0.0):
         return normal_work
-    if dimension == 2:
-        edges = np.array([[1.0], [-1.0]])
-    else:
-        angles = 2 * np.pi * np.arange(facets) / facets
-        edges = np.column_stack([np.cos(angles), np.sin(angles)])
+    edges = edges_of_cone(dimension, facets)
     return np.hstack([normal_work + friction * (slid @ edge) for edge in edges])
 
 

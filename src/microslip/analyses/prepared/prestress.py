@@ -10,14 +10,17 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.sparse as sp
 from scipy.optimize import linprog
 
 from microslip.analyses.prepared.balance import (
     ACROSS,
     AROUND,
+    FACETS,
     PULLED,
     SOLVED,
     UNBOUNDED,
+    edges_of_cone,
     opening_motions,
     pulled_apart,
     within_cones,
@@ -27,7 +30,9 @@ from microslip.brief import Brief
 from microslip.contact.pairs import (
     FORWARD,
     at_rest,
+    by_pair,
     normal,
+    normal_rows,
     slip_history,
     touches,
 )
@@ -116,7 +121,7 @@ def prestress(
     force = sum(map(abs, preload.values()))
     if pulled_apart(model, a):
         raise ContactError(PULLED)
-    held = without_slide(model, flexibility.loads_q @ a)
+    held = without_slide(model, a, flexibility.loads_q @ a)
     solution = without_friction(model, flexibility, flexibility.loads_v @ a, held, force)
     touching = touches(solution.status)
     if not touching.any():
@@ -230,6 +235,53 @@ def sliding_load(model: JointModel, start: Prestress, port: str, friction: Array
         return _largest_balanced(model, start, port, work, ports)
     except ContactError:
         return float("inf")
+
+
+def slides_from(model: JointModel, start: Prestress, port: str, friction: Array | float) -> float:
+    """Amplitude of a port from which bodies slide away that only friction holds, at prestressed pressure.
+
+    Maximises ``A`` over tractions within the cones of friction, ``|r_t| <= mu r_n`` with the reactions r_n of
+    the prestress, that keep the motions in equilibrium that no support holds and that slide the bodies, with
+    the preload and ``±A`` on the port. Loads change the pressure, so that it is an estimate; `sliding_load`
+    is a bound, by any pressure. Infinite where the load does no work on such a motion. Round cones are taken
+    2 % too narrow between their `FACETS` edges.
+
+    Parameters
+    ----------
+    model : JointModel
+    start : Prestress
+    port : str
+    friction : (m,) array or float
+        Coefficient of every pair.
+    """
+    loose, d = loose_modes(model.omega), model.dimension
+    if not loose:
+        return float("inf")
+    _, sliding = opening_motions(model.mode_v[:, :loose], d)
+    motions, ports = model.mode_v[:, :loose] @ sliding, model.port_modes[:loose].T @ sliding
+    load, size = ports[model.port(port)], np.abs(ports).max(initial=0.0)
+    if not np.abs(load).max(initial=0.0) > ACROSS * size:
+        return float("inf")
+    pressed, r = start.touching, start.solution.r
+    held = model.amplitudes(start.preload) @ ports - r[normal_rows(d)] @ motions[normal_rows(d)]
+    most = (np.broadcast_to(friction, model.pairs) * normal(r, d))[pressed]
+    slid = by_pair(motions.T, d)[:, pressed, 1:]
+    edges = edges_of_cone(d, FACETS)
+    work = np.hstack([most * (slid @ edge) for edge in edges])
+    shares = sp.hstack([sp.eye(len(most))] * len(edges) + [sp.csr_matrix((len(most), 1))])
+    limits = []
+    for sign in (1.0, -1.0):
+        found = linprog(
+            np.r_[np.zeros(work.shape[1]), -1.0],
+            A_ub=shares.tocsc(),
+            b_ub=np.ones(len(most)),
+            A_eq=sp.csc_matrix(np.hstack([work / start.force, -sign * load[:, None]]) / size),
+            b_eq=held / (size * start.force),
+            bounds=(0, None),
+            method="highs",
+        )
+        limits.append(found.x[-1] * start.force if found.status == SOLVED else 0.0)
+    return float(min(limits))
 
 
 def _largest_balanced(

@@ -5,13 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from microslip.analyses.prepared.joint import PreparedJoint
-from microslip.analyses.prepared.prestress import opening_load
+from microslip.analyses.prepared.prestress import opening_load, slides_from
 from microslip.errors import ContactError
 from microslip.typing import Array
 
 
 def load_scale(joint: PreparedJoint, port: str) -> float:
-    """Amplitude of a port that opens the joint; where none does, that the contact feels as the preload.
+    """Amplitude of a port that opens the joint or slides bodies away that friction alone holds, whichever is
+    less; where none does, that the contact feels as the preload.
 
     No amplitude opens a joint whose bodies the load cannot move as rigid ones: their ends are held, or
     bolts keep their length. There it is the amplitude under which, with all touching pairs bonded, the
@@ -41,7 +42,10 @@ def load_scale(joint: PreparedJoint, port: str) -> float:
     >>> load_scale(joint, "moment") == microslip.opening_load(joint)
     True
     """
-    limit = opening_load(joint.model, joint.prestress, port, joint.law.friction)
+    limit = min(
+        bound(joint.model, joint.prestress, port, joint.law.friction)
+        for bound in (opening_load, slides_from)
+    )
     if np.isfinite(limit):
         return limit
     felt = float(np.abs(_change_of_reactions(joint, port)).max(initial=0.0))

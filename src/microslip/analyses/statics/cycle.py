@@ -12,11 +12,11 @@ from functools import cached_property
 import numpy as np
 
 from microslip.analyses.prepared.joint import PreparedJoint
-from microslip.analyses.statics.start import check_held, prestressed_solver
+from microslip.analyses.statics.start import check_held, held_path, prestressed_solver
 from microslip.contact.fallbacks import Counts, together
 from microslip.contact.fields import ContactFields, contact_fields
 from microslip.contact.pairs import slip_history
-from microslip.contact.path import PathRecord, follow_path
+from microslip.contact.path import PathRecord
 from microslip.errors import ModelError
 from microslip.typing import Array, Indices, Status
 
@@ -188,11 +188,12 @@ def quasi_static_cycle(
     vt_old = slip_history(start.solution.v, joint.model.dimension)
 
     def march(path: Array) -> PathRecord:
-        return follow_path(
-            solver,
-            f,
+        return held_path(
+            joint,
             path,
             vt_old,
+            solver=solver,
+            port=port,
             where=lambda step: f"(load {path[step, column]:.4g} on {port!r})",
             remedy="try more load steps",
         )

@@ -8,11 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from microslip.analyses.prepared.joint import PreparedJoint
-from microslip.analyses.statics.start import check_held, check_stays_closed, prestressed_solver
+from microslip.analyses.statics.start import (
+    check_held,
+    check_stays_closed,
+    held_path,
+    prestressed_solver,
+)
 from microslip.brief import Brief
 from microslip.contact.fields import ContactFields, contact_fields
 from microslip.contact.pairs import slip_history
-from microslip.contact.path import FRICTION, follow_path
+from microslip.contact.path import FRICTION
 from microslip.errors import ModelError
 from microslip.typing import Array, Status
 
@@ -116,11 +121,12 @@ def load_path(joint: PreparedJoint, loads: Mapping[str, Array], *, steps: int = 
     at = np.arange(len(wanted) * steps + 1) / steps
     fine = np.column_stack([np.interp(at, np.arange(len(corners)), y) for y in corners.T])
     path = joint.held + fine
-    record = follow_path(
-        prestressed_solver(joint),
-        f,
+    record = held_path(
+        joint,
         path,
         slip_history(start.solution.v, model.dimension),
+        solver=prestressed_solver(joint),
+        port=next(iter(loads)) if len(loads) == 1 else None,
         where=lambda step: f"(point {-(-step // steps)} of {len(wanted)})",
         remedy="try more steps",
     )

@@ -137,6 +137,11 @@ def nodal_springs(mesh: FiniteElementMesh, nodes: Indices, each: float, axis: in
     return sp.coo_matrix((np.full(len(at), each), (at, at)), shape=(n, n)).tocsc()
 
 
+ROUND = 0.02
+"""Share of a turn of a surface that is along its normals, below which it is round about the axis: a regular
+polygon of twelve edges has 0.023 about its own."""
+
+
 def moment_load(mesh: FiniteElementMesh, surface: str, axis: Array | None = None) -> Array:
     """A unit moment as a traction that is linear over a surface and has no resultant force.
 
@@ -171,10 +176,17 @@ def moment_load(mesh: FiniteElementMesh, surface: str, axis: Array | None = None
         along = np.sum(moved(position, centre) * normal, axis=-1, keepdims=True)
         return np.asarray(along * normal)
 
+    def turning(position: Array, normal: Array) -> Array:
+        return moved(position, centre)
+
+    motion = moved(mesh.points, centre).ravel()
     load = traction_load(mesh, surface, bending)
-    work = load @ moved(mesh.points, centre).ravel()
-    if not work > 1e-12 * np.abs(load).max():
-        raise ModelError(f"surface {surface!r} takes no moment about this axis by normal tractions")
+    work = load @ motion
+    if not work > ROUND * (traction_load(mesh, surface, turning) @ motion):
+        raise ModelError(
+            f"surface {surface!r} takes no moment about this axis by normal tractions: name a node set, "
+            "whose nodes share it"
+        )
     return np.asarray(load / work)
 
 
