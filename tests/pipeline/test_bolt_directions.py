@@ -6,8 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from mesh_files import plates, plates_document
-from model.mesh.write_inp import write_inp
+from mesh_files import plates_document
 
 from microslip.analyses.prepared.balance import friction_taken, without_slide
 from microslip.analyses.statics.cycle import quasi_static_cycle
@@ -26,9 +25,7 @@ FORCE, FRICTION = 12e3 / 0.02, 0.3
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("directions")
-    write_inp(plates(), folder / "plates.inp")
-    return folder
+    return tmp_path_factory.mktemp("directions")
 
 
 def pulled(folder, *ways):

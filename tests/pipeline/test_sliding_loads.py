@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from mesh_files import plates, plates_document
-from model.mesh.write_inp import write_inp
+from mesh_files import plates_document
 from scipy.optimize import minimize
 
 from microslip.analyses.prepared.prestress import slides_from, sliding_load
@@ -24,9 +23,7 @@ FORCE, FRICTION = 12e3 / 0.02, 0.3
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("sliding")
-    write_inp(plates(), folder / "plates.inp")
-    return folder
+    return tmp_path_factory.mktemp("sliding")
 
 
 def driven(folder, direction, **analysis):

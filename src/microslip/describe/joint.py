@@ -184,18 +184,9 @@ def check_requests(joint: Joint, example: str = 'moment = "50 N*m/m"') -> None:
                 '"reduced" is the motion of the reduced model: add a section [analysis.response]; it may be '
                 "empty",
             )
-        if joint.load is None:
-            raise Rule(
-                "load",
-                "the section is missing and analysis.time needs it: write for example [load] "
-                f"with {example}",
-            )
-    if analysis.harmonic is not None and joint.load is None:
-        raise Rule(
-            "load",
-            "the section is missing and analysis.harmonic needs it: write for example [load] "
-            f"with {example}",
-        )
+        _has_load(joint, "analysis.time", example)
+    if analysis.harmonic is not None:
+        _has_load(joint, "analysis.harmonic", example)
 
 
 def check_cycle_range(joint: Joint) -> None:
@@ -209,6 +200,14 @@ def check_cycle_range(joint: Joint) -> None:
         )
 
 
+def _has_load(joint: Joint, analysis: str, example: str) -> None:
+    if joint.load is None:
+        raise Rule(
+            "load",
+            f"the section is missing and {analysis} needs it: write for example [load] with {example}",
+        )
+
+
 def _response_has_its_inputs(joint: Joint, example: str) -> None:
     from_cycles = [variant for variant in joint.variants if variant != "refined"]
     if from_cycles and joint.analysis.cycle is None:
@@ -217,12 +216,8 @@ def _response_has_its_inputs(joint: Joint, example: str) -> None:
             f"the {from_cycles[0]} model is computed from the cycles: add a section "
             "[analysis.cycle]; it may be empty",
         )
-    if joint.analysis.response is not None and joint.load is None:
-        raise Rule(
-            "load",
-            "the section is missing and analysis.response needs it: write for example [load] "
-            f"with {example}, or leave analysis.response out",
-        )
+    if joint.analysis.response is not None:
+        _has_load(joint, "analysis.response", f"{example}, or leave analysis.response out")
     if joint.load is not None and joint.frictionless and any(joint.load.rho or ()):
         raise Rule(
             "load.rho", "without contact.friction rho is 0: give the moment, or some friction"

@@ -12,7 +12,7 @@ from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.prepared.joint_modes import JointMode
 from microslip.analyses.prepared.prestress import Prestress
 from microslip.analyses.prepared.tightening import Tightened
-from microslip.contact.pairs import by_pair, normal_rows
+from microslip.contact.pairs import by_pair, normal
 from microslip.describe.joint import Joint
 from microslip.describe.mesh import MeshJoint
 from microslip.describe.units import readable
@@ -138,7 +138,7 @@ def hardly_pressed(joint: Joint, start: Prestress, bolts: Tightened | None) -> t
         if entry.temperature is None
     ]
     largest, r = max(given, default=0.0), start.solution.r
-    arrives = float(r[normal_rows(len(r) // len(start.touching))].sum())
+    arrives = float(normal(r, len(r) // len(start.touching)).sum())
     if arrives >= HARDLY * largest:
         return ()
     reason = f"the contact takes {arrives / largest:.2g} of its largest force"

@@ -201,7 +201,8 @@ def opening_load(
     if not size > max(1e-12 * np.abs(ports).max(initial=0.0), ACROSS * slides):
         return float("inf")
     work = within_cones(motions, np.broadcast_to(friction, model.pairs), model.dimension)
-    return _largest_balanced(model, start, port, work, ports)
+    held = _held_over_force(model, start, ports)
+    return _largest_balanced(port, ports[model.port(port)], held, work, start.force)
 
 
 def sliding_load(model: JointModel, start: Prestress, port: str, friction: Array | float) -> float:
@@ -231,8 +232,9 @@ def sliding_load(model: JointModel, start: Prestress, port: str, friction: Array
         return float("inf")
     wider = np.broadcast_to(friction, model.pairs) / np.cos(np.pi / AROUND)
     work = within_cones(model.mode_v[:, :loose] @ relative, wider, model.dimension, AROUND)
+    held = _held_over_force(model, start, ports)
     try:
-        return _largest_balanced(model, start, port, work, ports)
+        return _largest_balanced(port, ports[model.port(port)], held, work, start.force)
     except ContactError:
         return float("inf")
 
@@ -263,49 +265,51 @@ def slides_from(model: JointModel, start: Prestress, port: str, friction: Array 
     if not np.abs(load).max(initial=0.0) > ACROSS * size:
         return float("inf")
     pressed, r = start.touching, start.solution.r
-    held = model.amplitudes(start.preload) @ ports - r[normal_rows(d)] @ motions[normal_rows(d)]
-    most = (np.broadcast_to(friction, model.pairs) * normal(r, d))[pressed]
+    pressure = r[normal_rows(d)] @ motions[normal_rows(d)] / start.force
+    held = _held_over_force(model, start, ports) - pressure
+    most = (np.broadcast_to(friction, model.pairs) * normal(r, d))[pressed] / start.force
     slid = by_pair(motions.T, d)[:, pressed, 1:]
     edges = edges_of_cone(d, FACETS)
     work = np.hstack([most * (slid @ edge) for edge in edges])
     shares = sp.hstack([sp.eye(len(most))] * len(edges) + [sp.csr_matrix((len(most), 1))])
-    limits = []
-    for sign in (1.0, -1.0):
-        found = linprog(
-            np.r_[np.zeros(work.shape[1]), -1.0],
-            A_ub=shares.tocsc(),
-            b_ub=np.ones(len(most)),
-            A_eq=sp.csc_matrix(np.hstack([work / start.force, -sign * load[:, None]]) / size),
-            b_eq=held / (size * start.force),
-            bounds=(0, None),
-            method="highs",
-        )
-        limits.append(found.x[-1] * start.force if found.status == SOLVED else 0.0)
-    return float(min(limits))
+    try:
+        return _largest_balanced(port, load, held, work, start.force, shares.tocsc())
+    except ContactError:
+        return 0.0
 
 
 def _largest_balanced(
-    model: JointModel, start: Prestress, port: str, work: Array, ports: Array
+    port: str,
+    load: Array,
+    held: Array,
+    work: Array,
+    force: float,
+    shares: sp.csc_matrix | None = None,
 ) -> float:
-    """Largest A with which reactions r >= 0 do the work of the preload and of ``±A`` on the port.
+    """Largest A with which weights >= 0 of reactions do the work of the preload and of ``±A`` on the port.
 
     Parameters
     ----------
-    model : JointModel
-    start : Prestress
     port : str
+        For the message.
+    load : (f,) array
+        Of a unit amplitude of the port on some motions.
+    held : (f,) array
+        Of the preload on them, over `force`.
     work : (f, c) array
-        Of unit reactions on some motions.
-    ports : (p, f) array
-        Of unit amplitudes on them.
+        Of a unit weight of each reaction.
+    force : float
+        Size of the preload.
+    shares : (k, c + 1) matrix, optional
+        Sums of weights, the last of them A, that are at most 1.
     """
-    load = ports[model.port(port)]
     size = np.abs(load).max()
-    held = (model.amplitudes(start.preload) / start.force) @ ports
     limits = []
     for sign in (1.0, -1.0):
         found = linprog(
             np.r_[np.zeros(work.shape[1]), -1.0],
+            A_ub=shares,
+            b_ub=None if shares is None else np.ones(shares.shape[0]),
             A_eq=np.hstack([work, -sign * load[:, None] / size]),
             b_eq=held,
             bounds=(0, None),
@@ -315,5 +319,10 @@ def _largest_balanced(
             raise ContactError(
                 f"how much the joint holds on port {port!r} was not found: {found.message}"
             )
-        limits.append(found.x[-1] * start.force / size if found.status == SOLVED else np.inf)
+        limits.append(found.x[-1] * force / size if found.status == SOLVED else np.inf)
     return float(min(limits))
+
+
+def _held_over_force(model: JointModel, start: Prestress, ports: Array) -> Array:
+    """Work of the preload on motions, over its size."""
+    return np.asarray((model.amplitudes(start.preload) / start.force) @ ports)

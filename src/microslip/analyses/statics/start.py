@@ -82,7 +82,7 @@ def held_path(
     ContactError
         Where a step does not solve, or bodies slide away.
     """
-    carried = len(_capacity(joint)) > 0
+    floating = loose_modes(joint.model.omega) > 0
     entry = solver.r.copy(), solver.q.copy(), solver.v.copy()
     status, sticks_at = solver.status.copy(), vt_old.copy()
 
@@ -92,12 +92,12 @@ def held_path(
         )
 
     try:
-        record = follow(rescues=not carried)
+        record = follow(rescues=not floating)
     except ContactError:
         limit, largest = _limit_and_load(joint, path, port)
         if largest > limit:
             raise _slides_away(port, largest, limit) from None
-        if not carried:
+        if not floating:
             raise
         solver.start_from(*entry)
         solver.status[:], vt_old[:] = status, sticks_at
