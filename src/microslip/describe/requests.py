@@ -84,10 +84,10 @@ class CycleAnalysis(Section):
     sliding mode, "mode". Left out, the load, and the mode where a forced response reads its table."""
     smallest: Number = Field(default=5e-5, gt=0)
     """Smallest amplitude M/(P L); amplitudes are evenly spaced in their logarithm. Begin of the
-    table. Of a named port it is over what opens the joint."""
+    table. Of a named port it is over what opens or slides the joint."""
     largest: Number | None = Field(default=None, gt=0)
     """Largest amplitude; left out: 0.85 of overlap_half_length/length, which opens the joint. End
-    of the table: there is no answer beyond it. Of a named port it is over what opens the joint."""
+    of the table: there is no answer beyond it. Of a named port it is over what opens or slides the joint."""
     count: Count = Field(default=25, ge=2, le=1000)
     """How many amplitudes. Time in proportion."""
     moment_over_clamp_force_length: Ratios | None = None
