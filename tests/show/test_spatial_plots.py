@@ -98,7 +98,7 @@ def test_a_cylinder_is_unrolled_to_its_length_and_width():
     normal = np.column_stack([np.cos(angle), np.sin(angle), 0 * z])
     points = 0.05 * normal + np.column_stack([0.7 + 0 * z, 0.2 + 0 * z, z])
     chart = chart_of(surface_over(points, normal), points)
-    assert chart.said == "unrolled, radius 50 mm"
+    assert chart.labels[0] == "along the circumference, radius 50 mm (mm)"
     assert chart.extent == pytest.approx([100.0, 30.0], rel=1e-9)
     assert sum(map(area, chart.cells)) == pytest.approx(100 * 30, rel=0.01)
     along = np.column_stack([-np.sin(angle), np.cos(angle), 0 * z])
@@ -174,7 +174,7 @@ def test_what_never_touches_is_hatched(run):
     *_, cycle = shown_cycle(run)
     never = (cycle.status == SEPARATED).all(axis=0)
     figure = figures_of(run)["contact_states"](run)
-    hatched = [c for c in figure.axes[3].collections if c.get_hatch()]
+    hatched = [c for c in figure.axes[3].patches if c.get_hatch()]
     assert bool(hatched) == bool(never.any())
     counts = np.bincount(over_cycle(cycle.status[1:]), minlength=len(OVER_CYCLE))
     assert counts.sum() == run.model.pairs

@@ -149,7 +149,7 @@ def save_figures(
     progress : Progress, optional
         Advanced once per entry of `figures_of`.
     formats : sequence of str
-        Any of ``png``, ``svg``, ``pdf``.
+        Any of ``png``, ``svg``, ``pdf``; without any nothing is drawn.
     judged : Judgement, optional
         Of that run, where it is known.
 
@@ -159,7 +159,7 @@ def save_figures(
     """
     progress = progress or NullProgress()
     written: list[Path] = []
-    for name, draw in figures_of(run, judged).items():
+    for name, draw in figures_of(run, judged).items() if formats else ():
         for file, figure in draw_figures(name, draw, run).items():
             written += save(figure, Path(folder), file, formats)
         progress.advance()

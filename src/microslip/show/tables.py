@@ -81,12 +81,15 @@ def _unbalanced(odd: list[dict[str, Any]], count: int) -> str:
     """Cycles that repeat, and in which the load does not do the work of friction."""
     worst = max(odd, key=lambda row: row["energy_imbalance"])
     walking = max(odd, key=lambda row: row["walk_m"])
-    walk = f"{readable(walking['walk_m'], 'm', 3)} each cycle, at {_load(walking)}"
+    walk = ""
+    if walking["walk_m"] > 0:
+        by = readable(walking["walk_m"], "m", 3)
+        at = f"at {_load(walking)}, on which the preload works"
+        walk = f", or bodies that walk, by up to {by} each cycle, {at}"
     return (
         f"  [yellow]![/yellow] in {len(odd)} of {count} cycles reactions repeat, but the work of the load "
         f"and of friction differ, by up to {worst['energy_imbalance']:.1%}, at {_load(worst)}: small loads, "
-        f"beside what still settles after the preload, or bodies that walk, by up to {walk}, on which the "
-        "preload works"
+        f"beside what still settles after the preload{walk}"
     )
 
 

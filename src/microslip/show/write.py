@@ -54,7 +54,8 @@ def write_results(
     progress = progress or NullProgress()
     place = Path(folder)
     place.mkdir(parents=True, exist_ok=True)
-    progress.start("write results and figures", 2 + len(figures_of(run)))
+    drawn = len(figures_of(run)) if formats else 0
+    progress.start("write results and figures", 2 + drawn)
     file = RunStore(place / STORE)
     if store:
         file.begin(run.joint)

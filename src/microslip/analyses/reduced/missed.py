@@ -10,7 +10,7 @@ from scipy.interpolate import PchipInterpolator
 
 from microslip.typing import Array, Complex, Indices
 
-AROUND = 4
+AROUND = 2
 """Anchors to either side that the monotone cubics are laid through: more change nothing in between."""
 
 HALF = 0.5
@@ -21,8 +21,8 @@ def correction(x: Array, y: Complex, at: Array) -> Complex:
     """What the table misses at frequencies, from that at ascending others; constant beyond them."""
     if len(x) < 2:
         return np.full(np.shape(at), y[0] if len(x) else 0.0, complex)
-    inside = np.clip(at, x[0], x[-1])
-    return PchipInterpolator(x, y.real)(inside) + 1j * PchipInterpolator(x, y.imag)(inside)
+    both = PchipInterpolator(x, np.stack([y.real, y.imag]), axis=1)(np.clip(at, x[0], x[-1]))
+    return np.asarray(both[0] + 1j * both[1])
 
 
 def missed_by_others(x: Array, y: Complex) -> Complex:

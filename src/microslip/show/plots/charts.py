@@ -47,7 +47,7 @@ class Chart:
     labels : (str, str)
         Of the axes.
     said : str
-        How a curved interface was laid flat; empty of a flat one.
+        How a curved interface was laid flat, where axes do not say it.
     """
 
     cells: tuple[Array, ...]
@@ -176,8 +176,7 @@ def _unrolled(
         outlines=tuple(laid(line) for line in outlines),
         centres=centres,
         basis=np.stack([hoop, np.tile(axis, (len(hoop), 1))], axis=1),
-        labels=("along the circumference (mm)", _named(axis)),
-        said=f"unrolled, radius {MILLI * radius:.4g} mm",
+        labels=(f"along the circumference, radius {MILLI * radius:.4g} mm (mm)", _named(axis)),
     )
 
 
@@ -186,7 +185,8 @@ def cells_of(
 ) -> tuple[tuple[Array, ...], Indices, tuple[Array, ...]]:
     """Parts of the facets that lie nearest to each node, their pairs, and the facets.
 
-    Where no mesh has facets, squares of equal size at the pairs.
+    Facets without any pair, as of a surface that is longer than what it meets, are left out. Where no mesh
+    has facets, squares of equal size at the pairs.
     """
     if not surface.facets:
         return (), np.zeros(0, dtype=np.int64), ()
@@ -196,11 +196,12 @@ def cells_of(
     pair: list[Array] = []
     outlines: list[Array] = []
     for group in surface.facets:
-        corners = points[group.nodes]
+        nodes = group.nodes[(number[group.nodes] >= 0).any(axis=1)]
+        corners = points[nodes]
         for k, cell in enumerate(reference_cells(group.kind)):
             here = np.einsum("qk,fkd->fqd", group.type.shapes(cell), corners)
             cells += list(here)
-            pair.append(number[group.nodes[:, k]])
+            pair.append(number[nodes[:, k]])
         loop = loop_of(group.kind)
         outlines += list(corners[:, loop])
     return tuple(cells), np.concatenate(pair), tuple(outlines)

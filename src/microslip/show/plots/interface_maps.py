@@ -12,7 +12,8 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import BoundaryNorm, ListedColormap, Normalize
 from matplotlib.figure import Figure
-from matplotlib.patches import Patch
+from matplotlib.patches import Patch, PathPatch
+from matplotlib.path import Path
 from matplotlib.ticker import MaxNLocator
 
 from microslip.contact.pairs import SEPARATED, STICK
@@ -123,16 +124,18 @@ def draw_field(
     ax.add_collection(shown)
     rest = [cell for cell, own in zip(cells, some, strict=True) if not own]
     if rest:
-        ax.add_collection(PolyCollection(rest, **APART))
+        # as one shape: a hatch costs as much of a small part as of the whole
+        loops = [Path(np.vstack([cell, cell[:1]]), closed=True) for cell in rest]
+        ax.add_patch(PathPatch(Path.make_compound_path(*loops), **APART))
     outline(ax, chart)
     bare(ax, chart)
     return shown
 
 
 APART: dict[str, Any] = {
-    "facecolors": "white",
-    "edgecolors": "#b8b8b8",
-    "linewidths": 0.0,
+    "facecolor": "white",
+    "edgecolor": "#b8b8b8",
+    "linewidth": 0.0,
     "hatch": "//////",
 }
 """How parts look that never touch."""

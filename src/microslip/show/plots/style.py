@@ -177,7 +177,7 @@ def save(
     folder.mkdir(parents=True, exist_ok=True)
     written = []
     for _ in range(LAYOUTS):
-        figure.draw_without_rendering()
+        _lay_out(figure)
     figure.set_layout_engine(None)  # the same for all formats, each drawn once
     for kind in formats:
         path = folder / f"{name}.{kind}"
@@ -185,3 +185,9 @@ def save(
             figure.savefig(temporary, format=kind, metadata=FORMATS[kind])
         written.append(path)
     return written
+
+
+def _lay_out(figure: Figure) -> None:
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        engine.execute(figure)
