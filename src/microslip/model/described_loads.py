@@ -326,7 +326,11 @@ def output_load(
     pair = int(np.argmin(np.linalg.norm(coupling.points - point, axis=1)))
     reach = float(np.ptp(coupling.points, axis=0).max())
     if np.linalg.norm(coupling.points[pair] - point) > 0.5 * reach:
-        raise InputError(f"{where}: at lies farther from every contact pair than half an interface")
+        nearest = ", ".join(f"{1e3 * x:.4g} mm" for x in coupling.points[pair])
+        raise InputError(
+            f"{where}: at lies farther from every contact pair than half an interface; the nearest is at "
+            f"({nearest}), and numbers without a unit are m"
+        )
     rows = coupling.relative()[d * pair : d * (pair + 1)].toarray()
     if output.measured.motion == "gap":
         return np.asarray(-rows[0])

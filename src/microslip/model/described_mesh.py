@@ -11,7 +11,7 @@ are what they are. A plane mesh is one metre wide.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
@@ -41,6 +41,7 @@ from microslip.model.described_loads import (
 from microslip.model.described_names import check_names
 from microslip.model.elasticity import Material
 from microslip.model.imported import Imported
+from microslip.model.mesh.constraints import rotations_of
 from microslip.model.mesh.finite_elements import FiniteElementMesh, Tie
 from microslip.model.mesh.loads import nodal_springs, spring_stiffness
 from microslip.model.mesh.overlaps import check_apart
@@ -54,17 +55,18 @@ from microslip.model.mesh_in_words import (
     interface_said,
     names_of_motions,
 )
-from microslip.model.meshed import structure_from_mesh
+from microslip.model.meshed import held_dofs, structure_from_mesh
 from microslip.model.mortar.bonded import bonded_cautions
 from microslip.model.mortar.claims import Claim, check_claims
 from microslip.model.mortar.coupling import MortarCoupling, couple
 from microslip.model.mortar.flat import couple_with_flat
+from microslip.model.mortar.supported import in_planes_of_symmetry
 from microslip.model.pair_table import Pairs
 from microslip.model.soundness import zero_modes
 from microslip.model.spatial import check_spatial, width_said
 from microslip.model.structure import Structure
 from microslip.model.topography import gaps_from
-from microslip.typing import Array
+from microslip.typing import Array, Mask
 
 COMPONENTS = {"x": 0, "y": 1, "z": 2}
 TURNS = {"rx": 0, "ry": 1, "rz": 2}
@@ -106,7 +108,9 @@ def _built(described: Described[MeshJoint], changed: Stamps) -> Imported:
     bodies = bodies_said(mesh)
     whole = mesh
     mesh, bolts = bolted(with_masses(mesh, joint), joint.preload, width)
-    couplings = [_coupled(mesh, entry) for entry in joint.interface]
+    supported = _with_supports(mesh, joint)
+    held = _held_nodes(supported, _held(joint, d))
+    couplings = [in_planes_of_symmetry(_coupled(mesh, entry), held) for entry in joint.interface]
     check_claims(mesh, [_claim(mesh, entry) for entry in joint.interface], mesh.ties)
     check_apart(whole, _touching(whole, joint))
     loads, preload = {}, {}
@@ -127,7 +131,7 @@ def _built(described: Described[MeshJoint], changed: Stamps) -> Imported:
         else:
             loads[output.port] = output_load(mesh, output, couplings, joint)
     found = structure_from_mesh(
-        _with_supports(mesh, joint),
+        supported,
         couplings,
         held=_held(joint, d),
         loads=loads,
@@ -235,6 +239,14 @@ def _held(joint: MeshJoint, dimension: int) -> dict[str, list[int]]:
         for name in support.on:
             held[name] = sorted({*held.get(name, []), *own})
     return held
+
+
+def _held_nodes(mesh: FiniteElementMesh, held: Mapping[str, Sequence[int]]) -> Mask:
+    """(n, d) components of the nodes that do not move."""
+    out = np.zeros(mesh.points.size, dtype=bool)
+    dofs = held_dofs(mesh, held, rotations_of(mesh))
+    out[dofs[dofs < out.size]] = True
+    return out.reshape(mesh.points.shape)
 
 
 def _spring(

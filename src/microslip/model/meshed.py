@@ -41,7 +41,7 @@ STOPPED = 1e-9
 """Of the largest: a rigid motion that constraints move less is free."""
 
 PARTLY = 0.98
-"""A caution says how much of a surface meets the other where it is less."""
+"""A caution says how much of two surfaces meets where it is less of the smaller one."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -442,9 +442,9 @@ def _coverage(couplings: Sequence[MortarCoupling]) -> tuple[Caution, ...]:
         Caution(
             "mesh",
             f"surfaces {c.slave!r} and {c.master!r}",
-            f"only {c.covered:.0%} of {c.slave!r} face the other side",
+            f"only {c.met:.0%} of the smaller one face the other side",
             "is that meant? reach couples surfaces that are farther apart",
         )
         for c in couplings
-        if c.covered < PARTLY
+        if c.met < PARTLY
     )

@@ -13,7 +13,7 @@ gap, `microslip.contact.pairs`.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
@@ -25,6 +25,8 @@ from microslip.model.mesh.facets import FacetGroup, Facets, facets_of, nodal_nor
 from microslip.model.mesh.finite_elements import FiniteElementMesh
 from microslip.model.mortar.multipliers import multipliers
 from microslip.model.mortar.segments import Segments, segments, tangents_of
+from microslip.model.mortar.slivers import given_away, shares_met
+from microslip.model.mortar.smoothing import without_facets
 from microslip.typing import Array, Indices
 
 REACH = 2.0
@@ -72,6 +74,8 @@ class MortarCoupling(Brief):
         Whether the slave is the lower side.
     covered : float
         Part of the slave surface that faces the master.
+    met : float
+        Part of the smaller of both surfaces that faces the other; of a rigid flat that of the slave.
     """
 
     slave: str
@@ -86,6 +90,7 @@ class MortarCoupling(Brief):
     master_weights: sp.csr_matrix
     slave_below: bool
     covered: float
+    met: float
 
     @property
     def pairs(self) -> int:
@@ -182,8 +187,10 @@ def couple(
     found = list(segments(own, other, within, degree))
     if not found:
         raise ModelError(_never_meet(own, other, within))
+    found = list(without_facets(own, other, found))
     allowed = OVERLAP * min(own.size(), other.size()) if overlap is None else overlap
-    return coupling_of(own, other.name, found, nodal_normals(own), allowed)
+    pairs = coupling_of(own, other.name, found, nodal_normals(own), allowed)
+    return replace(pairs, met=pairs.covered * max(_whole(own) / _whole(other), 1.0))
 
 
 def reach_of(sides: Sequence[Facets], given: float | None) -> float:
@@ -218,7 +225,7 @@ def coupling_of(
     ModelError
         Where they overlap further.
     """
-    sums = _Sums(len(own.points))
+    sums = _Sums(shares_met(own, found))
     for group in own.groups:
         sums.add(own, group, [s for g, s in found if g is group])
     area, kept = sums.kept()
@@ -250,15 +257,22 @@ def coupling_of(
         slave_weights=(scale @ sums.matrix(sums.slave, kept[order])).tocsr(),
         master_weights=(scale @ sums.matrix(sums.master, kept[order])).tocsr(),
         slave_below=below,
-        covered=sums.covered / sum(float(own.areas(group).sum()) for group in own.groups),
+        covered=sums.covered / _whole(own),
+        met=sums.covered / _whole(own),
     )
+
+
+def _whole(surface: Facets) -> float:
+    """Area of a surface."""
+    return sum(float(surface.areas(group).sum()) for group in surface.groups)
 
 
 class _Sums:
     """Integrals over segments: of the multipliers, with the gap, and with the shapes of both sides."""
 
-    def __init__(self, nodes: int) -> None:
-        self.area, self.gap, self.covered = np.zeros(nodes), np.zeros(nodes), 0.0
+    def __init__(self, share: Array) -> None:
+        self.share = share
+        self.area, self.gap, self.covered = np.zeros(len(share)), np.zeros(len(share)), 0.0
         self.slave: list[tuple[Array, Indices, Indices]] = []
         self.master: list[tuple[Array, Indices, Indices]] = []
 
@@ -279,7 +293,8 @@ class _Sums:
         met = np.flatnonzero(covered)
         whole = np.abs(covered / surface.areas(group) - 1.0) < WHOLLY
         coefficients = np.zeros_like(moments)
-        coefficients[met] = multipliers(group.kind, moments[met], whole[met])
+        given = given_away(group.type, self.share[group.nodes[met]])
+        coefficients[met] = given @ multipliers(group.kind, moments[met], whole[met])
         products = coefficients @ moments
         nodes = group.nodes
         self._put(self.slave, products[met], nodes[met], nodes[met])
