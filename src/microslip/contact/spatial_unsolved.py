@@ -16,7 +16,7 @@ CUTS = 40
 SMALL = 1e-9
 """Of motions of the size of one: what counts as none."""
 
-NOT_FOUND = "whether there is a solution is not known; take smaller steps"
+NOT_FOUND = "whether there is a solution is not known"
 
 
 def why_unsolved(problem: Problem, given: Given, left: Contact) -> str:

@@ -26,9 +26,6 @@ class Joint(Section):
     unnamed: ClassVar[str] = "a joint"
     """What a joint without a title is called."""
 
-    preload_key: ClassVar[str] = "preload.force"
-    """Key of the force that holds it together."""
-
     modes_key: ClassVar[str] = "matrices.modes"
     """Key of the number of modes."""
 
@@ -39,6 +36,11 @@ class Joint(Section):
         title: str | None
         load: Load | None
         analysis: Requests
+
+    @property
+    def preload_key(self) -> str:
+        """Key of what holds it together."""
+        return "preload.force"
 
     @property
     def whole(self) -> bool:

@@ -64,7 +64,6 @@ class LapJoint(Joint):
     """
 
     unnamed: ClassVar[str] = "a lap joint"
-    preload_key: ClassVar[str] = "clamp.force"
     modes_key: ClassVar[str] = "mesh.modes"
     pairs_key: ClassVar[str] = "contact.pairs"
 
@@ -98,6 +97,11 @@ class LapJoint(Joint):
     def ports(self) -> tuple[Port, ...]:
         """Loads that the file names."""
         return self.port
+
+    @property
+    def preload_key(self) -> str:
+        """Key of the force of the clamp."""
+        return "clamp.force"
 
     @property
     def rayleigh(self) -> tuple[float, float]:

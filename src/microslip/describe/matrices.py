@@ -259,7 +259,6 @@ def _check_place(entry: Vector, what: str) -> None:
 Preloads = Annotated[
     tuple[Preload, ...],
     list_of_sections(50, "must be at most 50 sections, [[preload]]"),
-    Field(min_length=1),
 ]
 VectorPorts = Annotated[
     tuple[VectorPort, ...],
@@ -286,8 +285,8 @@ class MatricesJoint(WideJoint):
     matrices: Matrices
     interface: PairTable
     contact: PairContact = Field(default_factory=PairContact)
-    preload: Preloads
-    """Loads that press the sides together, [[preload]]."""
+    preload: Preloads = Field(default=())
+    """Loads that press the sides together, [[preload]]; left out where pairs have a negative gap."""
     damping: DampingOrRatio = Field(default_factory=DampingOrRatio)
     port: VectorPorts
     """Loads that [load] may name, [[port]]; where there is one, it drives the joint."""
@@ -334,9 +333,10 @@ class MatricesJoint(WideJoint):
     def __repr__(self) -> str:
         title = [repr(self.title)] if self.title else []
         unit = "N" if self.whole else "N/m"
+        force = units.readable(sum(each.force for each in self.preload), unit)
         facts = (
             f"K {self.matrices.stiffness}",
-            f"preload {units.readable(sum(each.force for each in self.preload), unit)}",
+            f"preload {force if self.preload else 'by interference'}",
             f"analyses: {', '.join(self.analysis.asked) or 'none'}",
         )
         return f"MatricesJoint({', '.join((*title, *facts))})"

@@ -164,6 +164,11 @@ class MeshInterface(Section):
     normal_stiffness: AreaStiffness | None = Field(default=None, gt=0)
     """The same normal to the surface. Evens out the pressure."""
 
+    @property
+    def may_interfere(self) -> bool:
+        """Whether bodies may press each other here without a load: known once the mesh is read."""
+        return self.gap < 0 or self.topography is not None or self.overlap is not None
+
     @model_validator(mode="after")
     def _two_sides(self) -> Self:
         if (self.second is None) == (self.flat is None):
@@ -244,7 +249,7 @@ Springs = Annotated[tuple[MeshSpring, ...], *_listed("spring")]
 Masses = Annotated[tuple[MeshMass, ...], *_listed("mass")]
 Ties = Annotated[tuple[MeshTie, ...], *_listed("tie")]
 Interfaces = Annotated[tuple[MeshInterface, ...], *_listed("interface"), Field(min_length=1)]
-MeshPreloads = Annotated[tuple[MeshPreload, ...], *_listed("preload"), Field(min_length=1)]
+MeshPreloads = Annotated[tuple[MeshPreload, ...], *_listed("preload")]
 MeshPorts = Annotated[tuple[MeshPort, ...], *_listed("port"), Field(min_length=1)]
 MeshOutputs = Annotated[tuple[MeshOutput, ...], *_listed("output")]
 
@@ -276,8 +281,9 @@ class MeshJoint(WideJoint):
     """Surfaces that are glued, [[tie]]."""
     interface: Interfaces
     """Surfaces in contact, [[interface]]."""
-    preload: MeshPreloads
-    """Loads that press the sides together, [[preload]]."""
+    preload: MeshPreloads = Field(default=())
+    """Loads that press the sides together, [[preload]]; left out where bodies interfere: press and shrink
+    fits."""
     damping: DampingOrRatio = Field(default_factory=DampingOrRatio)
     port: MeshPorts
     """Loads that [load] may name, [[port]]; where there is one, it drives the joint."""
@@ -319,7 +325,7 @@ class MeshJoint(WideJoint):
         title = [repr(self.title)] if self.title else []
         facts = (
             f"mesh {self.mesh.file}",
-            f"preload {readable_preload(self.preload, self.whole)}",
+            f"preload {readable_preload(self.preload, self.whole) or 'by interference'}",
             f"analyses: {', '.join(self.analysis.asked) or 'none'}",
         )
         return f"MeshJoint({', '.join((*title, *facts))})"
@@ -330,6 +336,13 @@ class MeshJoint(WideJoint):
     def _consistent(self) -> Self:
         check_named(self)
         _interfaces_differ(self.interface, self.output)
+        if not (self.preload or any(each.may_interfere for each in self.interface)):
+            raise Rule(
+                "preload",
+                f"missing: sections [[preload]] with {', '.join(MeshPreload.model_fields)}; or an "
+                "interface whose bodies interfere, with a negative gap, a topography, or the overlap that "
+                "the mesh has",
+            )
         if len(self.material) > 1 and any(m.elements is None for m in self.material):
             raise Rule("material", "of several materials each says its element sets, elements")
         return self

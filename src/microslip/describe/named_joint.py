@@ -136,6 +136,11 @@ class NamedJoint(Joint):
         return self.port
 
     @property
+    def preload_key(self) -> str:
+        """Key of the forces that are named, or of the interference that takes their place."""
+        return "preload.force" if self.held else "the interference, a negative interface.gap"
+
+    @property
     def driven(self) -> LoadPort:
         """The port that drives the joint, see `driven_of`."""
         return driven_of(self.port, self.load)

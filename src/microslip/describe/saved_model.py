@@ -70,7 +70,6 @@ class ModelJoint(WideJoint):
 
     unnamed: ClassVar[str] = "a joint from a saved model"
     width_in: ClassVar[str] = "model"
-    preload_key: ClassVar[str] = "the preload where the model comes from"
     modes_key: ClassVar[str] = "model.file: modes"
     pairs_key: ClassVar[str] = "model.file: contact pairs"
 
@@ -111,6 +110,11 @@ class ModelJoint(WideJoint):
     def held(self) -> tuple[Named, ...]:
         """None that the file names: the preload is the model's."""
         return ()
+
+    @property
+    def preload_key(self) -> str:
+        """None that the file has: the preload is the model's."""
+        return "the preload where the model comes from"
 
     @property
     def modes_kept(self) -> int:

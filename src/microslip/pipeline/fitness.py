@@ -175,7 +175,7 @@ def crushed(start: Prestress) -> tuple[Caution, ...]:
     return (
         Caution(
             "input",
-            f"preload {', '.join(name for name in start.preload if name != GAP)}",
+            f"preload {', '.join(name for name in start.preload if name != GAP) or 'by interference'}",
             f"the largest pressure in the contact is {readable(largest, 'Pa', 3)}; no metal bears more than "
             f"{readable(HARDEST, 'Pa')}",
             "are the units of length and force right, and the areas of the pairs?",

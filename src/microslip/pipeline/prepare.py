@@ -212,6 +212,7 @@ def _assemble(joint: Joint) -> Assembly:
     if source.imported is not None:
         model = with_half_turn(model)
     law = law_of(joint, source, model)
+    source = source.with_fit(model)
     apart = source.with_gaps(model)
     try:
         check_slid(apart, source.held, law.friction)

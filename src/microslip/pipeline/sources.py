@@ -21,6 +21,7 @@ from microslip.describe.mesh import MeshJoint
 from microslip.describe.saved_model import ModelJoint
 from microslip.errors import InputError
 from microslip.model.described_mesh import read_described_mesh
+from microslip.model.flexibility import static_flexibility
 from microslip.model.imported import GAP, Imported, read_imported
 from microslip.model.joint import JointModel
 from microslip.model.lap import structure_of
@@ -37,7 +38,8 @@ ON_WEAK_SPRINGS = 1e-2
 drift at some thousandths of the eighth frequency, and bend at a tenth of it."""
 
 SMALL = 1e-9
-"""Amplitude of the port of the gaps over that of the preload: sums of amplitudes stay those of loads."""
+"""Amplitude of the port of the gaps over that of the preload, where no sides interfere: sums of amplitudes
+stay those of loads."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -56,6 +58,9 @@ class Source(Brief):
     drifting : float
         Circular frequency, over the highest one looked at, below which a motion is no vibration but a body
         that drifts on springs which only hold its place.
+    fit : float
+        Force that sides press each other with because they interfere, about, N per metre of width; see
+        `with_fit`.
     """
 
     structure: Structure
@@ -63,12 +68,36 @@ class Source(Brief):
     preload: Mapping[str, float]
     imported: Imported | None = None
     drifting: float = 0.0
+    fit: float = 0.0
+
+    def with_fit(self, model: JointModel) -> Source:
+        """The source with the force of its interference, which then counts as a preload.
+
+        It is that of the even pressure p that takes back the interference g in the mean over the pairs of
+        areas A, ``p A^T W A = A^T g``, with the flexibility W of the pairs along their normals.
+
+        Raises
+        ------
+        InputError
+            Where there is neither a preload nor interference.
+        """
+        fit = 0.0
+        if self.imported is not None:
+            rows, area = normal_rows(model.dimension), model.area
+            interference = float(area @ np.maximum(-self.imported.pairs.gap, 0.0))
+            W = static_flexibility(model).W[rows, rows]
+            fit = interference / float(area @ W @ area) * float(area.sum())
+        if not self.preload and not fit > 0:
+            raise InputError(
+                "preload: nothing presses the sides together: no load does, and no pair has a negative gap"
+            )
+        return replace(self, fit=fit)
 
     def with_gaps(self, model: JointModel) -> JointModel:
         """The joint model with the initial gaps.
 
-        They are a port without work on anything: at the amplitude `SMALL` of the preload it moves the sides
-        of every pair apart by its gap, ``v_n = ... - g``.
+        They are a port without work on anything: at its amplitude in `held` it moves the sides of every pair
+        apart by its gap, ``v_n = ... - g``.
         """
         if GAP not in self.held or self.imported is None:
             return model
@@ -90,7 +119,7 @@ class Source(Brief):
         """The preload, and the port of the gaps where there are any."""
         if self.imported is None or not self.imported.pairs.gap.any():
             return self.preload
-        return {**self.preload, GAP: SMALL * sum(self.preload.values())}
+        return {**self.preload, GAP: self.fit + SMALL * sum(self.preload.values())}
 
 
 @singledispatch

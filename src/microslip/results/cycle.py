@@ -98,11 +98,19 @@ def rows_of_drive(run: Run, drive: str) -> Iterator[dict[str, Any]]:
         }
 
 
+RETURNED = 1e-6
+"""Of the largest distance from where they began: sides that end a cycle nearer have returned."""
+
+
 def walk_of_cycle(cycle: Cycle) -> float:
-    """By how much the sides of touching pairs have moved past each other after a cycle, m: the median."""
+    """By how much the sides of touching pairs have moved past each other after a cycle, m.
+
+    The median over pairs; 0 where they have returned.
+    """
     slip = by_pair(cycle.v, len(cycle.v[0]) // cycle.status.shape[1])[..., 1:]
-    moved = np.linalg.norm(slip[-1] - slip[0], axis=-1)[touches(cycle.status[-1])]
-    return float(np.median(moved)) if len(moved) else 0.0
+    moved = np.linalg.norm(slip - slip[0], axis=-1)[:, touches(cycle.status[-1])]
+    walk = float(np.median(moved[-1])) if moved.shape[1] else 0.0
+    return walk if walk > RETURNED * moved.max(initial=0.0) else 0.0
 
 
 def extent_entry(run: Run, name: str, extent: tuple[float, float]) -> dict[str, Any]:

@@ -261,7 +261,8 @@ def slides_from(model: JointModel, start: Prestress, port: str, friction: Array 
         return float("inf")
     _, sliding = opening_motions(model.mode_v[:, :loose], d)
     motions, ports = model.mode_v[:, :loose] @ sliding, model.port_modes[:loose].T @ sliding
-    load, size = ports[model.port(port)], np.abs(ports).max(initial=0.0)
+    load, moves = ports[model.port(port)], model.port_modes[:loose, model.port(port)]
+    size = max(np.abs(ports).max(initial=0.0), np.abs(moves).max())
     if not np.abs(load).max(initial=0.0) > ACROSS * size:
         return float("inf")
     pressed, r = start.touching, start.solution.r
