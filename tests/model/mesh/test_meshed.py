@@ -106,7 +106,9 @@ def test_cautions_name_bad_elements_and_surfaces_that_meet_in_part():
     """A smaller surface that meets the other one wholly is no reason for one."""
 
     def said(**options):
-        return " ".join(str(c) for c in supported("tri3", "quad8", counts=(12, 3), **options).cautions)
+        return " ".join(
+            str(c) for c in supported("tri3", "quad8", counts=(12, 3), **options).cautions
+        )
 
     assert "linear triangles bend too stiffly" in said()
     assert "50% of the smaller one face the other side" in said(sizes=(1.0, 1.0), beside=0.5)
