@@ -17,6 +17,7 @@ from microslip.errors import ContactError, InputError
 from microslip.model.described_mesh import read_described_mesh
 from microslip.pipeline.fitness import hardly_pressed
 from microslip.pipeline.motion import motion_from_prestress
+from microslip.pipeline.outputs import columns
 from microslip.pipeline.prepare import assemble
 from microslip.results.cycle import walk_of_cycle
 
@@ -28,7 +29,7 @@ def folder(tmp_path_factory):
     return tmp_path_factory.mktemp("directions")
 
 
-def pulled(folder, *ways):
+def pulled(folder, *ways, output=()):
     """The plates with a bolt of 12 kN along each of some directions of the force on the head."""
     given = plates_document(folder)
     given["preload"] = [
@@ -36,11 +37,13 @@ def pulled(folder, *ways):
         for k, way in enumerate(ways)
     ]
     given["analysis"] = {"cycle": {"force": [10.0]}}
+    given["output"] = list(output)
     return assemble(parse_joint(given, "directions", folder))
 
 
 def test_a_bolt_that_pulls_aslant_slides_the_plates_with_the_tangent_of_its_angle(folder):
-    """Of what friction holds, mu F cos a, it takes F sin a; the first step with friction has all of it."""
+    """Of what friction holds, mu F cos a, it takes F sin a, in the prestress already: the next step changes
+    nothing."""
     way = np.array([0.03, 0.04, -1.0])
     found = pulled(folder, list(way))
     p = found.prepared
@@ -49,15 +52,45 @@ def test_a_bolt_that_pulls_aslant_slides_the_plates_with_the_tangent_of_its_angl
     assert any("with 17% of what friction can hold" in str(each) for each in found.doubts)
     assert any("off the normals of head and nut" in str(each) for each in found.doubts)
 
-    solver = prestressed_solver(p)
     along = FORCE / np.linalg.norm(way)
-    normals, sliding = solver.r.reshape(-1, 3)[:, 0], solver.r.reshape(-1, 3)[:, 1:]
-    assert normals.sum() == pytest.approx(along, rel=1e-9)
-    assert not sliding.any()
+    r = p.prestress.solution.r.reshape(-1, 3)
+    assert r[:, 0].sum() == pytest.approx(along, rel=1e-9)
+    assert np.linalg.norm(r[:, 1:].sum(axis=0)) == pytest.approx(0.05 * along, rel=1e-6)
+    assert (np.linalg.norm(r[:, 1:], axis=1) <= FRICTION * r[:, 0] + 1e-9 * along).all()
+    solver = prestressed_solver(p)
     given = p.flexibility.loads_v @ loads, p.flexibility.loads_q @ loads
     step = solver.solve(*given, slip_history(solver.v, 3)).r.reshape(-1, 3)
-    assert step[:, 0].sum() == pytest.approx(along, rel=1e-9)
-    assert np.linalg.norm(step[:, 1:].sum(axis=0)) == pytest.approx(0.05 * along, rel=1e-6)
+    assert np.abs(step - r).max() < 1e-9 * np.abs(r).max()
+
+
+def test_friction_and_preload_may_be_changed_afterwards(folder):
+    """What friction takes is found anew; fields scale with the preload."""
+    p = pulled(folder, [0.05, 0.0, -1.0]).prepared
+    r = p.prestress.solution.r
+    other = p.with_friction(0.1).prestress.solution.r
+    assert np.abs(other - r).max() > 1e-3 * np.abs(r).max()
+    assert other.reshape(-1, 3)[:, 1:].sum(axis=0) == pytest.approx(
+        r.reshape(-1, 3)[:, 1:].sum(axis=0), rel=1e-6, abs=1e-6 * np.abs(r).sum()
+    )
+    again = p.with_friction(0.1).with_friction(FRICTION).prestress.solution.r
+    assert np.abs(again - r).max() < 1e-9 * np.abs(r).max()
+    twice = p.with_preload({"bolt0": 2 * FORCE}).prestress.solution.r
+    assert np.abs(twice - 2 * r).max() < 1e-8 * np.abs(r).max()
+
+
+def test_reactions_of_supports_have_no_share_of_what_friction_took(folder):
+    """The shear of a bolt aslant is in the prestress that outputs are from: supports hold the load alone."""
+    hold = {"quantity": "reaction", "on": "left"}
+    outputs = [{"name": f"hold_{way}", "direction": way, **hold} for way in "xyz"]
+    found = pulled(folder, [0.05, 0.0, -1.0], output=outputs)
+    p = found.prepared
+    load = 0.5 * found.opening_moment
+    cycle = quasi_static_cycle(p, "tip", load, steps=60)
+    at = {output.name: k for output, k in columns(found).items()}
+    x, y, z = (cycle.output[:, at[f"hold_{way}"]] for way in "xyz")
+    assert np.abs(x).max() < 1e-5 * load
+    assert np.abs(y).max() < 1e-5 * load
+    assert np.abs(z + cycle.load).max() < 1e-5 * load
 
 
 def test_a_bolt_along_the_normals_slides_nothing(folder):

@@ -86,8 +86,8 @@ def slid(prepared: PreparedJoint) -> tuple[Caution, ...]:
     if taken <= SLIGHTLY:
         return ()
     reason = (
-        f"it slides bodies past each other, with {taken:.0%} of what friction can hold; in the prestress, "
-        "which is without friction, they stay where they are, and friction takes it from the first step on"
+        f"it slides bodies past each other, with {taken:.0%} of what friction can hold; the prestress, which "
+        "is without friction otherwise, has what keeps them in place"
     )
     return (Caution("input", "preload", reason, "do bolts pull along their axes?"),)
 

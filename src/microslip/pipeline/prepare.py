@@ -16,6 +16,7 @@ from microslip.analyses.prepared.joint_modes import (
     pick_mode,
 )
 from microslip.analyses.prepared.prestress import Prestress, opening_load, prestress
+from microslip.analyses.prepared.settled import settled
 from microslip.analyses.prepared.tightening import Tightened, tighten
 from microslip.contact.pairs import normal_rows
 from microslip.describe.joint import Joint
@@ -216,7 +217,9 @@ def _assemble(joint: Joint) -> Assembly:
     apart = source.with_gaps(model)
     try:
         check_slid(apart, source.held, law.friction)
-        start, bolts = _prestress(apart, flexibility_of(apart, law), source)
+        flexibility = flexibility_of(apart, law)
+        start, bolts = _prestress(apart, flexibility, source)
+        start = settled(apart, flexibility, start, law.friction)
     except (ContactError, InputError) as error:
         said = in_whole(str(error)) if joint.whole else str(error)
         raise type(error)(said + _doubtful_preload(source) + _unread(source)) from None

@@ -10,8 +10,10 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 
+from microslip.analyses.prepared.balance import friction_taken
 from microslip.analyses.prepared.joint_modes import JointMode, driven_mode
 from microslip.analyses.prepared.prestress import Prestress, prestress
+from microslip.analyses.prepared.settled import settled
 from microslip.contact.law import ContactLaw
 from microslip.errors import ModelError
 from microslip.model.flexibility import Flexibility, static_flexibility, with_compliance
@@ -70,8 +72,17 @@ class PreparedJoint:
         return self.mode
 
     def with_friction(self, friction: float | Array) -> PreparedJoint:
-        """The same joint with another coefficient of friction; the prestress, without friction, stays."""
-        return replace(self, law=self.law.with_friction(friction))
+        """The same joint with another coefficient of friction.
+
+        The prestress stays, but where friction keeps what it slides, see
+        `microslip.analyses.prepared.settled.settled`.
+        """
+        law, start = self.law.with_friction(friction), self.prestress
+        if friction_taken(self.model, self.held, law.friction) > 0:
+            start = prestress(self.model, self.flexibility, start.preload, tuple(start.preload))
+        return replace(
+            self, law=law, prestress=settled(self.model, self.flexibility, start, law.friction)
+        )
 
     def with_preload(self, preload: Mapping[str, float]) -> PreparedJoint:
         """The same joint under another preload; only the prestress is solved again.
@@ -92,7 +103,10 @@ class PreparedJoint:
                 "with_preload({name: amplitude})"
             )
         held = {**self.prestress.preload, **preload} if preload else {}
-        return replace(self, prestress=prestress(self.model, self.flexibility, held))
+        start = prestress(self.model, self.flexibility, held)
+        return replace(
+            self, prestress=settled(self.model, self.flexibility, start, self.law.friction)
+        )
 
     def with_model(self, model: JointModel) -> PreparedJoint:
         """The same joint with another model of it, such as one with more ports."""
@@ -147,7 +161,7 @@ def prepare_joint(
     """
     model.port(drive)
     flexibility = flexibility_of(model, law)
-    start = prestress(model, flexibility, preload)
+    start = settled(model, flexibility, prestress(model, flexibility, preload), law.friction)
     return PreparedJoint(model, flexibility, start, law, drive, mode)
 
 

@@ -1,6 +1,7 @@
 """Contact under the preload alone, and the load that opens the joint.
 
-Prestress is without friction, so that the interface starts with no memory.
+Prestress is without friction, so that the interface starts with no memory; but for what only friction keeps
+from sliding (`microslip.analyses.prepared.settled`).
 """
 
 from __future__ import annotations
@@ -49,7 +50,7 @@ SETTLED = 1e-12
 
 @dataclass(frozen=True, repr=False)
 class Prestress(Brief):
-    """Contact under the preload alone, frictionless.
+    """Contact under the preload alone, frictionless; or with the friction that keeps bodies in place.
 
     Attributes
     ----------
