@@ -6,8 +6,10 @@ A load vector is an output as well: ``load @ x`` is the displacement that a unit
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
+import scipy.linalg
 import scipy.sparse as sp
 
 from microslip.errors import ModelError
@@ -143,10 +145,16 @@ polygon of twelve edges has 0.023 about its own."""
 
 
 def moment_load(mesh: FiniteElementMesh, surface: str, axis: Array | None = None) -> Array:
-    """A unit moment as a traction that is linear over a surface and has no resultant force.
+    """A unit moment as a traction that is linear over a surface, without any other resultant.
 
-    ``t = theta × (x - c)``, c the centroid; the component along the normal alone, as bending stresses
-    act on a section. In the plane the moment turns counter-clockwise.
+    Tractions are rigid motions u of the surface: their components along the normals, ``n (n · u)``, as
+    bending stresses act on a section; the whole u where its normal components have next to no resultant, as
+    the shear of torsion acts on the end of a shaft, and on what is round about the axis. With ``A`` and ``J``
+    the resultants of both in all rigid motions, and ``A x = lambda J x``, ``X^T J X = 1``, that of f is
+
+        t = sum_k (X^T f)_k (n (n · u_k) / lambda_k  or  u_k).
+
+    In the plane the moment turns counter-clockwise.
 
     Parameters
     ----------
@@ -154,40 +162,40 @@ def moment_load(mesh: FiniteElementMesh, surface: str, axis: Array | None = None
     surface : str
     axis : (3,) array, optional
         Axis of the moment in space.
-
-    Raises
-    ------
-    ModelError
-        Where the surface takes no such moment.
     """
     d = mesh.dimension
-    turn = np.array([0.0, 0.0, 1.0]) if d == 2 else np.asarray(axis, dtype=float)
-    turn = turn / np.linalg.norm(turn)
-
-    def moved(position: Array, about: Array) -> Array:
-        arm = np.zeros((*position.shape[:-1], 3))
-        arm[..., :d] = position - about
-        return np.asarray(np.cross(turn, arm)[..., :d])
-
+    turn = np.ones(1) if d == 2 else np.asarray(axis, dtype=float)
     shares = traction_load(mesh, surface, np.eye(d)[0]).reshape(-1, d)[:, 0]
     centre = shares @ mesh.points / shares.sum()
 
-    def bending(position: Array, normal: Array) -> Array:
-        along = np.sum(moved(position, centre) * normal, axis=-1, keepdims=True)
-        return np.asarray(along * normal)
+    def moved(position: Array, k: int) -> Array:
+        """Displacements of rigid motion k: translations, then turns about the centre."""
+        if k < d:
+            return np.broadcast_to(np.eye(d)[k], position.shape)
+        arm = np.zeros((*position.shape[:-1], 3))
+        arm[..., :d] = position - centre
+        return np.asarray(np.cross(np.eye(3)[2 if d == 2 else k - d], arm)[..., :d])
 
-    def turning(position: Array, normal: Array) -> Array:
-        return moved(position, centre)
+    def along_normals(position: Array, normal: Array, k: int) -> Array:
+        return np.asarray(np.sum(moved(position, k) * normal, axis=-1, keepdims=True) * normal)
 
-    motion = moved(mesh.points, centre).ravel()
-    load = traction_load(mesh, surface, bending)
-    work = load @ motion
-    if not work > ROUND * (traction_load(mesh, surface, turning) @ motion):
-        raise ModelError(
-            f"surface {surface!r} takes no moment about this axis by normal tractions: name a node set, "
-            "whose nodes share it"
-        )
-    return np.asarray(load / work)
+    every = range(d + len(turn))
+    motions = np.stack([moved(mesh.points, k).ravel() for k in every])
+    pressing, whole = (
+        np.stack([traction_load(mesh, surface, partial(field, k=k)) for k in every])
+        for field in (along_normals, lambda position, normal, k: moved(position, k))
+    )
+    share, X = scipy.linalg.eigh(_symmetric(pressing @ motions.T), _symmetric(whole @ motions.T))
+    resultant = np.concatenate([np.zeros(d), turn / np.linalg.norm(turn)])
+    weight, bent = X.T @ resultant, share > ROUND
+    return np.asarray(
+        (weight[bent] / share[bent]) @ X[:, bent].T @ pressing
+        + weight[~bent] @ X[:, ~bent].T @ whole
+    )
+
+
+def _symmetric(A: Array) -> Array:
+    return np.asarray(0.5 * (A + A.T))
 
 
 def spring_stiffness(
