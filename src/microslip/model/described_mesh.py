@@ -110,7 +110,9 @@ def _built(described: Described[MeshJoint], changed: Stamps) -> Imported:
     mesh, bolts = bolted(with_masses(mesh, joint), joint.preload, width)
     supported = _with_supports(mesh, joint)
     held = _held_nodes(supported, _held(joint, d))
-    couplings = [in_planes_of_symmetry(_coupled(mesh, entry), held) for entry in joint.interface]
+    couplings = [
+        in_planes_of_symmetry(_coupled(mesh, entry), held, mesh.points) for entry in joint.interface
+    ]
     check_claims(mesh, [_claim(mesh, entry) for entry in joint.interface], mesh.ties)
     check_apart(whole, _touching(whole, joint))
     loads, preload = {}, {}

@@ -27,7 +27,7 @@ from microslip.model.mortar.multipliers import multipliers
 from microslip.model.mortar.segments import Segments, segments, tangents_of
 from microslip.model.mortar.slivers import given_away, shares_met
 from microslip.model.mortar.smoothing import without_facets
-from microslip.typing import Array, Indices
+from microslip.typing import Array, Indices, Mask
 
 REACH = 2.0
 """Surfaces are coupled up to this many facets apart unless said otherwise."""
@@ -76,6 +76,8 @@ class MortarCoupling(Brief):
         Part of the slave surface that faces the master.
     met : float
         Part of the smaller of both surfaces that faces the other; of a rigid flat that of the slave.
+    still : (m, d - 1) bool array, optional
+        Tangential components without any relative displacement.
     """
 
     slave: str
@@ -91,6 +93,7 @@ class MortarCoupling(Brief):
     slave_below: bool
     covered: float
     met: float
+    still: Mask | None = None
 
     @property
     def pairs(self) -> int:
@@ -111,7 +114,8 @@ class MortarCoupling(Brief):
     def relative(self) -> sp.csr_matrix:
         """(d m, d n): B of `Interface`, normal and tangential components pair by pair."""
         d, m = self.dimension, self.pairs
-        directions = np.concatenate([-self.normal[:, None], self.tangents], axis=1)
+        moving = 1.0 if self.still is None else ~self.still[..., None]
+        directions = np.concatenate([-self.normal[:, None], moving * self.tangents], axis=1)
         jump = self.jump.tocoo()
         shape = (d * m, d * jump.shape[1])
         rows = (d * jump.row[:, None] + np.arange(d))[:, :, None] + np.zeros(d, dtype=int)
