@@ -8,9 +8,11 @@ the names below; which solver they mean is decided when they are compiled, by th
 from __future__ import annotations
 
 from collections.abc import Callable
+from inspect import signature
 from typing import Any
 
-from numba.extending import overload
+from numba import types
+from numba.extending import lower_builtin, type_callable
 
 from microslip.contact import (
     active_set,
@@ -21,21 +23,31 @@ from microslip.contact import (
     spatial_tableau,
     tableau,
 )
-from microslip.contact.compiled import FASTMATH
 
 
-def _by_memory(place: int, flat: Callable[..., Any], round_cone: Callable[..., Any]) -> Any:
+def _by_memory(place: int, flat: Any, round_cone: Any) -> Any:
     """A name that means one function or the other, by the type of the memory among its arguments."""
 
     def either(*arguments: Any) -> Any:
         spatially = isinstance(arguments[place], spatial_tableau.Memory)
         return (round_cone if spatially else flat)(*arguments)
 
-    @overload(either, jit_options={"fastmath": FASTMATH, "error_model": "numpy"}, strict=False)
-    def pick(*arguments: Any) -> Callable[..., Any]:
-        spatially = arguments[place].instance_class is spatial_tableau.Memory
-        function = round_cone if spatially else flat
-        return lambda *arguments: function(*arguments)
+    def meant(given: tuple[Any, ...]) -> Any:
+        spatially = given[place].instance_class is spatial_tableau.Memory
+        return types.Dispatcher(round_cone if spatially else flat)
+
+    @type_callable(either)
+    def typing(context: Any) -> Callable[..., Any]:
+        def returned(*given: Any) -> Any:
+            return meant(given).get_call_type(context, given, {})
+
+        # one name an argument, or numba passes all of them as one tuple
+        returned.pysig = signature(flat.py_func)  # type: ignore[attr-defined]
+        return returned
+
+    @lower_builtin(either, types.VarArg(types.Any))
+    def call(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        return context.get_function(meant(sig.args), sig)(builder, arguments)
 
     return either
 

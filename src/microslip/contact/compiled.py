@@ -14,3 +14,10 @@ FASTMATH = {"contract", "reassoc", "arcp", "nsz"}
 jit = nb.njit(cache=True, nogil=True, fastmath=FASTMATH, error_model="numpy")
 
 strict_jit = nb.njit(cache=True, error_model="numpy")
+
+inlined_jit = nb.njit(nogil=True, fastmath=FASTMATH, error_model="numpy", inline="always")
+"""For what one kernel alone calls: a part of its text, and no code of its own.
+
+Every compiled function contains all that it calls, so that each level between a loop and its innermost
+function is compiled with all of that once more.
+"""

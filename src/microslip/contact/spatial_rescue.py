@@ -22,7 +22,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from microslip.contact.compiled import jit
+from microslip.contact.compiled import inlined_jit, jit
 from microslip.contact.lemke import SOLUTION
 from microslip.contact.pairs import SEPARATED, STICK
 from microslip.contact.problem import Contact, Given, Problem, relative_displacement
@@ -50,7 +50,7 @@ MOST_ROWS = 2500
 SMALLEST_PIVOTS = (1e-9, 1e-11, 1e-13)
 
 
-@jit
+@inlined_jit
 def restore(memory, contact):
     """The last solution into `contact`."""
     contact.r[:] = memory.r
@@ -59,7 +59,7 @@ def restore(memory, contact):
     contact.status[:] = memory.status
 
 
-@jit
+@inlined_jit
 def other_scales(problem, memory, given, contact):
     """Newton's method with other scales, from the last solution."""
     count = 0
@@ -72,7 +72,7 @@ def other_scales(problem, memory, given, contact):
     return count, np.inf
 
 
-@jit
+@inlined_jit
 def load_in_parts(problem, memory, given, contact):
     """Newton's method on parts of the way from the last load to this one."""
     v_start, f_start = memory.v_free.copy(), memory.f_q.copy()
@@ -125,7 +125,7 @@ def _gradient_step(problem, vt_old, r, v, t, out):
             out[n + 1], out[n + 2] = mu[i] * a * y1 / size, mu[i] * a * y2 / size
 
 
-@jit
+@inlined_jit
 def extragradient(problem, memory, given, contact):
     """Newton's method from iterations of the extragradient method; not for floating bodies."""
     if problem.stiffness.shape[0] > 0:
@@ -164,7 +164,7 @@ def extragradient(problem, memory, given, contact):
     return count, np.inf
 
 
-@jit
+@inlined_jit
 def _attempt(problem, memory, given, contact):
     """Newton's method from r and q, which are put back where it fails."""
     r, q = contact.r.copy(), contact.q.copy()
@@ -175,7 +175,7 @@ def _attempt(problem, memory, given, contact):
     return its, residual
 
 
-@jit
+@inlined_jit
 def _empty_memory(memory):
     """Another memory of the same size."""
     return Memory(
@@ -194,7 +194,7 @@ def _empty_memory(memory):
     )
 
 
-@jit
+@inlined_jit
 def proximal(problem, memory, given, contact):
     """Newton's method from proximal points; the compliance they add shrinks as they settle."""
     n = problem.W.shape[0]
@@ -250,7 +250,7 @@ def proximal(problem, memory, given, contact):
     return count, np.inf
 
 
-@jit
+@inlined_jit
 def facets(problem, memory, given, contact):
     """Newton's method from solutions with faceted cones, finer and finer; takes nothing from `contact`."""
     for a in range(problem.stiffness.shape[0]):
