@@ -109,8 +109,8 @@ def test_a_bolt_along_the_normals_slides_nothing(folder):
         (([1, 0, 0], [0, 0, -1]), "'bolt0': its direction is 90° off the normals of head and nut"),
         # at 0.4 / 0.3 of what holds
         (([0.4, 0, -1],), "with 1.33 times what friction can hold"),
-        (([0, 0, -1], [0, 0, -1], [0, 0.001, 1]), "'bolt2': its direction draws head and nut away"),
-        (([0, 0, 1],), "'bolt0': its direction draws head and nut away"),
+        (([0, 0, -1], [0, 0, -1], [0, 0.001, 1]), "'bolt2': its direction pulls head and nut off"),
+        (([0, 0, 1],), "'bolt0': its direction pulls head and nut off"),
     ],
 )
 def test_bolts_that_hold_nothing_are_refused_and_named(folder, ways, said):

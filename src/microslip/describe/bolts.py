@@ -37,13 +37,15 @@ class MeshPreload(Section):
     """What it is called. Messages and the joint model name it so."""
     on: OnNames | None = None
     """Surfaces or node sets it acts on: two of a bolt that is not in the mesh, head and nut, which it draws
-    towards each other; any number of surfaces of a pressure; element sets of a temperature, where it is not
+    towards each other; one of a force that has no counterpart, as a weight or a centrifugal force, whose
+    direction is given; any number of surfaces of a pressure; element sets of a temperature, where it is not
     all elements. All contact pressure."""
     section: str | None = None
     """Surface inside a bolt that is in the mesh, faces on one side of a flat cut through its shank; instead
     of on. The bolt is shortened there along its axis."""
     force: LineForce | None = Field(default=None, gt=0)
-    """Force of the bolt when it has been tightened, per metre of width. This, shortening or pressure."""
+    """Force of the bolt when it has been tightened, or on one place, per metre of width. This, shortening or
+    pressure."""
     shortening: Length | None = Field(default=None, gt=0)
     """By how much the bolt is shortened from where it is snug. The force follows, and is reported."""
     pressure: Stress | None = Field(default=None, gt=0)
@@ -99,6 +101,8 @@ class MeshPreload(Section):
     def _fits_a_bolt(self) -> Self:
         if self.pressure is not None or self.temperature is not None:
             return self
+        if self.on is not None and len(self.on) == 1:
+            return self._check_force()
         if self.on is not None and len(self.on) != 2:
             raise Rule("on", 'a bolt acts between two places: ["head", "nut"]')
         if self.section is not None and self.direction is not None:
@@ -109,6 +113,16 @@ class MeshPreload(Section):
             raise Rule("holds", "what is shortened keeps its length: remove it, or give the force")
         if self.holds == "force" and self.stiffness is not None:
             raise Rule("stiffness", 'is of a bolt that keeps its length: remove holds = "force"')
+        return self
+
+    def _check_force(self) -> Self:
+        if self.force is None or self.direction is None:
+            raise Rule(
+                "on",
+                'a bolt acts between two places, ["head", "nut"]; a force on one has a direction',
+            )
+        if self.keeps_length:
+            raise Rule("on", 'what keeps its length acts between two places: ["head", "nut"]')
         return self
 
     def _check_temperature(self) -> Self:

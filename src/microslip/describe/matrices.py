@@ -36,7 +36,7 @@ from microslip.describe.quantities import (
 )
 from microslip.describe.requests import Requests, cycles_and_response, holds_requests
 from microslip.describe.sources import Source, split_source
-from microslip.describe.whole import WideJoint, WideOutput, WidePort, Width
+from microslip.describe.whole import PressedJoint, WideOutput, WidePort, Width
 
 LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "in": 0.0254, "ft": 0.3048}
 """Units of length that a file may be in, m."""
@@ -271,7 +271,7 @@ VectorOutputs = Annotated[
 
 
 @holds_requests
-class MatricesJoint(WideJoint):
+class MatricesJoint(PressedJoint):
     """A joint from finite-element matrices, its loads and the analyses asked for."""
 
     unnamed: ClassVar[str] = "a joint from matrices"

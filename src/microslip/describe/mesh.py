@@ -40,7 +40,7 @@ from microslip.describe.quantities import (
 )
 from microslip.describe.requests import Requests, cycles_and_response, holds_requests
 from microslip.describe.sources import Source, split_source
-from microslip.describe.whole import WideJoint, WideOutput, WidePort, Width
+from microslip.describe.whole import PressedJoint, WideOutput, WidePort, Width
 
 
 class MeshFile(Section):
@@ -255,7 +255,7 @@ MeshOutputs = Annotated[tuple[MeshOutput, ...], *_listed("output")]
 
 
 @holds_requests
-class MeshJoint(WideJoint):
+class MeshJoint(PressedJoint):
     """A joint from a finite-element mesh, its loads and the analyses asked for."""
 
     unnamed: ClassVar[str] = "a joint from a mesh"

@@ -102,3 +102,17 @@ class WideJoint(NamedJoint):
             for output in self.output:
                 if isinstance(output, WideOutput):
                     output.mark_whole()
+
+
+class PressedJoint(WideJoint):
+    """One whose prestress is still to be found."""
+
+    prestress: Literal["frictionless", "frictional"] | None = None
+    """Whether preloads press the sides together with friction, "frictional", raised slowly from nothing, or
+    "frictionless"; left out, with friction where they slide bodies along gentle slopes, as tapers, or where
+    nothing else keeps these in place. Pressure of sloping surfaces, tractions that are locked in."""
+
+    @property
+    def raised(self) -> bool | None:
+        """Whether preloads are asked to be raised with friction; None where that is left out."""
+        return None if self.prestress is None else self.prestress == "frictional"

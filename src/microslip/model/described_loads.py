@@ -178,10 +178,12 @@ def temperature_changes(
 
 
 def _pull(mesh: FiniteElementMesh, entry: MeshPreload) -> Array:
-    """Unit forces that draw two places towards each other."""
+    """Unit forces that draw two places towards each other, or the one on a single place."""
     assert entry.on is not None
+    first, *second = entry.on
     way = _axis(mesh, entry)
-    return _force(mesh, entry.on[0], way) - _force(mesh, entry.on[1], way)
+    load = _force(mesh, first, way)
+    return load - _force(mesh, second[0], way) if second else load
 
 
 def _axis(mesh: FiniteElementMesh, entry: MeshPreload) -> Array:
@@ -236,7 +238,9 @@ def bolt_cautions(mesh: FiniteElementMesh, preloads: Sequence[MeshPreload]) -> l
     """That head and nut do not face each other along their normals, or that a direction is another."""
     out = []
     for entry in preloads:
-        if entry.on is None or (entry.force is None and entry.shortening is None):
+        if entry.on is None or len(entry.on) != 2:
+            continue
+        if entry.force is None and entry.shortening is None:
             continue
         normals = _normals(mesh, entry)
         along = normals if normals is None else normals @ _axis_or_line(mesh, entry)
@@ -250,8 +254,11 @@ def bolt_cautions(mesh: FiniteElementMesh, preloads: Sequence[MeshPreload]) -> l
             )
             remedy = "give direction, and see whether both places are of one bolt"
         elif along <= -ASKEW:
-            reason = f"its direction draws {places} away from what they press: it is turned round"
-            remedy = "reverse direction, or leave it out"
+            reason = f"its direction pulls {places} off what is under them, as a bolt turned round"
+            remedy = (
+                "reverse direction of a bolt, or leave it out; of a force that is meant to pull there, as a "
+                "centrifugal one is, nothing is wrong, and it may act on one place alone"
+            )
         else:
             reason = f"its direction is {angle:.3g}° off the normals of {places}, along which a bolt presses"
             remedy = "leave direction out, or see whether both places are of one bolt"

@@ -22,6 +22,7 @@ from microslip.contact.pairs import normal_rows
 from microslip.describe.joint import Joint
 from microslip.describe.saved_model import ModelJoint
 from microslip.describe.units_of_the_whole import in_whole
+from microslip.describe.whole import PressedJoint
 from microslip.errors import Caution, ContactError, InputError, ModelError
 from microslip.model.damping import RATIOS, GivenDamping, damping_by_matrix, through_ratios
 from microslip.model.flexibility import Flexibility
@@ -53,6 +54,7 @@ from microslip.pipeline.fitness import (
 )
 from microslip.pipeline.measures import Measures, measures_of
 from microslip.pipeline.saved_model import modal_states, modal_structure, read_saved
+from microslip.pipeline.sloping import sloping
 from microslip.pipeline.sources import Source, law_of, source_of
 from microslip.typing import Array, Indices
 
@@ -136,6 +138,7 @@ class Assembly:
             *crushed(self.prestress),
             *hardly_pressed(self.joint, self.prestress, self.bolts),
             *slid(self.prepared),
+            *sloping(self.prepared),
             *hardly_tightened(self.bolts),
             *modes,
         )
@@ -219,6 +222,7 @@ def _assemble(joint: Joint) -> Assembly:
         check_slid(apart, source.held, law.friction)
         flexibility = flexibility_of(apart, law)
         start, bolts = _prestress(apart, flexibility, source)
+        start = replace(start, raised=joint.raised if isinstance(joint, PressedJoint) else None)
         start = settled(apart, flexibility, start, law.friction)
     except (ContactError, InputError) as error:
         said = in_whole(str(error)) if joint.whole else str(error)

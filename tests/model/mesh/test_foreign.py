@@ -114,3 +114,98 @@ def test_what_is_no_mesh_of_elements_is_refused(tmp_path):
         meshio.write(tmp_path / "bad.vtu", meshio.Mesh(points, cells))
         with pytest.raises(InputError, match=message):
             read_foreign(tmp_path / "bad.vtu")
+
+
+@pytest.mark.parametrize("version", [2.2, 4.1])
+def test_a_cell_may_be_in_several_physical_groups(version, tmp_path):
+    """As gmsh itself writes it: 2.2 repeats the cells of every group, 4.1 numbers the groups of an entity."""
+    gmsh = pytest.importorskip("gmsh")
+    gmsh.initialize(interruptible=False)
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.option.setNumber("Mesh.MshFileVersion", version)
+        for i in range(2):
+            gmsh.model.occ.addBox(2.0 * i, 0, 0, 1, 1, 1)
+        gmsh.model.occ.synchronize()
+        ends = [
+            tag
+            for _, tag in gmsh.model.getEntities(2)
+            if abs(gmsh.model.occ.getCenterOfMass(2, tag)[0] % 2) < 1e-9
+        ]
+        gmsh.model.addPhysicalGroup(2, ends[:1], name="one")
+        gmsh.model.addPhysicalGroup(2, ends, name="both")
+        gmsh.model.addPhysicalGroup(3, [1], name="first")
+        gmsh.model.addPhysicalGroup(3, [1, 2], name="all")
+        gmsh.model.mesh.generate(3)
+        gmsh.write(str(tmp_path / "groups.msh"))
+    finally:
+        gmsh.finalize()
+    mesh = read_foreign(tmp_path / "groups.msh")
+    area = {
+        name: sum(facets_of(mesh, name).areas(g).sum() for g in facets_of(mesh, name).groups)
+        for name in ("one", "both")
+    }
+    assert area == pytest.approx({"one": 1.0, "both": 2.0})
+    count = sum(len(block.nodes) for block in mesh.blocks)
+    assert len(mesh.element_sets["all"]) == count
+    assert 0 < len(mesh.element_sets["first"]) < count
+    one = np.zeros(3 * len(mesh.points))
+    one[::3] = 1.0
+    assert one @ assemble(mesh, STEEL)[1] @ one == pytest.approx(2 * STEEL.density)
+
+
+def test_an_entity_of_two_groups_is_in_both(tmp_path):
+    """Two squares side by side: the left end is in both groups, the right end in one."""
+    text = """$MeshFormat
+4.1 0 8
+$EndMeshFormat
+$PhysicalNames
+3
+1 1 "one"
+1 2 "both"
+2 3 "body"
+$EndPhysicalNames
+$Entities
+0 2 1 0
+1 0 0 0 0 1 0 2 1 2 0
+2 2 0 0 2 1 0 1 2 0
+1 0 0 0 2 1 0 1 3 0
+$EndEntities
+$Nodes
+1 6 1 6
+2 1 0 6
+1
+2
+3
+4
+5
+6
+0 0 0
+1 0 0
+2 0 0
+0 1 0
+1 1 0
+2 1 0
+$EndNodes
+$Elements
+3 4 1 4
+1 1 1 1
+1 1 4
+1 2 1 1
+2 3 6
+2 1 3 2
+3 1 2 5 4
+4 2 3 6 5
+$EndElements
+"""
+    (tmp_path / "ends.msh").write_text(text)
+    mesh = read_foreign(tmp_path / "ends.msh")
+    assert list(mesh.node_sets["one"]) == [0, 3]
+    assert list(mesh.node_sets["both"]) == [0, 2, 3, 5]
+    assert list(mesh.element_sets["body"]) == [0, 1]
+
+
+def test_an_empty_file_says_so(tmp_path):
+    (tmp_path / "none.msh").write_text("")
+    with pytest.raises(InputError, match=r"none\.msh: the file is empty"):
+        read_foreign(tmp_path / "none.msh")

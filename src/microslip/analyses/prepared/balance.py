@@ -21,6 +21,9 @@ eigenvectors, or were fitted to reduced coordinates, are known to the root of th
 SLIDING = 0.2
 """Share of a motion along the normals of the pairs up to which it slides the bodies past each other."""
 
+FLAT = 1e-5
+"""The same up to which no pressure resists it: what is more is a slope, however gentle."""
+
 ACROSS = 1e-6
 """Share of a load's work on motions that slide, up to which what it does on those that part is none."""
 
@@ -127,7 +130,30 @@ def friction_taken(model: JointModel, amplitudes: Array, friction: Array | float
     return float(1 / found.x[-1]) if found.status == SOLVED and found.x[-1] > 0 else np.inf
 
 
-def without_slide(model: JointModel, amplitudes: Array, loads_q: Array) -> Array:
+def leans(model: JointModel, amplitudes: Array, least: float = SLIDING) -> bool:
+    """Whether loads do work on motions that slide bodies past each other along slopes, gentle ones as a rule.
+
+    As the force that presses a taper into its seat: pressure may balance it, friction takes most of it.
+
+    Parameters
+    ----------
+    model : JointModel
+    amplitudes : (p,) array
+        Of all ports.
+    least : float
+        Share of the motions along the normals up to which slopes count, see `opening_motions`.
+    """
+    gentle = _sliding(model, amplitudes, least)
+    if gentle is None:
+        return False
+    level = _sliding(model, amplitudes, FLAT)
+    left = 0.0 if level is None else float(np.abs(level[2]).max())
+    return float(np.abs(gentle[2]).max()) > left + ACROSS * float(np.abs(gentle[1]).max())
+
+
+def without_slide(
+    model: JointModel, amplitudes: Array, loads_q: Array, least: float = SLIDING
+) -> Array:
     """Loads on the coordinates of equilibrium without their work on motions that slide bodies.
 
     Without friction nothing holds these motions: they stay where they are (inertia relief).
@@ -139,8 +165,10 @@ def without_slide(model: JointModel, amplitudes: Array, loads_q: Array) -> Array
         Of all ports.
     loads_q : (e,) array
         What they are on the coordinates, of which the first belong to the motions that nothing holds.
+    least : float
+        See `opening_motions`.
     """
-    found = _sliding(model, amplitudes)
+    found = _sliding(model, amplitudes, least)
     if found is None:
         return loads_q
     basis, _, slid = found
@@ -149,13 +177,15 @@ def without_slide(model: JointModel, amplitudes: Array, loads_q: Array) -> Array
     return out
 
 
-def _sliding(model: JointModel, amplitudes: Array) -> tuple[Array, Array, Array] | None:
+def _sliding(
+    model: JointModel, amplitudes: Array, least: float = SLIDING
+) -> tuple[Array, Array, Array] | None:
     """Combinations (columns) of loose motions that move bodies against each other, the work of loads on them,
     and the part of it on those that slide; None where that is rounding."""
     loose = loose_modes(model.omega)
     if not loose:
         return None
-    parting, sliding = opening_motions(model.mode_v[:, :loose], model.dimension)
+    parting, sliding = opening_motions(model.mode_v[:, :loose], model.dimension, least)
     basis = np.hstack([parting, sliding])
     work = amplitudes @ (model.port_modes[:loose].T @ basis)
     slid = np.where(np.arange(len(work)) < parting.shape[1], 0.0, work)
@@ -186,11 +216,11 @@ def within_cones(motions: Array, friction: Array, dimension: int, facets: int = 
     return np.hstack([normal_work + friction * (slid @ edge) for edge in edges])
 
 
-def opening_motions(v: Array, dimension: int) -> tuple[Array, Array]:
+def opening_motions(v: Array, dimension: int, least: float = SLIDING) -> tuple[Array, Array]:
     """Combinations (columns) of rigid motions that part the sides of pairs, and of those that slide them past
     each other; the others move all bodies together.
 
-    Of orthonormal motions of the pairs those that move them less than `SLIDING` along their normals slide;
+    Of orthonormal motions of the pairs those that move them less than `least` along their normals slide;
     the rest is orthogonal to these in the tangential directions too, so that shear of a flat interface does
     no work on it.
     """
@@ -200,6 +230,6 @@ def opening_motions(v: Array, dimension: int) -> tuple[Array, Array]:
         return np.zeros((v.shape[1], 0)), np.zeros((v.shape[1], 0))
     along = np.linalg.qr(moved[normal_rows(dimension)][:, known], mode="r")
     _, share, mixed = np.linalg.svd(along)
-    parts = int((share > SLIDING).sum())
+    parts = int((share > least).sum())
     relative = directions[known].T / size[known] @ mixed.T
     return relative[:, :parts], relative[:, parts:]

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 
-from microslip.analyses.prepared.balance import friction_taken
+from microslip.analyses.prepared.balance import friction_taken, leans
 from microslip.analyses.prepared.joint_modes import JointMode, driven_mode
 from microslip.analyses.prepared.prestress import Prestress, prestress
 from microslip.analyses.prepared.settled import settled
@@ -65,6 +65,12 @@ class PreparedJoint:
         """(p,) amplitudes of the preload on all ports."""
         return self.model.amplitudes(self.prestress.preload)
 
+    @property
+    def _rests_on_friction(self) -> bool:
+        """Whether friction takes a part of the preload."""
+        taken = friction_taken(self.model, self.held, self.law.friction)
+        return taken > 0 or leans(self.model, self.held)
+
     def principal(self) -> JointMode:
         """The mode; raises `ModelError` where the joint was prepared without one."""
         if self.mode is None:
@@ -74,12 +80,13 @@ class PreparedJoint:
     def with_friction(self, friction: float | Array) -> PreparedJoint:
         """The same joint with another coefficient of friction.
 
-        The prestress stays, but where friction keeps what it slides, see
+        The prestress stays, but where it is one with friction, see
         `microslip.analyses.prepared.settled.settled`.
         """
         law, start = self.law.with_friction(friction), self.prestress
-        if friction_taken(self.model, self.held, law.friction) > 0:
-            start = prestress(self.model, self.flexibility, start.preload, tuple(start.preload))
+        if start.raised or (start.raised is None and self._rests_on_friction):
+            again = prestress(self.model, self.flexibility, start.preload, tuple(start.preload))
+            start = replace(again, raised=start.raised)
         return replace(
             self, law=law, prestress=settled(self.model, self.flexibility, start, law.friction)
         )
@@ -104,6 +111,7 @@ class PreparedJoint:
             )
         held = {**self.prestress.preload, **preload} if preload else {}
         start = prestress(self.model, self.flexibility, held)
+        start = replace(start, raised=self.prestress.raised)
         return replace(
             self, prestress=settled(self.model, self.flexibility, start, self.law.friction)
         )

@@ -1,7 +1,7 @@
 """Contact under the preload alone, and the load that opens the joint.
 
-Prestress is without friction, so that the interface starts with no memory; but for what only friction keeps
-from sliding (`microslip.analyses.prepared.settled`).
+Prestress is without friction, so that the interface starts with no memory, unless friction is asked for or
+alone keeps bodies from sliding (`microslip.analyses.prepared.settled`).
 """
 
 from __future__ import annotations
@@ -18,10 +18,12 @@ from microslip.analyses.prepared.balance import (
     ACROSS,
     AROUND,
     FACETS,
+    FLAT,
     PULLED,
     SOLVED,
     UNBOUNDED,
     edges_of_cone,
+    leans,
     opening_motions,
     pulled_apart,
     within_cones,
@@ -50,7 +52,7 @@ SETTLED = 1e-12
 
 @dataclass(frozen=True, repr=False)
 class Prestress(Brief):
-    """Contact under the preload alone, frictionless; or with the friction that keeps bodies in place.
+    """Contact under the preload alone, frictionless or with friction.
 
     Attributes
     ----------
@@ -60,12 +62,16 @@ class Prestress(Brief):
     pressure : (m,) array
         Pa.
     touching : (m,) bool array
+    raised : bool, optional
+        Whether it is asked to be that of a preload raised with friction, True, or without, False; left out,
+        see `microslip.analyses.prepared.settled.settled`.
     """
 
     preload: Mapping[str, float]
     solution: Solution
     pressure: Array
     touching: Mask
+    raised: bool | None = None
 
     @property
     def force(self) -> float:
@@ -122,8 +128,16 @@ def prestress(
     force = sum(map(abs, preload.values()))
     if pulled_apart(model, a):
         raise ContactError(PULLED)
-    held = without_slide(model, a, flexibility.loads_q @ a)
-    solution = without_friction(model, flexibility, flexibility.loads_v @ a, held, force)
+    v_free, q_free = flexibility.loads_v @ a, flexibility.loads_q @ a
+    solution = None
+    if leans(model, a):
+        # pressure on gentle slopes takes what it can; what it cannot is left to friction
+        with suppress(ContactError):
+            on_slopes = without_slide(model, a, q_free, FLAT)
+            solution = without_friction(model, flexibility, v_free, on_slopes, force)
+    if solution is None:
+        held = without_slide(model, a, q_free)
+        solution = without_friction(model, flexibility, v_free, held, force)
     touching = touches(solution.status)
     if not touching.any():
         raise ContactError("no contact pair touches under the preload: is it pulling?")
@@ -246,8 +260,9 @@ def slides_from(model: JointModel, start: Prestress, port: str, friction: Array 
     Maximises ``A`` over tractions within the cones of friction, ``|r_t| <= mu r_n`` with the reactions r_n of
     the prestress, that keep the motions in equilibrium that no support holds and that slide the bodies, with
     the preload and ``±A`` on the port. Loads change the pressure, so that it is an estimate; `sliding_load`
-    is a bound, by any pressure. Infinite where the load does no work on such a motion. Round cones are taken
-    2 % too narrow between their `FACETS` edges.
+    is a bound, by any pressure. Infinite where the load does no work on such a motion, and where the preload
+    slides bodies along gentle slopes: the pressure there follows the load. Round cones are taken 2 % too
+    narrow between their `FACETS` edges.
 
     Parameters
     ----------
@@ -258,7 +273,7 @@ def slides_from(model: JointModel, start: Prestress, port: str, friction: Array 
         Coefficient of every pair.
     """
     loose, d = loose_modes(model.omega), model.dimension
-    if not loose:
+    if not loose or leans(model, model.amplitudes(start.preload)):
         return float("inf")
     _, sliding = opening_motions(model.mode_v[:, :loose], d)
     motions, ports = model.mode_v[:, :loose] @ sliding, model.port_modes[:loose].T @ sliding
@@ -275,9 +290,10 @@ def slides_from(model: JointModel, start: Prestress, port: str, friction: Array 
     work = np.hstack([most * (slid @ edge) for edge in edges])
     shares = sp.hstack([sp.eye(len(most))] * len(edges) + [sp.csr_matrix((len(most), 1))])
     try:
-        return _largest_balanced(port, load, held, work, start.force, shares.tocsc())
+        found = _largest_balanced(port, load, held, work, start.force, shares.tocsc())
     except ContactError:
         return 0.0
+    return found if found * size < start.force * np.abs(ports).max() / ACROSS**2 else float("inf")
 
 
 def _largest_balanced(

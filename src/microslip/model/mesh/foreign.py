@@ -1,8 +1,9 @@
 """Meshes of Gmsh and VTK, read by meshio.
 
 Cells of the highest dimension are elements, cells one dimension below them are faces of surfaces, what is
-lower still gives node sets. Groups with a name keep it: physical groups of Gmsh, and ``array=value`` of
-integer data of cells and points in VTK. Quadratic wedges meshio does not know; decks have them.
+lower still gives node sets. Groups with a name keep it: physical groups of Gmsh, of which a cell may have
+several, and ``array=value`` of integer data of cells and points in VTK. Quadratic wedges meshio does not
+know; decks have them.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from microslip.model.mesh.finite_elements import (
     FiniteElementMesh,
     Surface,
 )
-from microslip.typing import Array, Indices
+from microslip.typing import Indices, Mask
 
 CELLS = {
     "triangle": "tri3",
@@ -71,13 +72,19 @@ def read_foreign(path: Path, *, length: float = 1.0) -> FiniteElementMesh:
 
     if path.suffix.lower() not in ENDINGS:
         raise InputError(f"{path.name}: the ending must be one of {', '.join(ENDINGS)} or .inp")
+    # by name: meshio.read prints beside what it raises
+    reader = {".msh": meshio.gmsh, ".vtk": meshio.vtk, ".vtu": meshio.vtu}[path.suffix.lower()]
     try:
-        with open(path, "rb"):
-            found = meshio.read(path)
+        with open(path, "rb") as opened:
+            if not opened.read(1):
+                raise InputError(f"{path.name}: the file is empty")
+        found = reader.read(path)
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from error
     except KeyError as error:
         raise InputError(f"{path.name}: meshio knows no cells {error}") from error
+    except InputError:
+        raise
     except (Exception, SystemExit) as error:
         raise InputError(
             f"{path.name}: meshio cannot read it: {error or type(error).__name__}"
@@ -103,8 +110,8 @@ def _mesh(found: Any, file: str, length: float) -> FiniteElementMesh:
                 "cells of the volumes"
             )
         points = points[:, :2]
-    blocks, starts = _blocks(found.cells, dimension)
-    element_sets, node_sets, surfaces = _groups(found, blocks, starts, dimension)
+    blocks, of_list = _blocks(found.cells, dimension)
+    element_sets, node_sets, surfaces = _groups(found, blocks, of_list, dimension)
     return FiniteElementMesh(
         points=length * points,
         node_labels=1 + np.arange(len(points)),
@@ -121,25 +128,37 @@ def _dimension(cell: str) -> int:
     return 2 if CELLS[cell].startswith(("tri", "quad")) else 3
 
 
-def _blocks(cells: Any, dimension: int) -> tuple[list[Block], dict[int, int]]:
-    """Blocks, and the first element of each list of cells that became one."""
+def _blocks(cells: Any, dimension: int) -> tuple[list[Block], dict[int, Indices]]:
+    """Blocks, and the elements that each list of cells is.
+
+    A cell that is in several lists, as one of several groups is in a file of Gmsh 2.2, is one element.
+    """
     blocks: list[Block] = []
-    starts: dict[int, int] = {}
+    elements: dict[int, Indices] = {}
     count = 0
-    for k, each in enumerate(cells):
-        if _dimension(each.type) != dimension or not len(each.data):
+    for cell in dict.fromkeys(each.type for each in cells if _dimension(each.type) == dimension):
+        lists = [k for k, each in enumerate(cells) if each.type == cell and len(each.data)]
+        if not lists:
             continue
-        kind = CELLS[each.type]
-        starts[k] = count
-        labels = 1 + count + np.arange(len(each.data))
+        rows = np.vstack([np.asarray(cells[k].data, dtype=np.int64) for k in lists])
+        _, first, same = np.unique(
+            np.sort(rows, axis=1), axis=0, return_index=True, return_inverse=True
+        )
+        order = np.argsort(first)
+        number = np.empty_like(order)
+        number[order] = count + np.arange(len(order))
+        ends = np.cumsum([len(cells[k].data) for k in lists])
+        elements |= dict(zip(lists, np.split(number[same.ravel()], ends[:-1]), strict=True))
+        kind = CELLS[cell]
+        labels = 1 + count + np.arange(len(order))
         formulation = INCOMPATIBLE if kind in ("quad4", "hex8") else FULL
-        blocks.append(Block(kind, np.asarray(each.data, dtype=np.int64), labels, formulation))
-        count += len(each.data)
-    return blocks, starts
+        blocks.append(Block(kind, rows[first[order]], labels, formulation))
+        count += len(order)
+    return blocks, elements
 
 
 def _groups(
-    found: Any, blocks: list[Block], starts: dict[int, int], dimension: int
+    found: Any, blocks: list[Block], of_list: dict[int, Indices], dimension: int
 ) -> tuple[dict[str, Indices], dict[str, Indices], dict[str, Surface]]:
     elements: dict[str, list[Indices]] = {}
     nodes: dict[str, list[Indices]] = {}
@@ -151,7 +170,7 @@ def _groups(
             continue
         own = _dimension(cells.type)
         if own == dimension:
-            elements.setdefault(name, []).append(starts[k] + np.flatnonzero(chosen))
+            elements.setdefault(name, []).append(of_list[k][chosen])
             continue
         nodes.setdefault(name, []).append(rows.ravel())
         if own == dimension - 1:
@@ -166,7 +185,7 @@ def _groups(
             for value in np.unique(data[data != 0]):
                 nodes.setdefault(f"{name}={value}", []).append(np.flatnonzero(data == value))
     return (
-        {name: np.concatenate(parts) for name, parts in elements.items()},
+        {name: np.unique(np.concatenate(parts)) for name, parts in elements.items()},
         {name: np.unique(np.concatenate(parts)) for name, parts in nodes.items()},
         {
             name: surface_of_cells(blocks, np.vstack(parts), name, points)
@@ -175,9 +194,15 @@ def _groups(
     )
 
 
-def _named_cells(found: Any) -> Iterator[tuple[str, int, Array]]:
+def _named_cells(found: Any) -> Iterator[tuple[str, int, Mask]]:
     """Name of a group, list of cells, and which of them are in it."""
     physical = {(int(tag), int(dim)): name for name, (tag, dim) in found.field_data.items()}
+    # where the file says which lists of cells a group has, its data of cells name one group of each alone
+    in_sets = {name: lists for name, lists in found.cell_sets.items() if name in found.field_data}
+    for name, lists in in_sets.items():
+        for k, rows in enumerate(lists):
+            if rows is not None and len(rows):
+                yield name, k, np.isin(np.arange(len(found.cells[k].data)), rows)
     for array, lists in found.cell_data.items():
         if array.startswith("gmsh:") and array != PHYSICAL:
             continue
@@ -187,9 +212,8 @@ def _named_cells(found: Any) -> Iterator[tuple[str, int, Array]]:
                 continue
             for value in np.unique(data):
                 if array == PHYSICAL:
-                    if value == 0:
-                        continue
-                    key = int(value), _dimension(found.cells[k].type)
-                    yield physical.get(key, f"physical {value}"), k, data == value
+                    name = physical.get((int(value), _dimension(found.cells[k].type)))
+                    if value != 0 and (name is None or name not in in_sets):
+                        yield name or f"physical {value}", k, data == value
                 else:
                     yield f"{array}={value}", k, data == value
