@@ -1,21 +1,27 @@
 """Gaps of contact pairs from a table of measured distances.
 
-Points are projected onto the mean tangents of the interface; between them gaps are linear: along the
-interface in the plane, on a Delaunay triangulation in space.
+Points are projected onto the mean tangents of the interface, or where it turns, in the plane, onto the
+tangent of the nearest pair; between them gaps are linear: along the interface in the plane, on a Delaunay
+triangulation in space.
 """
 
 from __future__ import annotations
 
 import numpy as np
 from scipy.interpolate import LinearNDInterpolator
+from scipy.spatial import cKDTree
 
 from microslip.errors import InputError
 from microslip.model.mortar.coupling import MortarCoupling
+from microslip.model.mortar.positions import turns
 from microslip.model.readers.files import Table, read_table
 from microslip.typing import Array
 
 NEAR = 1e-6
 """Of the size of an interface: a pair so far off the table is on its edge."""
+
+CLOSED = 2.0
+"""An interface is closed where its ends are no farther apart than so many pairs."""
 
 
 def gaps_from(source: str, coupling: MortarCoupling, length: float) -> Array:
@@ -40,6 +46,9 @@ def gaps_from(source: str, coupling: MortarCoupling, length: float) -> Array:
     gap = length * _column(table, "gap", source)
     tangents = coupling.tangents.mean(axis=0)
     measured, wanted = points @ tangents.T, coupling.points @ tangents.T
+    if turns(coupling.tangents):
+        measured, wanted = _around(points, coupling), coupling.position[:, None]
+        gap = np.resize(gap, len(measured))
     found = _along(measured, gap, wanted) if d == 2 else _over(measured, gap, wanted, source)
     lost = np.flatnonzero(np.isnan(found))
     for pair in lost:
@@ -54,6 +63,19 @@ def gaps_from(source: str, coupling: MortarCoupling, length: float) -> Array:
             f"at ({at}) m: measure farther, and are its lengths in mesh.length_unit?"
         )
     return found
+
+
+def _around(points: Array, coupling: MortarCoupling) -> Array:
+    """(k, 1) positions of points along an interface that turns; of a closed one three times, a turn apart."""
+    nearest = cKDTree(coupling.points).query(points)[1]
+    aside = points - coupling.points[nearest]
+    found = coupling.position[nearest] + np.einsum("kd,kd->k", aside, coupling.tangents[nearest, 0])
+    ends = np.linalg.norm(coupling.points[0] - coupling.points[-1])
+    step = np.diff(coupling.position).max()
+    if ends > CLOSED * step:
+        return found[:, None]
+    length = float(np.ptp(coupling.position) + ends)
+    return np.concatenate([found - length, found, found + length])[:, None]
 
 
 def _column(table: Table, name: str, source: str) -> Array:

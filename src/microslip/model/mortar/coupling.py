@@ -24,6 +24,7 @@ from microslip.model.interface import Interface
 from microslip.model.mesh.facets import FacetGroup, Facets, facets_of, nodal_normals
 from microslip.model.mesh.finite_elements import FiniteElementMesh
 from microslip.model.mortar.multipliers import multipliers
+from microslip.model.mortar.positions import along, arc_length, turns
 from microslip.model.mortar.segments import Segments, segments, tangents_of
 from microslip.model.mortar.slivers import given_away, shares_met
 from microslip.model.mortar.smoothing import without_facets
@@ -64,6 +65,9 @@ class MortarCoupling(Brief):
         Unit normals from the lower to the upper side.
     tangents : (m, d - 1, d) array
         Unit tangents.
+    position : (m,) array
+        Coordinate along the mean first tangent, or where that does not tell pairs apart in the plane length
+        along the interface, ascending, m.
     area : (m,) array
         m², or m per metre of width.
     gap : (m,) array
@@ -86,6 +90,7 @@ class MortarCoupling(Brief):
     points: Array
     normal: Array
     tangents: Array
+    position: Array
     area: Array
     gap: Array
     slave_weights: sp.csr_matrix
@@ -127,15 +132,7 @@ class MortarCoupling(Brief):
 
     def interface(self) -> Interface:
         """The pairs as the rest of the program knows them."""
-        return Interface(
-            along(self.points, self.tangents), self.area, self.relative(), self.dimension
-        )
-
-
-def along(points: Array, tangents: Array) -> Array:
-    """(m,) coordinate along the mean first tangent of an interface."""
-    mean = tangents[:, 0].mean(axis=0)
-    return np.asarray(points @ (mean / max(float(np.linalg.norm(mean)), LEVEL)))
+        return Interface(self.position, self.area, self.relative(), self.dimension)
 
 
 def couple(
@@ -233,12 +230,16 @@ def coupling_of(
     for group in own.groups:
         sums.add(own, group, [s for g, s in found if g is group])
     area, kept = sums.kept()
-    normals = normals[kept]
-    below = _points_up(normals, area)
+    normals, points = normals[kept], own.points[kept]
+    below = _points_up(normals, points, area)
     up = normals if below else -normals
     tangents = tangents_of(up)
-    points = own.points[kept]
-    order = _in_order(points, tangents)
+    if turns(tangents):
+        position = arc_length(own, kept, tangents)
+        order = np.argsort(position, kind="stable")
+    else:
+        position = along(points, tangents)
+        order = _in_order(points, tangents)
     scale = sp.diags(1.0 / area[order])
     gap = (sums.gap[kept] / area)[order]
     deepest = int(np.argmin(gap))
@@ -256,6 +257,7 @@ def coupling_of(
         points=points[order],
         normal=up[order],
         tangents=tangents[order],
+        position=position[order],
         area=area[order],
         gap=gap,
         slave_weights=(scale @ sums.matrix(sums.slave, kept[order])).tocsr(),
@@ -376,13 +378,15 @@ def _never_meet(own: Facets, other: Facets, reach: float) -> str:
     )
 
 
-def _points_up(normals: Array, area: Array) -> bool:
-    """Whether a surface looks up in the mean: along y in the plane, z in space; else along x, ..."""
+def _points_up(normals: Array, points: Array, area: Array) -> bool:
+    """Whether a surface looks up in the mean: along y in the plane, z in space; else along x, ...; a closed
+    one outwards."""
     mean = area @ normals / area.sum()
     for component in mean[::-1]:
         if abs(component) > LEVEL:
             return bool(component > 0)
-    return True
+    middle = area @ points / area.sum()
+    return bool(area @ np.einsum("md,md->m", points - middle, normals) > 0)
 
 
 def _in_order(points: Array, tangents: Array) -> Indices:
