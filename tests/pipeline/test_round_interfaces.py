@@ -12,6 +12,7 @@ from model.mesh.write_inp import write_inp
 from microslip.describe.reading import parse_joint
 from microslip.model.mesh.boundary import with_surfaces
 from microslip.pipeline.prepare import assemble
+from microslip.pipeline.run import run
 
 INNER, FIT, OUTER = 5.0, 10.0, 20.0
 """Radii, mm."""
@@ -115,3 +116,18 @@ def test_measured_distances_along_a_bore(tmp_path):
     (coupling,) = a.imported.meshed.couplings
     at = np.arctan2(*coupling.points.T[::-1])
     assert a.imported.pairs.gap == pytest.approx(-5e-6 + 1e-6 * np.cos(at), abs=2e-8)
+
+
+def test_a_hub_without_friction_may_spin_and_is_pulled_all_the_same(tmp_path):
+    """Nothing holds its spin, and what turns it is rounding."""
+    found = run(bore(tmp_path, friction=0.0).joint)
+    assert not found.failures
+    (cycle,) = found.cycles["load"]
+    assert cycle.imbalance == 0.0
+    assert cycle.dissipated < 1e-10 * cycle.to_and_fro
+    # its pull arrives at the fit: the reactions along y carry it
+    (coupling,) = found.assembly.imported.meshed.couplings
+    r = cycle.r.reshape(len(cycle.theta), -1, 2)
+    carried = r[..., 0] @ coupling.normal[:, 1] + r[..., 1] @ coupling.tangents[:, 0, 1]
+    swing = carried - 0.5 * (carried.max() + carried.min())
+    assert np.abs(swing).max() == pytest.approx(1e5, rel=1e-6)

@@ -51,14 +51,19 @@ def cycle_lines(found: Summary) -> Iterator[str]:
         yield _unbalanced(odd, len(rows))
 
 
+NO_DAMPING = 1e-10
+"""Equivalent damping, over the stiffness of the sliding mode: less is rounding."""
+
+
 def _greatest_damping(found: Summary, drive: str, mine: list[dict[str, Any]]) -> str:
     """Where it is, and whether that lies inside the table."""
     best = max(mine, key=lambda row: row["gamma_eq"])
-    if not best["gamma_eq"] > 0:
+    if not best["gamma_eq"] > NO_DAMPING:
         return f"  greatest damping   none: the sliding mode takes no energy ({drive}-driven)"
+    big = best["gamma_eq"] >= 1e-3
     edge = "" if best not in (mine[0], mine[-1]) else ", the end of the table: widen it"
     return (
-        f"  greatest damping   gamma_eq {number(best['gamma_eq'], '.4f')} at "
+        f"  greatest damping   gamma_eq {number(best['gamma_eq'], '.4f' if big else '.2e')} at "
         f"{_moving(found, best)}, {_load(best)} ({drive}-driven{edge})"
     )
 

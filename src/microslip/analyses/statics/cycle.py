@@ -20,6 +20,9 @@ from microslip.contact.path import PathRecord
 from microslip.errors import ModelError
 from microslip.typing import Array, Indices, Status
 
+ROUNDING = 1e-10
+"""Of the work that a load does to and fro in a cycle: less is none."""
+
 
 @dataclass(frozen=True, repr=False)
 class Cycle:
@@ -47,6 +50,8 @@ class Cycle:
         Work of the normal reactions over the cycle: an error of discretisation, tends to zero.
     external_work : float
         Work of the load over the cycle.
+    to_and_fro : float
+        The same with that of every step taken as positive: what of it is left over may be rounding.
     cycles : int
         How many cycles were computed, the first loading included.
     closure : float
@@ -72,6 +77,7 @@ class Cycle:
     friction_work: Array
     normal_work: float
     external_work: float
+    to_and_fro: float
     cycles: int
     closure: float
     iterations: Indices
@@ -89,9 +95,11 @@ class Cycle:
     def imbalance(self) -> float:
         """Difference of the load's work and what friction took over the cycle, over the latter.
 
-        Zero for a cycle that repeats itself, but for rounding; 0 where nothing is dissipated.
+        Zero for a cycle that repeats itself, but for rounding; 0 where nothing is dissipated, or no more than
+        rounding of the work that the load does to and fro.
         """
-        if not self.dissipated > 0:
+        work = max(self.dissipated, abs(self.external_work))
+        if not self.dissipated > 0 or work < ROUNDING * self.to_and_fro:
             return 0.0
         return abs(self.external_work - self.dissipated) / self.dissipated
 
@@ -221,6 +229,7 @@ def quasi_static_cycle(
     mean_load = 0.5 * (load[1:] + load[:-1])
     status = record.status.copy()
     status[0] = status[-1]
+    work = mean_load * np.diff(output[:, column])
     return Cycle(
         port=port,
         amplitude=float(amplitude),
@@ -232,7 +241,8 @@ def quasi_static_cycle(
         status=status,
         friction_work=record.friction_work,
         normal_work=record.normal_work,
-        external_work=float(mean_load @ np.diff(output[:, column])),
+        external_work=float(work.sum()),
+        to_and_fro=float(np.abs(work).sum()),
         cycles=cycle,
         closure=change,
         iterations=record.iterations,

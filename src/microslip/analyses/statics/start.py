@@ -51,6 +51,9 @@ def check_held(joint: PreparedJoint, port: str, largest: float) -> None:
 CARRIED = 1e-3
 """Of what friction holds, the force of springs that only keep bodies in place (`microslip.model.loose`)."""
 
+ROUNDING = 1e-6
+"""Of the most that pairs can do on any motion that nothing else holds: what is less is none."""
+
 
 def held_path(
     joint: PreparedJoint,
@@ -141,6 +144,8 @@ def carried_by_springs(joint: PreparedJoint, record: PathRecord) -> float:
     capacity = _capacity(joint)
     springs = joint.flexibility.stiffness[: len(capacity)] * record.q[:, : len(capacity)]
     most = np.abs(springs - springs[0]).max(axis=0, initial=0.0)
+    # a pin without friction spins: what holds that motion is rounding, and so may be what turns it
+    capacity = np.maximum(capacity, ROUNDING * capacity.max(initial=0.0))
     return float((most / np.maximum(capacity, 1e-300))[capacity > 0].max(initial=0.0))
 
 
