@@ -137,3 +137,11 @@ def test_a_description_needs_no_numerics():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize("kind", ["mesh", "matrices", "model"])
+def test_a_section_says_which_kind_was_forgotten(kind):
+    with pytest.raises(
+        InputError, match=rf'kind is missing: with \[{kind}\] it is kind = "{kind}"'
+    ):
+        parse_joint({kind: {"file": "joint.inp"}})

@@ -340,8 +340,8 @@ class MeshJoint(PressedJoint):
             raise Rule(
                 "preload",
                 f"missing: sections [[preload]] with {', '.join(MeshPreload.model_fields)}; or an "
-                "interface whose bodies interfere, with a negative gap, a topography, or the overlap that "
-                "the mesh has",
+                "interface whose bodies interfere, with a negative gap, a topography, or overlap, up to "
+                "which they may in the mesh",
             )
         if len(self.material) > 1 and any(m.elements is None for m in self.material):
             raise Rule("material", "of several materials each says its element sets, elements")

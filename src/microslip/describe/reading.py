@@ -80,6 +80,9 @@ def parse_joint(
         said = json.dumps(kind, ensure_ascii=False, default=str)
         known = " or ".join(f'"{name}"' for name in JOINTS)
         raise InputError(_printable(f"{source}: kind = {said}: must be {known}"))
+    meant = next((name for name in JOINTS if name in document), None)
+    if "kind" not in document and meant is not None and "beams" not in document:
+        raise InputError(f'{source}: kind is missing: with [{meant}] it is kind = "{meant}"')
     model = JOINTS[kind]
     try:
         joint = model.model_validate(document, context={"folder": folder})

@@ -155,7 +155,10 @@ def test_a_cell_may_be_in_several_physical_groups(version, tmp_path):
 
 
 def test_an_entity_of_two_groups_is_in_both(tmp_path):
-    """Two squares side by side: the left end is in both groups, the right end in one."""
+    """Two squares side by side: the left end is in both groups, the right end in one.
+
+    Each square is an entity, and the right one has its nodes clockwise: it is turned as a whole.
+    """
     text = """$MeshFormat
 4.1 0 8
 $EndMeshFormat
@@ -166,10 +169,11 @@ $PhysicalNames
 2 3 "body"
 $EndPhysicalNames
 $Entities
-0 2 1 0
+0 2 2 0
 1 0 0 0 0 1 0 2 1 2 0
 2 2 0 0 2 1 0 1 2 0
-1 0 0 0 2 1 0 1 3 0
+1 0 0 0 1 1 0 1 3 0
+2 1 0 0 2 1 0 1 3 0
 $EndEntities
 $Nodes
 1 6 1 6
@@ -188,14 +192,15 @@ $Nodes
 2 1 0
 $EndNodes
 $Elements
-3 4 1 4
+4 4 1 4
 1 1 1 1
 1 1 4
 1 2 1 1
 2 3 6
-2 1 3 2
+2 1 3 1
 3 1 2 5 4
-4 2 3 6 5
+2 2 3 1
+4 5 6 3 2
 $EndElements
 """
     (tmp_path / "ends.msh").write_text(text)
@@ -203,6 +208,7 @@ $EndElements
     assert list(mesh.node_sets["one"]) == [0, 3]
     assert list(mesh.node_sets["both"]) == [0, 2, 3, 5]
     assert list(mesh.element_sets["body"]) == [0, 1]
+    assert assemble(mesh, STEEL)[1].sum() == pytest.approx(2 * 2 * STEEL.density)
 
 
 def test_an_empty_file_says_so(tmp_path):

@@ -123,8 +123,8 @@ def material_of_elements(
         of[mesh.elements_of_set(name)] = k
     if (of < 0).any():
         raise ModelError(
-            f"{_elements(mesh.element_labels[of < 0])} no material: give the section or the element set that "
-            "they belong to"
+            f"{_elements(mesh.element_labels[of < 0])} no material: name their element set in elements of "
+            "a [[material]], or give the file a section for them"
         )
     return [material for _, material in pairs], of
 

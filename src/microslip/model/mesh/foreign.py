@@ -55,7 +55,7 @@ def read_foreign(path: Path, *, length: float = 1.0) -> FiniteElementMesh:
     """Mesh and groups of a file of Gmsh (``.msh``) or VTK (``.vtk``, ``.vtu``).
 
     Linear quadrilaterals and hexahedra get incompatible modes. Nodes and elements are numbered from 1 in
-    the order of the file.
+    the order of the file, elements type by type.
 
     Parameters
     ----------
@@ -137,24 +137,32 @@ def _blocks(cells: Any, dimension: int) -> tuple[list[Block], dict[int, Indices]
     elements: dict[int, Indices] = {}
     count = 0
     for cell in dict.fromkeys(each.type for each in cells if _dimension(each.type) == dimension):
+        kind = CELLS[cell]
+        formulation = INCOMPATIBLE if kind in ("quad4", "hex8") else FULL
         lists = [k for k, each in enumerate(cells) if each.type == cell and len(each.data)]
         if not lists:
             continue
-        rows = np.vstack([np.asarray(cells[k].data, dtype=np.int64) for k in lists])
-        _, first, same = np.unique(
-            np.sort(rows, axis=1), axis=0, return_index=True, return_inverse=True
-        )
-        order = np.argsort(first)
-        number = np.empty_like(order)
-        number[order] = count + np.arange(len(order))
-        ends = np.cumsum([len(cells[k].data) for k in lists])
-        elements |= dict(zip(lists, np.split(number[same.ravel()], ends[:-1]), strict=True))
-        kind = CELLS[cell]
-        labels = 1 + count + np.arange(len(order))
-        formulation = INCOMPATIBLE if kind in ("quad4", "hex8") else FULL
-        blocks.append(Block(kind, rows[first[order]], labels, formulation))
-        count += len(order)
+        data = [np.asarray(cells[k].data, dtype=np.int64) for k in lists]
+        starts = np.cumsum([0, *map(len, data)])
+        first = _first_of_each(np.vstack(data))
+        new = first == np.arange(len(first))
+        number = (count + np.cumsum(new) - 1)[first]
+        for k, rows, start in zip(lists, data, starts, strict=False):
+            own = slice(start, start + len(rows))
+            elements[k] = number[own]
+            if new[own].any():
+                labels = 1 + number[own][new[own]]
+                blocks.append(Block(kind, rows[new[own]], labels, formulation))
+        count += int(new.sum())
     return blocks, elements
+
+
+def _first_of_each(rows: Indices) -> Indices:
+    """(n,) where each set of nodes is first."""
+    _, first, same = np.unique(
+        np.sort(rows, axis=1), axis=0, return_index=True, return_inverse=True
+    )
+    return np.asarray(first[same.ravel()])
 
 
 def _groups(
