@@ -17,6 +17,7 @@ from microslip.errors import InputError
 from microslip.model.mesh.boundary import with_surfaces
 from microslip.pipeline.prepare import assemble
 from microslip.pipeline.run import run
+from microslip.results.joint import prestress_summary
 
 FORCE = 1e5
 """On the wedge, N per metre of width."""
@@ -109,6 +110,7 @@ def test_a_taper_is_pressed_in_with_friction_unless_asked_otherwise(tmp_path):
     assert any("gentle slopes" in doubt.reason for doubt in a.doubts)
     found = run(a.joint)
     assert not found.failures
+    assert prestress_summary(found)["friction"] == "with"
     for cycle in found.cycles["load"]:
         assert cycle.residual.max() < 1e-9
         work = cycle.dissipated

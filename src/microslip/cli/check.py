@@ -136,7 +136,8 @@ def _of_files(joint: Joint, done: Assembly | None) -> Iterator[Row]:
         if not entry.keeps_length:
             unit, value = entry.amount
             yield f"preload {entry.name}", f"{readable(value, unit, 4)}, constant"
-    yield "contact force under the preload", readable(measures.force, "N/m")
+    taken = "with" if start.frictional else "without"
+    yield "contact force under the preload", f"{readable(measures.force, 'N/m')}, {taken} friction"
     left, right = contact_extent(model.position, start.touching)
     yield (
         "contact under the preload",

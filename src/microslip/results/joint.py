@@ -76,6 +76,7 @@ def prestress_summary(run: Run) -> dict[str, Any]:
         }
     return {
         **own,
+        "friction": "with" if start.frictional else "none",
         **bolts_entry(run),
         "peak_pressure_pa": peak,
         "residual": start.solution.residual,
@@ -88,7 +89,6 @@ def bolts_entry(run: Run) -> dict[str, Any]:
     if found is None:
         return {}
     return {
-        "friction": "none",
         "bolts": [
             {
                 "name": name,

@@ -58,7 +58,8 @@ def _print_joint(found: Summary, console: Console) -> None:
     console.print(
         f"  prestress          contact {_extent(start)}, peak "
         f"{number(start['peak_pressure_pa'] / 1e6)} MPa "
-        f"({number(_over_mean(start), '.3f')} times the mean)",
+        f"({number(_over_mean(start), '.3f')} times the mean)"
+        + (", with friction" if start.get("friction") == "with" else ""),
         highlight=False,
     )
     console.print(

@@ -49,6 +49,9 @@ from microslip.typing import Array, Indices, Mask, Status
 SETTLED = 1e-12
 """Residual above which a solution is solved once more, from where it ended."""
 
+TRACTION = 1e-9
+"""Of the largest reaction: tangential ones below are none."""
+
 
 @dataclass(frozen=True, repr=False)
 class Prestress(Brief):
@@ -77,6 +80,13 @@ class Prestress(Brief):
     def force(self) -> float:
         """Size of the preload, sum of its amplitudes: every field of a receding contact scales with it."""
         return float(sum(abs(a) for a in self.preload.values()))
+
+    @property
+    def frictional(self) -> bool:
+        """Whether friction takes a part of the preload: tractions that are locked in."""
+        d = len(self.solution.v) // len(self.touching)
+        tractions = by_pair(self.solution.r, d)[:, 1:]
+        return bool(np.abs(tractions).max(initial=0.0) > TRACTION * self.largest_reaction)
 
     @property
     def largest_reaction(self) -> float:
