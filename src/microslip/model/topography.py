@@ -8,8 +8,8 @@ triangulation in space.
 from __future__ import annotations
 
 import numpy as np
+import scipy.spatial
 from scipy.interpolate import LinearNDInterpolator
-from scipy.spatial import cKDTree
 
 from microslip.errors import InputError
 from microslip.model.mortar.coupling import MortarCoupling
@@ -67,7 +67,7 @@ def gaps_from(source: str, coupling: MortarCoupling, length: float) -> Array:
 
 def _around(points: Array, coupling: MortarCoupling) -> Array:
     """(k, 1) positions of points along an interface that turns; of a closed one three times, a turn apart."""
-    nearest = cKDTree(coupling.points).query(points)[1]
+    nearest = scipy.spatial.cKDTree(coupling.points).query(points)[1]
     aside = points - coupling.points[nearest]
     found = coupling.position[nearest] + np.einsum("kd,kd->k", aside, coupling.tangents[nearest, 0])
     ends = np.linalg.norm(coupling.points[0] - coupling.points[-1])
