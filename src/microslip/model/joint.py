@@ -102,6 +102,15 @@ class JointModel(Brief):
         """Number of contact pairs."""
         return len(self.position)
 
+    @property
+    def usual_omega(self) -> float:
+        """Median circular frequency of the modes that are not nearly rigid, rad/s.
+
+        Of all modes rigid ones may be the most: three free bodies have eighteen.
+        """
+        e = self.equilibrium_modes
+        return float(np.median(self.omega[e:] if e < len(self.omega) else self.omega))
+
     def port(self, name: str) -> int:
         """Column of a port; raises `ModelError` naming the ports there are."""
         if name not in self.ports:

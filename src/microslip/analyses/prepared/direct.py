@@ -148,7 +148,7 @@ def _modal_sum(
     held = np.linalg.solve(W, V)
     y = shapes.T @ (model.port_modes - psi.T @ held)
     residual = (model.port_port - V.T @ held)[:, model.port(port)]
-    kept = omegas**2 > RIGID * np.median(omegas) ** 2
+    kept = omegas**2 > RIGID * model.usual_omega**2
     if without is not None:
         kept[np.argmax(np.abs(shapes.T @ model.port_modes[:, model.port(without)]))] = False
     alpha, beta = model.rayleigh

@@ -224,7 +224,7 @@ def hold_port(
     inertia = w0**2 * (np.eye(len(g)) - still @ still.T)
     stiffness = np.diag(model.omega**2) - inertia + HOLD * w**2 * np.outer(g, g)
     values, vectors = np.linalg.eigh(stiffness)
-    order, soft = _unknowns_first(values, wide.mode_v @ vectors, np.median(model.omega))
+    order, soft = _unknowns_first(values, wide.mode_v @ vectors, model.usual_omega)
     values, vectors = values[order], vectors[:, order]
     mode_v, ports = wide.mode_v @ vectors, vectors.T @ wide.port_modes
     v, p, give = mode_v[:, soft:], ports[soft:], 1 / values[soft:]
