@@ -23,7 +23,7 @@ from microslip.brief import Brief
 from microslip.errors import ModelError
 from microslip.model.bodies import BodyMotions
 from microslip.model.interface_compliance import interface_compliance
-from microslip.model.loose import held, separated
+from microslip.model.loose import held, loose_modes, separated
 from microslip.model.modes import LinearModes, PartFactors, linear_modes, spectral_shift
 from microslip.model.structure import Structure
 from microslip.typing import Array, Indices
@@ -101,6 +101,15 @@ class JointModel(Brief):
     def pairs(self) -> int:
         """Number of contact pairs."""
         return len(self.position)
+
+    @property
+    def loose_motions(self) -> int:
+        """How many of the first modes only keep a place and are unknowns in static equilibrium.
+
+        Where bodies hang together by more than contact the joint as a whole may be free: that moves no pair,
+        and is no unknown.
+        """
+        return min(loose_modes(self.omega), self.equilibrium_modes)
 
     @property
     def usual_omega(self) -> float:

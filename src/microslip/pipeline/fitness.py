@@ -19,7 +19,6 @@ from microslip.describe.units import readable
 from microslip.errors import Caution, ContactError, InputError, ModelError
 from microslip.model.imported import GAP
 from microslip.model.joint import JointModel
-from microslip.model.loose import loose_modes
 from microslip.model.shape_damping import ratio_by_coupling
 from microslip.typing import Array
 
@@ -98,7 +97,7 @@ PRESSED = 1e-6
 
 def unpressed(model: JointModel, start: Prestress) -> Array:
     """Motions of parts which neither a support nor a pair that is pressed holds: columns, of loose modes."""
-    loose = loose_modes(model.omega)
+    loose = model.loose_motions
     if not loose:
         return np.zeros((0, 0))
     moved = by_pair(model.mode_v[:, :loose].T, model.dimension)

@@ -17,10 +17,12 @@ from scipy.linalg import eigh
 
 from microslip.analyses.prepared.joint import prepare_joint, with_principal_mode
 from microslip.analyses.prepared.joint_modes import joint_modes, walking_modes
+from microslip.analyses.statics.cycle import quasi_static_cycle
 from microslip.analyses.statics.held import LINKED, hold_mode, hold_port, resting
 from microslip.analyses.statics.prescribed import prescribed_cycle
 from microslip.contact.law import contact_law
 from microslip.model.joint import JointModel
+from microslip.model.loose import held, loose_modes
 
 FIRST, DRAGGED, THIRD = 1.0, 0.5, 0.8
 SPRING, HOLDING, LINK, GIVE = 1e4, 1e-4, 1.0, 1e-13
@@ -103,9 +105,9 @@ def test_motions_that_move_a_pair_by_rounding_are_no_unknowns():
     other = prepare_joint(free, plain.law, plain.prestress.preload, plain.drive)
     cycles = []
     for joint in (plain, other):
-        held = hold_port(joint, "sliding", OMEGA, OMEGA)
-        assert held.flexibility.stiffness.size == 0
-        cycles.append(prescribed_cycle(held, 1e-9, steps=40, cycles=2))
+        own = hold_port(joint, "sliding", OMEGA, OMEGA)
+        assert own.flexibility.stiffness.size == 0
+        cycles.append(prescribed_cycle(own, 1e-9, steps=40, cycles=2))
     one, two = cycles
     assert two.force / two.q == pytest.approx(one.force / one.q, rel=1e-9)
     assert (one.force / one.q).real == pytest.approx(1e7 / MASS, rel=1e-9)
@@ -141,6 +143,26 @@ def beside(masses):
     return prepare_joint(model, contact_law(pairs, 0.5), {"clamp": 1e3}, "sliding")
 
 
+def test_a_joint_that_is_free_as_a_whole_has_the_cycles_of_one_that_is_held():
+    """Nothing holds two motions, and since they move no pair they are no unknowns."""
+    plain = oscillator(50.0, spring=1e7)
+    model = plain.model
+    omega, _ = held(np.append(np.zeros(2), model.omega), 2)
+    free = replace(
+        model,
+        omega=omega,
+        equilibrium_modes=0,
+        mode_v=np.hstack([1e-13 * np.array([[1.0, -0.3], [0.4, 0.7]]), model.mode_v]),
+        port_modes=np.pad(model.port_modes, ((2, 0), (0, 0))),
+    )
+    assert (free.loose_motions, loose_modes(omega)) == (0, 2)
+    other = prepare_joint(free, plain.law, plain.prestress.preload, plain.drive)
+    one, two = (quasi_static_cycle(joint, "force", 80.0, steps=40) for joint in (plain, other))
+    assert one.dissipated > 0
+    assert two.dissipated == pytest.approx(one.dissipated, rel=1e-9)
+    np.testing.assert_allclose(two.r, one.r, rtol=1e-9, atol=1e-9)
+
+
 def test_bodies_at_rest_beside_it_may_be_the_most():
     """Four masses that friction alone holds, and one that vibrates: four of five motions are rigid ones.
 
@@ -150,9 +172,9 @@ def test_bodies_at_rest_beside_it_may_be_the_most():
     cycles = []
     for masses in (0, 4):
         joint = beside(masses)
-        held = hold_port(joint, "sliding", np.sqrt(SPRING), np.sqrt(SPRING))
-        assert len(held.flexibility.stiffness) == masses
-        cycles.append(prescribed_cycle(held, 1e-3, steps=40, cycles=2))
+        own = hold_port(joint, "sliding", np.sqrt(SPRING), np.sqrt(SPRING))
+        assert len(own.flexibility.stiffness) == masses
+        cycles.append(prescribed_cycle(own, 1e-3, steps=40, cycles=2))
     one, two = cycles
     assert two.force / two.q == pytest.approx(one.force / one.q, rel=1e-9)
     assert two.dissipated == pytest.approx(one.dissipated, rel=1e-9)

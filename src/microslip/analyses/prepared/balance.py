@@ -11,7 +11,6 @@ from scipy.optimize import linprog
 
 from microslip.contact.pairs import by_pair, normal_rows
 from microslip.model.joint import JointModel
-from microslip.model.loose import loose_modes
 from microslip.typing import Array
 
 ROUNDING = 1e-6
@@ -52,7 +51,7 @@ def pulled_apart(model: JointModel, amplitudes: Array) -> bool:
     amplitudes : (p,) array
         Of all ports.
     """
-    loose = loose_modes(model.omega)
+    loose = model.loose_motions
     work = amplitudes @ model.port_modes[:loose].T
     size = float(
         (np.abs(amplitudes) * np.abs(model.port_modes).max(axis=0, initial=0.0)).max(initial=0.0)
@@ -182,7 +181,7 @@ def _sliding(
 ) -> tuple[Array, Array, Array] | None:
     """Combinations (columns) of loose motions that move bodies against each other, the work of loads on them,
     and the part of it on those that slide; None where that is rounding."""
-    loose = loose_modes(model.omega)
+    loose = model.loose_motions
     if not loose:
         return None
     parting, sliding = opening_motions(model.mode_v[:, :loose], model.dimension, least)

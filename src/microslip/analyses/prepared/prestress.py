@@ -43,7 +43,6 @@ from microslip.contact.solver import ContactSolver, Solution
 from microslip.errors import ContactError
 from microslip.model.flexibility import Flexibility
 from microslip.model.joint import JointModel
-from microslip.model.loose import loose_modes
 from microslip.typing import Array, Indices, Mask, Status
 
 SETTLED = 1e-12
@@ -247,7 +246,7 @@ def sliding_load(model: JointModel, start: Prestress, port: str, friction: Array
     friction : (m,) array or float
         Coefficient of every pair.
     """
-    loose = loose_modes(model.omega)
+    loose = model.loose_motions
     if not loose:
         return float("inf")
     relative = np.hstack(opening_motions(model.mode_v[:, :loose], model.dimension))
@@ -282,7 +281,7 @@ def slides_from(model: JointModel, start: Prestress, port: str, friction: Array 
     friction : (m,) array or float
         Coefficient of every pair.
     """
-    loose, d = loose_modes(model.omega), model.dimension
+    loose, d = model.loose_motions, model.dimension
     if not loose or leans(model, model.amplitudes(start.preload)):
         return float("inf")
     _, sliding = opening_motions(model.mode_v[:, :loose], d)

@@ -38,7 +38,6 @@ from microslip.errors import ContactError
 from microslip.model.bolts import Bolts, Tightening
 from microslip.model.flexibility import Flexibility
 from microslip.model.joint import JointModel
-from microslip.model.loose import loose_modes
 from microslip.typing import Array, Indices, Mask
 
 EXACT = 1e-10
@@ -259,7 +258,7 @@ class _Wrench:
         motions = np.hstack([f.R, L])
         scale = 1 / np.abs(motions).max(axis=0)
         stiffness = scale[:, None] * np.block([[np.diag(f.stiffness), -G], [-G.T, own]]) * scale
-        loose, of_bolts = loose_modes(self.model.omega), scale[len(f.stiffness) :]
+        loose, of_bolts = self.model.loose_motions, scale[len(f.stiffness) :]
         stiffness[:loose, :loose] = 0.0
         apart = np.sqrt(np.diag(f.loads_loads))
         terms = of_bolts * (apart[ports] * (apart @ np.abs(given)) + np.abs(known))

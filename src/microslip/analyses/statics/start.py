@@ -12,7 +12,6 @@ from microslip.contact.pairs import by_pair, normal
 from microslip.contact.path import PathRecord, follow_path
 from microslip.contact.solver import ContactSolver
 from microslip.errors import ContactError, JointOpensError
-from microslip.model.loose import loose_modes
 from microslip.typing import Array
 
 
@@ -85,7 +84,7 @@ def held_path(
     ContactError
         Where a step does not solve, or bodies slide away.
     """
-    floating = loose_modes(joint.model.omega) > 0
+    floating = joint.model.loose_motions > 0
     entry = solver.r.copy(), solver.q.copy(), solver.v.copy()
     status, sticks_at = solver.status.copy(), vt_old.copy()
 
@@ -114,7 +113,7 @@ def held_path(
 
 def _capacity(joint: PreparedJoint) -> Array:
     """(l,) most that pairs can do on each motion that nothing holds, by the reactions of the prestress."""
-    model, loose = joint.model, loose_modes(joint.model.omega)
+    model, loose = joint.model, joint.model.loose_motions
     r = np.maximum(normal(joint.prestress.solution.r, model.dimension), 0.0)
     v = by_pair(model.mode_v[:, :loose].T, model.dimension)
     size = np.abs(v[..., 0]) + joint.law.friction * np.linalg.norm(v[..., 1:], axis=-1)
