@@ -148,3 +148,20 @@ def test_another_friction_is_pressed_in_anew(tmp_path):
 def test_a_force_on_one_place_has_a_direction_and_no_length(preload, said, tmp_path):
     with pytest.raises(InputError, match=said):
         parse_joint(document(tmp_path, STEEP, 0.1, **preload), "wedge", tmp_path)
+
+
+@pytest.mark.parametrize(("share", "holds"), [(0.98, True), (1.02, False)])
+def test_what_draws_a_wedge_out_is_friction_beyond_the_slope(share, holds, tmp_path):
+    """Pressed in by F, with N = F/(sin + mu cos) on its face, it comes out at F + N (mu cos - sin)."""
+    friction, angle = 0.15, np.radians(SHALLOW)
+    pressed = FORCE / (np.sin(angle) + friction * np.cos(angle))
+    draws = FORCE + pressed * (friction * np.cos(angle) - np.sin(angle))
+    given = document(tmp_path, SHALLOW, friction)
+    given["analysis"] = {"cycle": {"force": [share * draws], "steps": 40}}
+    failures = run(parse_joint(given, "wedge", tmp_path)).failures
+    if holds:
+        assert not failures
+    else:
+        (failure,) = failures
+        assert "there is no solution" in failure.reason
+        assert "take a smaller load" in failure.reason

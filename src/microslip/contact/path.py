@@ -14,6 +14,7 @@ from microslip.contact.compiled import jit
 from microslip.contact.fallbacks import Counts, fallbacks
 from microslip.contact.problem import Given
 from microslip.contact.solver import CERTIFICATE, PLANAR, ContactSolver, singularity_named
+from microslip.contact.unsolved import NOTHING_HOLDS
 from microslip.errors import ContactError
 from microslip.model.flexibility import Flexibility
 from microslip.typing import Array, Status
@@ -163,9 +164,12 @@ def follow_path(
         step = failed if failed >= 0 else int(np.argmax(record.residual))
         load = path[step]
         given = Given(flexibility.loads_v @ load, flexibility.loads_q @ load, vt_old)
+        why = solver.why_unsolved(given)
+        # more steps do not help where there is no solution
+        remedy = "take a smaller load, or a support" if why == NOTHING_HOLDS else remedy
         raise ContactError(
             f"contact not solved at step {step} of {n - 1} {where(step)}: residual "
-            f"{record.residual[step]:.1e}; {solver.why_unsolved(given)}; {remedy}"
+            f"{record.residual[step]:.1e}; {why}; {remedy}"
         )
     return record
 
