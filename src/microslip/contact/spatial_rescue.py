@@ -252,17 +252,21 @@ def proximal(problem, memory, given, contact):
 
 @inlined_jit
 def facets(problem, memory, given, contact):
-    """Newton's method from solutions with faceted cones, finer and finer; takes nothing from `contact`."""
+    """Newton's method from solutions with faceted cones, finer and finer, without friction with none; takes
+    nothing from `contact`."""
     for a in range(problem.stiffness.shape[0]):
         if problem.stiffness[a] < 0.0:
             return 0, np.inf
     m = problem.friction.shape[0]
     count = 0
     direction = np.zeros((m, 2))
+    frictionless = np.max(problem.friction) == 0.0
     for sides in FACETS:
+        if frictionless:
+            sides = 0  # the problem itself
         if m * (sides + 2) > MOST_ROWS:
             break
-        for attempt in range(6):
+        for attempt in range(1 if frictionless else 6):
             # evenly round with two turns, then closer and closer to the slip found
             focus = 0.0 if attempt < 2 else 0.5 ** (attempt - 1)
             directions = fan(direction, sides, 0.5 * (attempt % 2), focus)
@@ -290,4 +294,6 @@ def facets(problem, memory, given, contact):
             count += its
             if residual <= ACCEPTED:
                 return count, residual
+        if frictionless:
+            break
     return count, np.inf

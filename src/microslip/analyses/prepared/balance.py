@@ -6,10 +6,13 @@ cones of friction must do, those of contact without friction along the normals a
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.optimize import linprog
 
 from microslip.contact.pairs import by_pair, normal_rows
+from microslip.model.flexibility import Flexibility
 from microslip.model.joint import JointModel
 from microslip.typing import Array
 
@@ -174,6 +177,88 @@ def without_slide(
     out = loads_q.copy()
     out[: len(basis)] -= np.linalg.lstsq(basis.T, slid, rcond=None)[0]
     return out
+
+
+def without_sliding(
+    model: JointModel, flexibility: Flexibility, least: float
+) -> tuple[Flexibility, Array]:
+    """A flexibility in which loose motions that slide bodies past each other stay at zero.
+
+    Without friction only the springs that keep a place would hold them, against pressures that lean by
+    rounding.
+
+    Parameters
+    ----------
+    model : JointModel
+    flexibility : Flexibility
+        Static.
+    least : float
+        Share of a motion along the normals from which on it stays free, see `opening_motions`.
+
+    Returns
+    -------
+    Flexibility
+        With fewer coordinates z; loads on ports as before.
+    (e, f) array
+        C, ``q = C z``, orthonormal columns.
+    """
+    loose, e = model.loose_motions, len(flexibility.stiffness)
+    if not loose:
+        return flexibility, np.eye(e)
+    parting, sliding = _against_each_other(model, least)
+    if not sliding.shape[1]:
+        return flexibility, np.eye(e)
+    free = np.linalg.qr(parting)[0]
+    C = np.zeros((e, free.shape[1] + e - loose))
+    C[:loose, : free.shape[1]] = free
+    C[loose:, free.shape[1] :] = np.eye(e - loose)
+    fewer = replace(
+        flexibility,
+        R=np.ascontiguousarray(flexibility.R @ C),
+        stiffness=(flexibility.stiffness[:, None] * C**2).sum(axis=0),
+        loads_q=C.T @ flexibility.loads_q,
+    )
+    return fewer, C
+
+
+def _against_each_other(model: JointModel, least: float) -> tuple[Array, Array]:
+    """`opening_motions` of the loose motions; none where they move pairs by rounding."""
+    v = model.mode_v[:, : model.loose_motions]
+    if np.abs(v).max(initial=0.0) <= ROUNDING * np.abs(model.mode_v).max(initial=0.0):
+        v = np.zeros_like(v)
+    return opening_motions(v, model.dimension, least)
+
+
+def unheld(
+    model: JointModel,
+    flexibility: Flexibility,
+    loads_q: Array,
+    r: Array,
+    q: Array,
+    friction: Array | float,
+) -> float:
+    """What is missing to equilibrium along motions that slide bodies, over what friction can do there.
+
+    Parameters
+    ----------
+    model : JointModel
+    flexibility : Flexibility
+        Static.
+    loads_q : (e,) array
+        Loads on the coordinates of equilibrium.
+    r, q : arrays
+        Reactions and coordinates.
+    friction : (m,) array or float
+        Coefficient of every pair.
+    """
+    loose, d = model.loose_motions, model.dimension
+    _, sliding = _against_each_other(model, SLIDING)
+    if not sliding.shape[1]:
+        return 0.0
+    missing = (loads_q - flexibility.stiffness * q - flexibility.R.T @ r)[:loose] @ sliding
+    slid = np.linalg.norm(by_pair((model.mode_v[:, :loose] @ sliding).T, d)[..., 1:], axis=-1)
+    most = slid @ (np.broadcast_to(friction, model.pairs) * np.maximum(by_pair(r, d)[:, 0], 0.0))
+    return float((np.abs(missing) / np.maximum(most, 1e-300)).max())
 
 
 def _sliding(

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 
-from microslip.analyses.prepared.balance import friction_taken, leans
 from microslip.analyses.prepared.joint_modes import JointMode, driven_mode
 from microslip.analyses.prepared.prestress import Prestress, prestress
 from microslip.analyses.prepared.settled import settled
@@ -65,12 +64,6 @@ class PreparedJoint:
         """(p,) amplitudes of the preload on all ports."""
         return self.model.amplitudes(self.prestress.preload)
 
-    @property
-    def _rests_on_friction(self) -> bool:
-        """Whether friction takes a part of the preload."""
-        taken = friction_taken(self.model, self.held, self.law.friction)
-        return taken > 0 or leans(self.model, self.held)
-
     def principal(self) -> JointMode:
         """The mode; raises `ModelError` where the joint was prepared without one."""
         if self.mode is None:
@@ -84,7 +77,7 @@ class PreparedJoint:
         `microslip.analyses.prepared.settled.settled`.
         """
         law, start = self.law.with_friction(friction), self.prestress
-        if start.raised or (start.raised is None and self._rests_on_friction):
+        if start.raised or (start.raised is None and start.frictional):
             again = prestress(self.model, self.flexibility, start.preload, tuple(start.preload))
             start = replace(again, raised=start.raised)
         return replace(

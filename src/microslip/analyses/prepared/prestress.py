@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
@@ -20,6 +20,7 @@ from microslip.analyses.prepared.balance import (
     FACETS,
     FLAT,
     PULLED,
+    SLIDING,
     SOLVED,
     UNBOUNDED,
     edges_of_cone,
@@ -28,6 +29,7 @@ from microslip.analyses.prepared.balance import (
     pulled_apart,
     within_cones,
     without_slide,
+    without_sliding,
 )
 from microslip.brief import Brief
 from microslip.contact.pairs import (
@@ -137,21 +139,36 @@ def prestress(
     force = sum(map(abs, preload.values()))
     if pulled_apart(model, a):
         raise ContactError(PULLED)
-    v_free, q_free = flexibility.loads_v @ a, flexibility.loads_q @ a
-    solution = None
-    if leans(model, a):
-        # pressure on gentle slopes takes what it can; what it cannot is left to friction
-        with suppress(ContactError):
-            on_slopes = without_slide(model, a, q_free, FLAT)
-            solution = without_friction(model, flexibility, v_free, on_slopes, force)
-    if solution is None:
-        held = without_slide(model, a, q_free)
-        solution = without_friction(model, flexibility, v_free, held, force)
+    solution = _closed(model, flexibility, a, force)
     touching = touches(solution.status)
     if not touching.any():
         raise ContactError("no contact pair touches under the preload: is it pulling?")
     pressure = normal(solution.r, model.dimension) / model.area
     return Prestress(dict(preload), solution, pressure, touching)
+
+
+def _closed(model: JointModel, flexibility: Flexibility, a: Array, force: float) -> Solution:
+    """Contact closed without friction.
+
+    Along slopes bodies slide only where the preload presses them together by that, as a taper into its seat,
+    and where pressure holds them before they have left each other. Elsewhere pressure pushes them out, as a
+    plate between two that are hardly not parallel: friction may keep them.
+    """
+    v_free, q_free = flexibility.loads_v @ a, flexibility.loads_q @ a
+
+    def closed(least: float) -> Solution:
+        held, C = without_sliding(model, flexibility, least)
+        loads = C.T @ without_slide(model, a, q_free, least)
+        found = without_friction(model, held, v_free, loads, force)
+        return replace(found, q=C @ found.q)
+
+    if leans(model, a):
+        with suppress(ContactError):
+            found = closed(FLAT)
+            slid = np.linalg.norm(by_pair(found.v, model.dimension)[:, 1:], axis=1).max()
+            if slid <= model.area.sum() ** (1 / (model.dimension - 1)):
+                return found
+    return closed(SLIDING)
 
 
 def without_friction(

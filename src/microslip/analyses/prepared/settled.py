@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from microslip.analyses.prepared.balance import friction_taken, leans
+from microslip.analyses.prepared.balance import friction_taken, leans, unheld
 from microslip.analyses.prepared.prestress import Prestress
 from microslip.contact.pairs import normal, slip_history, touches
 from microslip.contact.path import follow_path
@@ -19,6 +19,9 @@ from microslip.typing import Array
 STEPS = 16
 """In which a preload is raised. Where bodies are pressed in proportion one is enough."""
 
+UNHELD = 1e-3
+"""Of what friction can do: so much, missing to equilibrium along a slide, is left to the first load step."""
+
 
 def settled(
     model: JointModel, flexibility: Flexibility, start: Prestress, friction: Array | float
@@ -27,8 +30,9 @@ def settled(
 
     A preload that slides bodies along gentle slopes, as tapers into their seats, is raised from nothing with
     friction, which takes most of it; so is any where `Prestress.raised` is True. Where it slides them along
-    flat surfaces, as bolts aslant do, a prestress without friction leaves them where they are, and the part
-    of the preload that slides them is balanced by nothing: friction takes it from there, in one step.
+    flat surfaces, as bolts aslant do, or pressure pushes them out along slopes, a prestress without friction
+    leaves them where they are, and what slides them is balanced by nothing: friction takes it from there, in
+    one step.
     All analyses start from the tractions and slips that this leaves, and outputs are measured from it.
     Otherwise unchanged.
 
@@ -52,14 +56,15 @@ def settled(
     a = model.amplitudes(start.preload)
     if leans(model, a) if start.raised is None else start.raised:
         return raised(model, flexibility, start, friction)
-    if not friction_taken(model, a, friction) > 0:
+    s, loads = start.solution, flexibility.loads_q @ a
+    missing = unheld(model, flexibility, loads, s.r, s.q, friction)
+    if not (friction_taken(model, a, friction) > 0 or missing > UNHELD):
         return start
-    s = start.solution
     solver = _solver(model, flexibility, start, friction)
     solver.start_from(s.r, s.q, s.v)
     stuck_at = slip_history(s.v, model.dimension)
     try:
-        found = solver.solve(flexibility.loads_v @ a, flexibility.loads_q @ a, stuck_at)
+        found = solver.solve(flexibility.loads_v @ a, loads, stuck_at)
     except ContactError as error:
         raise ContactError(
             f"the preload slides bodies past each other, and friction was not found to hold them: {error}"
