@@ -43,7 +43,9 @@ def test_motion_is_that_of_the_finite_elements(made, tmp_path):
     assert seen < 1e-6 * np.abs(u).max()
     moved = motion_from_prestress(assembly, cycle, steps)
     rest = static_motion(assembly, assembly.prepared.held[None], start.r[None], start.v[None])
-    assert moved == pytest.approx(u - rest, abs=1e-12 * np.abs(u).max())
+    # Contact alone holds one plate: the stiffness has no inverse, and magnifies what forces lose by rounding.
+    assert np.abs(rest).max() > 1e-4 * np.abs(u).max()
+    assert moved == pytest.approx(u - rest, abs=1e-9 * np.abs(u).max())
     for name, p in structure.loads.items():
         y = cycle.output[steps, assembly.model.port(name)]
         assert moved @ p == pytest.approx(y, abs=1e-6 * np.abs(cycle.output).max())
