@@ -128,4 +128,5 @@ def with_outputs(assembly: Assembly, models: Mapping[str, Model], response: Resp
     model, table = models["refined" if put_right else response.variant]
     motion = response_motion(response, model, table if response.drive else None, assembly.prepared)
     omega = 2 * np.pi * response.frequency
-    return replace(response, outputs=harmonics_by_name(assembly, motion, omega))
+    smaller = response.smaller and with_outputs(assembly, models, response.smaller)
+    return replace(response, outputs=harmonics_by_name(assembly, motion, omega), smaller=smaller)

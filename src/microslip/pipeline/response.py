@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from microslip.analyses.reduced.response import Response, forced_response, swept_down
+from microslip.analyses.reduced.response import Response, forced_response, swept_both_ways
 from microslip.analyses.reduced.sweep import OUTSIDE
 from microslip.analyses.reduced.trust import error_indicator
 from microslip.analyses.reduced.two_mode import two_mode_model
@@ -33,7 +33,7 @@ from microslip.pipeline.outputs import Model, with_outputs
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.progress import Progress
 from microslip.pipeline.reduced import tables_of
-from microslip.pipeline.unanswered import opening_of, response_failures, with_opening
+from microslip.pipeline.unanswered import opening_of, response_failures, two_motions, with_opening
 from microslip.typing import Array
 
 TABLE_OF = {"printed": "load", "consistent": "mode", "refined": "prescribed"}
@@ -115,6 +115,7 @@ def run_responses(
                 found = replace(found, curves=(*found.curves, curve))
                 failures += response_failures(curve, case, axis)
                 cautions += opening_of(assembly, curve, case)
+                cautions += two_motions(curve, case)
                 progress.advance(rest)
                 if stop.is_set():
                     break
@@ -245,9 +246,7 @@ def _case(assembly: Assembly, models: Mapping[str, Model], variant: str, load: L
     frictionless = table is None or load.rho == 0 or friction == 0
     limit = opening_amplitude(assembly) if frictionless else np.inf
 
-    given = settings.from_ is not None and settings.to is not None
-
-    def sweep(frequency: Array, downward: bool | None) -> Response:
+    def sweep(frequency: Array, downward: bool) -> Response:
         found = forced_response(
             model,
             None if frictionless else table,
@@ -264,9 +263,7 @@ def _case(assembly: Assembly, models: Mapping[str, Model], variant: str, load: L
         return replace(found, flag=np.where(opened, OUTSIDE, found.flag)) if opened.any() else found
 
     def respond(frequency: Array) -> Response:
-        if given:
-            return sweep(frequency, None)
-        return swept_down(partial(sweep, frequency))
+        return swept_both_ways(partial(sweep, frequency))
 
     return Curve(load, model, None if frictionless else table, respond)
 

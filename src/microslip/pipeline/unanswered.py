@@ -100,6 +100,25 @@ def opening_of(assembly: Assembly, response: Response, curve: Curve) -> list[Cau
     return [Caution("response", place, reason, remedy)]
 
 
+def two_motions(response: Response, curve: Curve) -> list[Caution]:
+    """That two motions are answers at some frequencies, of which the larger is shown."""
+    at, smaller = response.folded, response.smaller
+    if smaller is None or not len(at):
+        return []
+    ratio = np.abs(smaller.amplitude[at] / response.amplitude[at])
+    least, f = int(np.argmin(ratio)), response.frequency[at]
+    span = f"{f.min():.6g} to {f.max():.6g} Hz"
+    reason = (
+        f"two steady motions are answers at {len(at)} frequencies, {span}, and the larger is shown: "
+        f"the other has down to {ratio[least]:.3g} of its amplitude, at {f[least]:.6g} Hz"
+    )
+    remedy = (
+        "from rest, or as the frequency rises, the joint may move by the smaller; [analysis.harmonic] "
+        "follows both and says which are stable"
+    )
+    return [Caution("response", f"{response.variant}, {curve.load}", reason, remedy)]
+
+
 def _outgrown(response: Response) -> bool:
     """Whether the branch of the larger amplitudes leaves the table."""
     return response.outgrown is not None and bool(response.outgrown.any())

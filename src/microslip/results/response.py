@@ -71,7 +71,7 @@ def has_peak(response: Response) -> bool:
 def _row(run: Run, response: Response) -> dict[str, Any]:
     bad, good = response.unconverged, response.flag == CONVERGED
     any_answer, peaks = bool(good.any()), has_peak(response)
-    unknown = response.error_indicator
+    unknown, folded = response.error_indicator, response.frequency[response.folded]
     errors = np.zeros(0) if unknown is None else unknown[good]
     peak = response.peak_amplitude if peaks else math.nan
     return {
@@ -93,6 +93,8 @@ def _row(run: Run, response: Response) -> dict[str, Any]:
         "unconverged_points": len(bad),
         "unconverged_from_hz": bad.min() if len(bad) else None,
         "unconverged_to_hz": bad.max() if len(bad) else None,
+        "two_motions_from_hz": folded.min() if len(folded) else None,
+        "two_motions_to_hz": folded.max() if len(folded) else None,
         "points": len(response.frequency),
         "contraction_max": response.contraction.max(),
         "iterations_max": response.iterations.max(),
@@ -195,6 +197,7 @@ def _dataset(run: Run) -> xr.Dataset:
         "modal_amplitude": modal_variable(
             run, grid, stack([np.abs(r.amplitude) for r in responses]), "amplitude of q"
         ),
+        **_smaller(run, grid),
         **_outputs(run),
         "phase": variable(
             grid, stack([np.angle(r.amplitude) for r in responses]), "rad", "phase of q to the load"
@@ -247,6 +250,25 @@ def _dataset(run: Run) -> xr.Dataset:
     if run.joint.says_rho:
         attrs["rho_scale"] = run.rho_scale
     return xr.Dataset(data, coords, attrs)
+
+
+def _smaller(run: Run, dims: tuple[str, ...]) -> dict[str, xr.Variable]:
+    """Where folds have two motions, the smaller one."""
+    others = [r.smaller for r in run.responses]
+    if not any(others):
+        return {}
+    none = np.full(len(run.responses[0].frequency), np.nan)
+    values = [
+        none if r is None else np.where(r.flag == CONVERGED, r.amplitude, np.nan) for r in others
+    ]
+    label = "where a fold has two motions, {} of the smaller; nan elsewhere"
+    amplitude = label.format("amplitude of q")
+    return {
+        "smaller_modal_amplitude": modal_variable(run, dims, np.abs(values), amplitude),
+        "smaller_phase": variable(
+            dims, np.angle(values), "rad", label.format("phase of q to the load")
+        ),
+    }
 
 
 def _outputs(run: Run) -> dict[str, xr.Variable]:

@@ -21,7 +21,7 @@ from microslip.analyses.reduced.response import (
     Response,
     all_amplitudes,
     forced_response,
-    swept_down,
+    swept_both_ways,
 )
 from microslip.analyses.reduced.sweep import CONVERGED
 from microslip.analyses.reduced.table import EquivalentTable
@@ -245,6 +245,22 @@ def test_a_downward_sweep_follows_the_larger_amplitudes():
     assert (forced_response(model, soft, band, load).amplitude == down.amplitude).all()
 
 
+def test_of_a_fold_both_stable_answers_are_given():
+    """The larger and the smaller are the outer ones of three roots, which exist nowhere else."""
+    model, soft = oscillator(1e-4), softening()
+    load = 0.5 * resonance_of(model, soft).largest_load
+    band = np.linspace(150, 200, 801)
+    found = swept_both_ways(lambda down: forced_response(model, soft, band, load, downward=down))
+    roots = [all_amplitudes(model, soft, f, load, points=4000) for f in band]
+    three = np.flatnonzero([len(r) == 3 for r in roots])
+    assert len(three) > 20
+    assert set(found.folded) == {k for k in three if roots[k].max() > 1.01 * roots[k].min()}
+    assert found.smaller is not None
+    for k in found.folded:
+        assert abs(found.amplitude[k]) == pytest.approx(roots[k].max(), rel=1e-6)
+        assert abs(found.smaller.amplitude[k]) == pytest.approx(roots[k].min(), rel=1e-6)
+
+
 def test_where_the_larger_answer_leaves_the_table_the_smaller_is_given():
     """Every point with a root inside the table has an answer, and it is one of the roots."""
     model, whole = oscillator(1e-4), softening()
@@ -257,12 +273,14 @@ def test_where_the_larger_answer_leaves_the_table_the_smaller_is_given():
     )
     load = 6 * resonance_of(model, short).largest_load
     band = np.linspace(150, 195, 181)
-    found = swept_down(lambda down: forced_response(model, short, band, load, downward=down))
+    found = swept_both_ways(lambda down: forced_response(model, short, band, load, downward=down))
     assert found.outgrown is not None
     assert 0 < found.outgrown.sum() < len(band)
     assert not (found.outgrown & (found.flag != CONVERGED)).any()
     for k in np.flatnonzero(found.outgrown)[::5]:
         roots = all_amplitudes(model, short, band[k], load)
         assert abs(found.amplitude[k]) == pytest.approx(roots.min(), rel=1e-6)
-    held = swept_down(lambda down: forced_response(model, whole, band, load / 1000, downward=down))
+    held = swept_both_ways(
+        lambda down: forced_response(model, whole, band, load / 1000, downward=down)
+    )
     assert held.outgrown is None

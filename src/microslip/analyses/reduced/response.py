@@ -29,6 +29,9 @@ _NO_ANSWER = 1e3
 NO_DIGIT = 1.0
 """An answer that may be off by as much as this share of itself is none."""
 
+APART = 0.01
+"""Answers at one frequency that differ by more than this share are two motions."""
+
 MOST_UNEVEN = 4.5
 """Spacings between which a parabola is laid differ by this factor at most."""
 
@@ -98,7 +101,9 @@ class Response(Brief):
         From this load on the resonance opens the joint; nan where the response stays below.
     outgrown : (n,) bool array, optional
         Where the answer is the smaller of those that a fold has, as the larger left the table: see
-        `swept_down`.
+        `swept_both_ways`.
+    smaller : Response, optional
+        Where a fold has two motions, the smaller of them; its other points have no answer.
     anchors : tuple of Anchor
         Steady states that the answers pass through, by frequency, where they put it right.
     checks : tuple of Check
@@ -117,6 +122,7 @@ class Response(Brief):
     flag: Indices
     error_indicator: Array | None = None
     outgrown: Mask | None = None
+    smaller: Response | None = None
     opening_load: float = np.nan
     outputs: Mapping[str, Complex] = field(default_factory=dict)
     anchors: tuple[Anchor, ...] = ()
@@ -141,6 +147,13 @@ class Response(Brief):
     def peak_amplitude(self) -> float:
         """Modal amplitude at the peak, of the same parabola."""
         return self._vertex()[1]
+
+    @property
+    def folded(self) -> Indices:
+        """Indices of the frequencies at which two motions are answers, by more than 1 % apart."""
+        if self.smaller is None:
+            return np.zeros(0, np.int64)
+        return np.flatnonzero(self.smaller.flag == CONVERGED)
 
     @property
     def unconverged(self) -> Array:
@@ -192,6 +205,7 @@ def held_to(base: Response, variant: str, now: Held, anchors: Mapping[int, Ancho
         flag=np.where(known, CONVERGED, OUTSIDE),
         error_indicator=np.where(known, now.error, np.inf),
         outgrown=None,
+        smaller=_below(base.smaller, np.where(known, now.amplitude, 0.0)),
         anchors=tuple(anchors[k] for k in sorted(anchors)),
     )
 
@@ -273,23 +287,42 @@ def forced_response(
     )
 
 
-def swept_down(respond: Callable[[bool], Response]) -> Response:
-    """Response on the branch of the larger amplitudes; where that leaves the table, of the smaller.
+def swept_both_ways(respond: Callable[[bool], Response]) -> Response:
+    """Response on the branch of the larger amplitudes, with the smaller ones where a fold has both.
+
+    A softening joint shows the larger swept downward; from rest or swept upward it may show the smaller.
+    Where the larger leave the table the smaller are given, as `outgrown`.
 
     Parameters
     ----------
     respond : callable
         The response swept downward (True) or upward (False) over the same frequencies.
     """
-    down = respond(True)
-    outside = down.flag == OUTSIDE
-    if not outside.any():
-        return down
-    up = respond(False)
-    taken = outside & (up.flag == CONVERGED)
+    down, up = respond(True), respond(False)
+    both = (down.flag == CONVERGED) & (up.flag == CONVERGED)
+    outgrown = (down.flag == OUTSIDE) & (up.flag == CONVERGED)
+    taken = outgrown | (both & (np.abs(up.amplitude) > (1 + APART) * np.abs(down.amplitude)))
+    found, other = _of(taken, up, down), _of(taken, down, up)
+    return replace(
+        found,
+        outgrown=outgrown if outgrown.any() else None,
+        smaller=_below(other, np.where(both, found.amplitude, 0.0)),
+    )
+
+
+def _of(first: Mask, one: Response, two: Response) -> Response:
+    """One response at some of the frequencies, another at the rest."""
     parts = ("amplitude", "iterations", "contraction", "flag")
-    mixed = {name: np.where(taken, getattr(up, name), getattr(down, name)) for name in parts}
-    return replace(down, outgrown=taken, **mixed)
+    return replace(two, **{n: np.where(first, getattr(one, n), getattr(two, n)) for n in parts})
+
+
+def _below(other: Response | None, amplitude: Complex) -> Response | None:
+    """Where another response is clearly smaller than an amplitude; None where it nowhere is."""
+    if other is None:
+        return None
+    apart = other.flag == CONVERGED
+    apart &= np.abs(other.amplitude) * (1 + APART) < np.abs(amplitude)
+    return replace(other, flag=np.where(apart, CONVERGED, OUTSIDE)) if apart.any() else None
 
 
 def all_amplitudes(

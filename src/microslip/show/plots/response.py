@@ -96,6 +96,9 @@ def draw_response(ax: Axes, run: Run, variant: str) -> None:
         draw_curve(
             ax, response, size, style["color"], marker=style["marker"], markevery=_every(i, size)
         )
+        if response.smaller is not None:
+            low = np.abs(in_units(run, response.smaller.outputs)) / unit
+            draw_curve(ax, response.smaller, low, style["color"], **SMALLER)
         _draw_bound(ax, response, size, style["color"])
         bad = np.flatnonzero(~good)
         if len(bad):
@@ -161,6 +164,9 @@ def draw_phase(ax: Axes, run: Run, variant: str) -> None:
             marker=style["marker"],
             markevery=_every(i, turned),
         )
+        if response.smaller is not None:
+            late = lag(np.angle(in_units(run, response.smaller.outputs)), below_resonance(run))
+            draw_curve(ax, response.smaller, late, style["color"], **SMALLER)
         _draw_points(ax, run, response.load, style, phase)
         for entry in _runs(run, response.load):
             harmonic.draw_points(ax, run, entry, style, phase)
@@ -194,6 +200,7 @@ def _draw_points(
 FEW = 40
 """More steady states of a curve than this have smaller marks."""
 
+SMALLER: dict[str, Any] = {"ls": (0, (4, 2)), "lw": 0.9}
 ANCHOR: dict[str, Any] = {"marker": "d", "mfc": "white", "ls": "none", "ms": 3.5, "mew": 0.7}
 STEADY: dict[str, Any] = {"marker": "o", "mfc": "none", "ls": "none", "ms": 5, "mew": 0.9}
 NOT_STEADY: dict[str, Any] = {"marker": "s", "mfc": "none", "ls": "none", "ms": 7, "mew": 1.1}
@@ -230,6 +237,8 @@ def handles(run: Run) -> list[Entry]:
     def of(loads: set[float]) -> list[str]:
         return [c for c, r in zip(colours, shown, strict=True) if r.load in loads]
 
+    if folded := of({r.load for r in run.responses if r.smaller is not None}):
+        entries.append(marks(folded, "smaller of two motions", **SMALLER))
     if bad := of({r.load for r in run.responses if len(r.unconverged)}):
         entries.append(marks(bad, "no answer in the table", marker="x", ls="none", ms=4))
     if edge := of({r.load for r in run.responses if no_peak(r)}):
