@@ -102,10 +102,10 @@ def opening_of(assembly: Assembly, response: Response, curve: Curve) -> list[Cau
 
 def two_motions(response: Response, curve: Curve) -> list[Caution]:
     """That two motions are answers at some frequencies, of which the larger is shown."""
-    at, smaller = response.folded, response.smaller
-    if smaller is None or not len(at):
+    if response.smaller is None:
         return []
-    ratio = np.abs(smaller.amplitude[at] / response.amplitude[at])
+    at = response.folded
+    ratio = np.abs(response.smaller.amplitude[at] / response.amplitude[at])
     least, f = int(np.argmin(ratio)), response.frequency[at]
     span = f"{f.min():.6g} to {f.max():.6g} Hz"
     reason = (

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from microslip.analyses.reduced.anchors import Held
 from microslip.analyses.reduced.band import (
     FINEST,
     MOST,
@@ -21,6 +22,7 @@ from microslip.analyses.reduced.response import (
     Response,
     all_amplitudes,
     forced_response,
+    held_to,
     swept_both_ways,
 )
 from microslip.analyses.reduced.sweep import CONVERGED
@@ -259,6 +261,22 @@ def test_of_a_fold_both_stable_answers_are_given():
     for k in found.folded:
         assert abs(found.amplitude[k]) == pytest.approx(roots[k].max(), rel=1e-6)
         assert abs(found.smaller.amplitude[k]) == pytest.approx(roots[k].min(), rel=1e-6)
+
+
+@pytest.mark.parametrize(("larger", "off"), [(True, 0.97), (False, 1.03)])
+def test_a_correction_that_leads_to_the_smaller_motion_leaves_no_other(larger, off):
+    """Put right by 3 % the larger of two motions has a smaller one beside it, the smaller has none."""
+    model, soft = oscillator(1e-4), softening()
+    load = 0.5 * resonance_of(model, soft).largest_load
+    band = np.linspace(150, 200, 201)
+    base = swept_both_ways(lambda down: forced_response(model, soft, band, load, downward=down))
+    assert base.smaller is not None
+    motion = base.amplitude.copy()
+    if not larger:
+        motion[base.folded] = base.smaller.amplitude[base.folded]
+    now = Held(off * motion, np.full(len(band), 0.01))
+    found = held_to(base, "auto", now, {})
+    assert list(found.folded) == (list(base.folded) if larger else [])
 
 
 def test_where_the_larger_answer_leaves_the_table_the_smaller_is_given():

@@ -196,6 +196,7 @@ def held_to(base: Response, variant: str, now: Held, anchors: Mapping[int, Ancho
     n = len(base.frequency)
     known = np.asarray(now.error <= NO_DIGIT)
     known[list(anchors)] = True
+    sizes = np.where(known, np.abs(now.amplitude), 0.0)
     return replace(
         base,
         variant=variant,
@@ -205,7 +206,7 @@ def held_to(base: Response, variant: str, now: Held, anchors: Mapping[int, Ancho
         flag=np.where(known, CONVERGED, OUTSIDE),
         error_indicator=np.where(known, now.error, np.inf),
         outgrown=None,
-        smaller=_below(base.smaller, np.where(known, now.amplitude, 0.0)),
+        smaller=_below(base.smaller, np.where(_nearer_the_larger(base, sizes), sizes, 0.0)),
         anchors=tuple(anchors[k] for k in sorted(anchors)),
     )
 
@@ -306,7 +307,7 @@ def swept_both_ways(respond: Callable[[bool], Response]) -> Response:
     return replace(
         found,
         outgrown=outgrown if outgrown.any() else None,
-        smaller=_below(other, np.where(both, found.amplitude, 0.0)),
+        smaller=_below(other, np.where(both, np.abs(found.amplitude), 0.0)),
     )
 
 
@@ -316,12 +317,19 @@ def _of(first: Mask, one: Response, two: Response) -> Response:
     return replace(two, **{n: np.where(first, getattr(one, n), getattr(two, n)) for n in parts})
 
 
-def _below(other: Response | None, amplitude: Complex) -> Response | None:
-    """Where another response is clearly smaller than an amplitude; None where it nowhere is."""
+def _nearer_the_larger(base: Response, sizes: Array) -> Mask:
+    """Where amplitudes are, by ratio, nearer the larger motion of a fold than the smaller."""
+    if base.smaller is None:
+        return np.zeros(len(sizes), dtype=bool)
+    return sizes**2 > np.abs(base.amplitude) * np.abs(base.smaller.amplitude)
+
+
+def _below(other: Response | None, sizes: Array) -> Response | None:
+    """Where another response is clearly smaller than amplitudes; None where it nowhere is."""
     if other is None:
         return None
     apart = other.flag == CONVERGED
-    apart &= np.abs(other.amplitude) * (1 + APART) < np.abs(amplitude)
+    apart &= np.abs(other.amplitude) * (1 + APART) < sizes
     return replace(other, flag=np.where(apart, CONVERGED, OUTSIDE)) if apart.any() else None
 
 

@@ -35,6 +35,7 @@ from microslip.show.plots.style import (
     marks,
     new_figure,
 )
+from microslip.typing import Array, Complex
 
 STABLE: dict[str, Any] = {"marker": "+", "ls": "none", "ms": 6, "mew": 1.0}
 UNSTABLE: dict[str, Any] = {"marker": "d", "mfc": "none", "ls": "none", "ms": 5, "mew": 0.8}
@@ -101,7 +102,7 @@ def draw_points(
     run: Run,
     entry: HarmonicRun,
     style: dict[str, Any],
-    value: Callable[[complex], float],
+    value: Callable[[Complex], Array],
 ) -> None:
     """First output of the responses of one load: crosses, and open diamonds where they are not stable."""
     for unstable, mark in ((False, STABLE), (True, UNSTABLE)):
@@ -111,21 +112,21 @@ def draw_points(
         if shown:
             ax.plot(
                 [p.frequency for p in shown],
-                [value(complex(in_units(run, outputs_of(run, p))[1])) for p in shown],
+                value(np.array([in_units(run, outputs_of(run, p))[1] for p in shown])),
                 color=style["color"],
                 **mark,
             )
 
 
-def size_over(unit: float) -> Callable[[complex], float]:
-    """Amplitude of a first harmonic over a unit."""
-    return lambda y: abs(y) / unit
+def size_over(unit: float) -> Callable[[Complex], Array]:
+    """Amplitudes of first harmonics over a unit."""
+    return lambda y: np.abs(y) / unit
 
 
-def phase(run: Run) -> Callable[[complex], float]:
-    """Phase of a first harmonic of the first output, degrees."""
+def phase(run: Run) -> Callable[[Complex], Array]:
+    """Phases of first harmonics of the first output, degrees."""
     start = below_resonance(run)
-    return lambda y: float(lag(np.angle(y), start))
+    return lambda y: lag(np.angle(y), start)
 
 
 def _unstable(entry: HarmonicRun) -> list[bool]:

@@ -26,10 +26,8 @@ from microslip.show.plots.curves import draw_curve, mark_no_peak, no_peak, no_pe
 from microslip.show.plots.selection import load_label
 from microslip.show.plots.shown import (
     amplitude_axis,
-    below_resonance,
     in_units,
     label,
-    lag,
     phase_axis,
 )
 from microslip.show.plots.style import (
@@ -44,7 +42,7 @@ from microslip.show.plots.style import (
     marks,
     new_figure,
 )
-from microslip.typing import Array
+from microslip.typing import Array, Complex
 
 TITLES = {
     "printed": "model as the paper prints it",
@@ -90,15 +88,11 @@ def draw_response(ax: Axes, run: Run, variant: str) -> None:
     """
     for i, response in enumerate(r for r in run.responses if r.variant == variant):
         unit = response.load if per_moment(run) else 1.0
-        size = np.abs(in_units(run, response.outputs)) / unit
+        value = harmonic.size_over(unit)
+        size = value(in_units(run, response.outputs))
         good = response.flag == CONVERGED
         style = SERIES[i % len(SERIES)]
-        draw_curve(
-            ax, response, size, style["color"], marker=style["marker"], markevery=_every(i, size)
-        )
-        if response.smaller is not None:
-            low = np.abs(in_units(run, response.smaller.outputs)) / unit
-            draw_curve(ax, response.smaller, low, style["color"], **SMALLER)
+        _draw_motions(ax, run, response, i, value)
         _draw_bound(ax, response, size, style["color"])
         bad = np.flatnonzero(~good)
         if len(bad):
@@ -112,14 +106,25 @@ def draw_response(ax: Axes, run: Run, variant: str) -> None:
                 transform=ax.get_xaxis_transform(),
             )
         mark_no_peak(ax, response, size, style["color"])
-        _draw_points(ax, run, response.load, style, harmonic.size_over(unit))
+        _draw_points(ax, run, response.load, style, value)
         for entry in _runs(run, response.load):
-            harmonic.draw_points(ax, run, entry, style, harmonic.size_over(unit))
+            harmonic.draw_points(ax, run, entry, style, value)
     amplitude_axis(ax)
     band = run.responses[0].frequency
     ax.set_xlim(band[0], band[-1])
     ax.set_xlabel("frequency (Hz)")
     ax.set_ylabel(label(primary(run), run.joint.driven.load if per_moment(run) else None))
+
+
+def _draw_motions(
+    ax: Axes, run: Run, response: Response, i: int, value: Callable[[Complex], Array]
+) -> None:
+    """The i-th curve of a figure: a value of the first output, and dashed of the smaller motion."""
+    style, y = SERIES[i % len(SERIES)], value(in_units(run, response.outputs))
+    draw_curve(ax, response, y, style["color"], marker=style["marker"], markevery=_every(i, y))
+    if response.smaller is not None:
+        low = value(in_units(run, response.smaller.outputs))
+        draw_curve(ax, response.smaller, low, style["color"], **SMALLER)
 
 
 def _draw_bound(ax: Axes, response: Response, size: Array, color: str) -> None:
@@ -155,18 +160,7 @@ def draw_phase(ax: Axes, run: Run, variant: str) -> None:
     phase = harmonic.phase(run)
     for i, response in enumerate(r for r in run.responses if r.variant == variant):
         style = SERIES[i % len(SERIES)]
-        turned = lag(np.angle(in_units(run, response.outputs)), below_resonance(run))
-        draw_curve(
-            ax,
-            response,
-            turned,
-            style["color"],
-            marker=style["marker"],
-            markevery=_every(i, turned),
-        )
-        if response.smaller is not None:
-            late = lag(np.angle(in_units(run, response.smaller.outputs)), below_resonance(run))
-            draw_curve(ax, response.smaller, late, style["color"], **SMALLER)
+        _draw_motions(ax, run, response, i, phase)
         _draw_points(ax, run, response.load, style, phase)
         for entry in _runs(run, response.load):
             harmonic.draw_points(ax, run, entry, style, phase)
@@ -183,7 +177,7 @@ def _draw_points(
     run: Run,
     load: float,
     style: dict[str, Any],
-    value: Callable[[complex], float],
+    value: Callable[[Complex], Array],
 ) -> None:
     """First output of the steady states of one load, each kind with its own mark."""
     points = [p for p in run.time_domain if p.steady.load == load]
@@ -191,7 +185,7 @@ def _draw_points(
         if shown := [p for p in points if _kind(p) == kind]:
             ax.plot(
                 [p.steady.frequency for p in shown],
-                [value(complex(in_units(run, outputs_of(run, p))[1])) for p in shown],
+                value(np.array([in_units(run, outputs_of(run, p))[1] for p in shown])),
                 color=style["color"],
                 **mark,
             )
