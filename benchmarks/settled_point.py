@@ -18,7 +18,7 @@ from threadpoolctl import threadpool_limits
 
 from microslip import prepare, reference_joint
 from microslip.analyses.prepared.joint import PreparedJoint
-from microslip.analyses.time import stability, steady
+from microslip.analyses.time import half_period, stability, steady
 from microslip.analyses.time.points import RAISED
 from microslip.analyses.time.scheme import March, contact_memory, march, time_scheme
 
@@ -37,7 +37,7 @@ def spent(joint: PreparedJoint, frequency: float, load: float) -> dict[str, floa
             found["with deviations"] += time.thread_time() - began
         return done
 
-    with patch.object(steady, "march", timed), patch.object(stability, "march", timed):
+    with patch.object(steady, "march", timed), patch.object(half_period, "march", timed):
         scheme = time_scheme(joint, 1 / (frequency * STEPS), frequency=frequency)
         memory = contact_memory(scheme)
         marks = [time.thread_time()]

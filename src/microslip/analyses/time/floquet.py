@@ -52,6 +52,11 @@ CLOSE = 1e-3
 """Arnoldi ends once the leading multipliers are known to this."""
 
 
+STRAINED, RESTS = 0.2, 0.1
+"""Share of a direction in tractions, and rates over the rest of it, of locked-in tractions that displace a
+soft body: a vibration has a twentieth in tractions at most."""
+
+
 @dataclass(frozen=True, repr=False)
 class Multipliers(Brief):
     """Floquet multipliers of a steady state, largest modulus first.
@@ -67,6 +72,8 @@ class Multipliers(Brief):
         springs at their far ends.
     traction : (k,) array
         Share that is in tractions instead of motion.
+    rate : (k,) array
+        Share that is in rates.
     cycles : int
         Periods marched.
     direction : (n,) array
@@ -78,13 +85,15 @@ class Multipliers(Brief):
     residual: Array
     translation: Array
     traction: Array
+    rate: Array
     cycles: int
     direction: Array = field(default_factory=lambda: np.zeros(0))
 
     @property
     def vibration(self) -> Mask:
         """Which directions are neither translations nor locked-in tractions."""
-        return np.asarray((self.translation < 0.5) & (self.traction < 0.5))
+        at_rest = (self.traction > STRAINED) & (self.rate < RESTS * (1 - self.traction))
+        return np.asarray((self.translation < 0.5) & (self.traction < 0.5) & ~at_rest)
 
     @property
     def largest(self) -> float:
@@ -136,8 +145,8 @@ class DeviationNorm:
         row = as_rows([z])
         return float(np.sqrt(max(self.gram(row, row)[0, 0], 0.0)))
 
-    def shares(self, motion: Array, directions: Array) -> tuple[Array, Array]:
-        """Shares of directions of unit norm that are translations, and that are in tractions.
+    def shares(self, motion: Array, directions: Array) -> tuple[Array, Array, Array]:
+        """Shares of directions of unit norm that are translations, in tractions, and in rates.
 
         Parameters
         ----------
@@ -147,7 +156,8 @@ class DeviationNorm:
         """
         energy = np.abs(motion.T @ directions) ** 2
         sideways = np.tile(walking_modes(self.model), 2)
-        return energy[sideways].sum(axis=0), 1 - energy.sum(axis=0)
+        rates = energy[len(sideways) // 2 :]
+        return energy[sideways].sum(axis=0), 1 - energy.sum(axis=0), rates.sum(axis=0)
 
 
 def as_rows(states: Sequence[State]) -> Tangents:
@@ -228,12 +238,13 @@ def _ritz(
     order = np.argsort(-np.abs(values), kind="stable")
     values, vectors = values[order], vectors[:, order]
     vectors = vectors / np.linalg.norm(vectors, axis=0)
-    translation, traction = norm.shares(norm.motion(as_rows(basis)), vectors)
+    translation, traction, rate = norm.shares(norm.motion(as_rows(basis)), vectors)
     return Multipliers(
         values=values.astype(complex),
         residual=np.abs(H[size, size - 1] * vectors[-1]),
         translation=translation,
         traction=traction,
+        rate=rate,
         cycles=cycles,
     )
 

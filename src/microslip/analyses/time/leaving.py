@@ -84,6 +84,7 @@ def leave(scheme: TimeScheme, steady: SteadyState, found: Multipliers, *, tolera
             tolerance=tolerance,
             max_cycles=SOUGHT,
             start=away.end,
+            halves=False,
         )
         cycles += away.cycles + other.cycles
         if other.converged:

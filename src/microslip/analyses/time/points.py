@@ -172,6 +172,9 @@ FINER = 50
 MORE, FEW = (4, 8), 80
 """So many times the steps, and cycles at most with them, where a motion does not settle or is unstable."""
 
+AGAIN = 160
+"""Cycles of a second search, from where a motion has come to that was looked at and comes closer."""
+
 OPENING_CYCLES = 50
 """So many cycles from the start are searched for the moment at which a joint first opens."""
 
@@ -226,8 +229,11 @@ def solve_request(joint: PreparedJoint, request: Request) -> TimePoint:
     if request.classify and not point.settled:
         motion = motion_of(scheme, point.steady, tolerance=CONFIRMED * request.tolerance)
         point = replace(point, motion=motion)
-        if request.patient and motion.kind == "periodic" and motion.end is not None:
-            point = _settled_meanwhile(scheme, request, point, motion.end)
+        if request.patient and motion.end is not None:
+            if motion.kind == "periodic":
+                point = _settled_meanwhile(scheme, request, point, motion.end)
+            elif motion.kind == "slowly attracting":
+                point = _settled_meanwhile(scheme, request, point, motion.end, AGAIN)
     return point
 
 
@@ -286,17 +292,20 @@ def _with_more_steps(
 
 
 def _settled_meanwhile(
-    scheme: TimeScheme, request: Request, point: TimePoint, end: Start
+    scheme: TimeScheme, request: Request, point: TimePoint, end: Start, again: int = 0
 ) -> TimePoint:
-    """The steady state of a motion that has become periodic while it was looked at, if it is one."""
+    """The steady state of a motion that has become periodic while it was looked at, if it is one.
+
+    With `again`, one that comes closer is sought from there, for so many cycles.
+    """
     steady = steady_state(
         scheme,
         request.frequency,
         request.load,
         start=end,
-        accelerate=False,
-        tolerance=CONFIRMED * request.tolerance,
-        max_cycles=LONGEST,
+        accelerate=again > 0,
+        tolerance=request.tolerance if again else CONFIRMED * request.tolerance,
+        max_cycles=again or LONGEST,
     )
     if not steady.converged:
         return point

@@ -63,16 +63,27 @@ class Search:
         cycle is marched before the first deviations.
     known : Derivative, optional
         Of a motion close by, to begin with.
+    share : float
+        Of a period that the map spans: a half, where a half turn makes it the next one.
+    first : int
+        Times that the map is marched before the first deviations, where it is not near; where there are
+        more than one nothing else has come closer, and twice as many are marched when that is so again.
     """
 
     def __init__(
-        self, space: StateSpace, accelerate: bool, near: bool, known: Derivative | None = None
+        self,
+        space: StateSpace,
+        accelerate: bool,
+        near: bool,
+        known: Derivative | None = None,
+        share: float = 1.0,
+        first: int = 1,
     ) -> None:
-        self.space, self.accelerate = space, accelerate
+        self.space, self.accelerate, self.share = space, accelerate, share
         self.derivative = Derivative(space)
         self.plain: State | None = None
-        self.way, self.left = (NEWTON, 0) if near or not accelerate else (MARCHED, 1)
-        self.marched = CYCLES[MARCHED]
+        self.way, self.left = (NEWTON, 0) if near or not accelerate else (MARCHED, first)
+        self.marched = max(CYCLES[MARCHED], 2 * first if first > 1 else 0)
         self.best, self.waited = np.inf, 0
         self.reach, self.change = FARTHEST, np.inf
         self.nearest: State | None = None
@@ -169,9 +180,9 @@ class Search:
         return True
 
     def _slow(self) -> bool:
-        if self.age == 0 or (self.change < CLOSE and self.age < PATIENCE):
+        if self.age == 0 or (self.change < CLOSE and self.share * self.age < PATIENCE):
             return False
-        return bool(self.change > self.renewed * SLOW**self.age)
+        return bool(self.change > self.renewed * SLOW ** (self.share * self.age))
 
     def _combination(self, y: Array) -> Array:
         """From the last image to the combination of the images whose combined change is least."""

@@ -9,7 +9,8 @@ those of J projected on their span (Rayleigh and Ritz),
 
 and where the residual of the largest leaves the verdict open, its images join Q (Saad, Numerical
 Methods for Large Eigenvalue Problems, 5.1). Three cycles are mostly enough; Arnoldi's method
-(`floquet_multipliers`), one deviation after another from a random one, takes some fifteen.
+(`floquet_multipliers`), one deviation after another from a random one, takes some fifteen. Where the second
+half of the motion is the image of its first, J is that of half a cycle (`half_period`).
 
 The error of a steady state. One that still changes by ``F = P(x) - x`` over a cycle is off the periodic
 state by ``(1 - J)^-1 F``, at most the change over the smallest ``|1 - mu|`` where directions are
@@ -19,13 +20,15 @@ thousandth away from where it goes.
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
 
 from microslip.analyses.time.deviations import Derivative, StateSpace
 from microslip.analyses.time.floquet import CLOSE, DeviationNorm, Multipliers, require_converged
-from microslip.analyses.time.scheme import ContactMemory, TimeScheme, contact_memory, march
+from microslip.analyses.time.half_period import Passage, half_period_of
+from microslip.analyses.time.scheme import ContactMemory, TimeScheme, contact_memory
 from microslip.analyses.time.steady import LEADING, SteadyState
 from microslip.contact.tangent import Tangents
 from microslip.typing import Array, Complex, Mask
@@ -107,11 +110,18 @@ class _Span:
         self, scheme: TimeScheme, steady: SteadyState, memory: ContactMemory | None
     ) -> None:
         omega = 2 * np.pi * steady.frequency
-        self.scheme, self.orbit, self.wave = scheme, steady.cycle.state, steady.cycle.load
+        self.orbit = steady.cycle.state
         self.space, self.norm = StateSpace(scheme, omega), DeviationNorm(scheme, omega)
-        self.memory, self.cycles = memory or contact_memory(scheme), 0
+        half = half_period_of(scheme) if steady.halved else None
+        self.passage = Passage(scheme, steady.cycle.load, memory or contact_memory(scheme), half)
+        self.passages = 0
         self.basis: Array = np.zeros((0, len(self.space.rest)))
         self.images: Array = self.basis
+
+    @property
+    def cycles(self) -> int:
+        """Marched so far."""
+        return math.ceil(self.passages * self.passage.share)
 
     def directions_of_modes(self) -> Array:
         """The leading directions after a cycle with deviations of all soft modes."""
@@ -141,12 +151,17 @@ class _Span:
         values, shares = values[order].astype(complex), shares[:, order].astype(complex)
         beyond = np.einsum("ik,ij,jk->k", shares.conj(), square, shares).real - np.abs(values) ** 2
         motion = self.norm.motion(self._deviations(self.basis))
-        translation, traction = self.norm.shares(motion, shares)
+        translation, traction, rate = self.norm.shares(motion, shares)
+        residual = np.sqrt(np.maximum(beyond, 0.0))
+        if self.passage.half is not None:
+            # J² z - mu² z = (J + mu) (J z - mu z), J z no larger than z
+            values, residual = values**2, (1 + np.abs(values)) * residual
         found = Multipliers(
             values=values,
-            residual=np.sqrt(np.maximum(beyond, 0.0)),
+            residual=residual,
             translation=translation,
             traction=traction,
+            rate=rate,
             cycles=self.cycles,
         )
         return found, shares
@@ -160,9 +175,8 @@ class _Span:
         return replace(found, direction=z / np.sqrt(self._gram(z[None], z[None])[0, 0]))
 
     def _marched(self, rows: Tangents) -> Tangents:
-        self.cycles += 1
-        cycle = march(self.scheme, self.orbit, self.wave, memory=self.memory, tangents=rows)
-        return cycle.tangents
+        self.passages += 1
+        return self.passage.of(self.orbit, rows).tangents
 
     def _deviations(self, rows: Array) -> Tangents:
         return Tangents(*np.split(rows, self.space.cuts, axis=-1))

@@ -8,6 +8,7 @@ instead.
 
 from __future__ import annotations
 
+import math
 import time as clock
 from dataclasses import dataclass, replace
 from typing import Any
@@ -15,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from microslip.analyses.time.deviations import StateSpace, vibration_weight
+from microslip.analyses.time.half_period import Passage, half_period_of
 from microslip.analyses.time.scheme import (
     ContactMemory,
     March,
@@ -24,7 +26,7 @@ from microslip.analyses.time.scheme import (
     march,
     prestressed_state,
 )
-from microslip.analyses.time.search import Search
+from microslip.analyses.time.search import CYCLES, MARCHED, Search
 from microslip.analyses.time.starts import Start, end_of, placed
 from microslip.brief import Brief
 from microslip.contact.pairs import by_pair
@@ -36,6 +38,9 @@ __all__ = ["SteadyState", "raised_state", "steady_state", "vibration_weight", "w
 
 CONFIRMED = 3.0
 """The cycle after the search may change by this many times the tolerance."""
+
+HALVED = 0.25
+"""Share of the cycles allowed after which a search by halves is given up."""
 
 LEADING = 8
 """Directions of largest multipliers that a search hands on."""
@@ -62,8 +67,8 @@ class SteadyState(Brief):
     cycles : int
     converged : bool
     seconds : float
-    history : (cycles,) array
-        `change` of every cycle.
+    history : (n,) array
+        `change` of every cycle, or of every half of one where it was sought by halves; and of the last cycle.
     unsolved : int
         Cycles that had to be repeated with the plain iteration.
     multipliers : (k,) complex array
@@ -75,6 +80,8 @@ class SteadyState(Brief):
         it ended by combining states or marching.
     end : Start
         Its state at `phase`, to start a search from under another load or at another frequency.
+    halved : bool
+        Whether it was found as a motion whose second half is the image of its first.
     """
 
     frequency: float
@@ -92,6 +99,7 @@ class SteadyState(Brief):
     multipliers: Complex
     directions: Array
     end: Start
+    halved: bool = False
 
 
 def steady_state(
@@ -105,6 +113,7 @@ def steady_state(
     max_cycles: int = 400,
     start: State | Start | None = None,
     memory: ContactMemory | None = None,
+    halves: bool = True,
 ) -> SteadyState:
     """Find the steady state at one frequency.
 
@@ -131,6 +140,10 @@ def steady_state(
         steady state.
     memory : ContactMemory, optional
         From `contact_memory` of this scheme: what was factorised before is not again.
+    halves : bool
+        Where the joint is its own image under a half turn that reverses the load, motions whose second
+        half is the image of their first are sought first, for a quarter of the cycles at most: a step
+        of that search takes half of the time (`microslip.analyses.time.half_period`).
     """
     steps = round(1 / (frequency * scheme.dt))
     omega = 2 * np.pi * frequency
@@ -143,34 +156,22 @@ def steady_state(
     theta = phase + 2 * np.pi * np.arange(steps + 1) / steps
     wave = load * np.sin(theta)
     began = clock.perf_counter()
-    contact = contact_memory(scheme) if memory is None else memory
     space = StateSpace(scheme, omega)
-    search = Search(space, accelerate, near=isinstance(start, Start))
-    history: list[float] = []
-    dissipated = [0.0, np.inf]
-    unsolved = 0
-    for _ in range(max_cycles):
-        try:
-            cycle = march(scheme, state, wave, memory=contact, tangents=search.tangents)
-        except ContactError:
-            if search.plain is None:
-                raise
-            unsolved += 1
-            state = search.again()
-            continue
-        change = space.change(space.vector(state), space.vector(cycle.state))
-        history.append(change)
-        dissipated = [dissipated[1], cycle.dissipated]
-        if change <= tolerance:
-            after = march(scheme, cycle.state, wave, keep=True, memory=contact)
-            history.append(space.change(space.vector(cycle.state), space.vector(after.state)))
-            if history[-1] <= CONFIRMED * tolerance:
-                break
-        state = search.next(state, cycle, change)
-    else:
-        after = march(scheme, cycle.state, wave, keep=True, memory=contact)
-        history.append(space.change(space.vector(cycle.state), space.vector(after.state)))
-    cycle, change = after, history[-1]
+    half = half_period_of(scheme) if halves and accelerate and steps % 2 == 0 else None
+    contact = contact_memory(scheme) if memory is None else memory
+    passage = Passage(scheme, wave, contact, half)
+    near = isinstance(start, Start)
+    search = Search(space, accelerate, near=near, share=passage.share)
+    most = max_cycles if half is None else max(round(HALVED / passage.share * max_cycles), 1)
+    found = _sought(passage, search, state, tolerance, most)
+    if half is not None and not found.settled:
+        # it need not be its own image
+        first = max(round(passage.share * search.marched), CYCLES[MARCHED])
+        passage = replace(passage, half=None)
+        search = Search(space, accelerate, near=False, first=first)
+        left = max(max_cycles - math.ceil(found.spent), 1)
+        found = found.then(_sought(passage, search, found.cycle.state, tolerance, left))
+    cycle, change = found.cycle, found.history[-1]
     reference = max(abs(cycle.dissipated), 1e-300)
     Q = harmonic(cycle.output[:, scheme.joint.model.port(scheme.joint.coordinate)], theta)
     return SteadyState(
@@ -180,16 +181,90 @@ def steady_state(
         phase=phase,
         amplitude=complex(Q),
         change=change,
-        energy_change=abs(cycle.dissipated - dissipated[1]) / reference,
-        cycles=len(history) + unsolved,
+        energy_change=abs(cycle.dissipated - found.dissipated) / reference,
+        cycles=math.ceil(found.spent),
         converged=change <= CONFIRMED * tolerance,
         seconds=clock.perf_counter() - began,
-        history=np.array(history),
-        unsolved=unsolved,
-        multipliers=search.derivative.multipliers(),
+        history=np.array(found.history),
+        unsolved=found.unsolved,
+        multipliers=search.derivative.multipliers() ** round(1 / passage.share),
         directions=search.derivative.leading(LEADING),
         end=end_of(cycle.state, phase, scheme, frequency),
+        halved=passage.half is not None,
     )
+
+
+@dataclass(frozen=True)
+class _Sought:
+    """What a search has come to.
+
+    Attributes
+    ----------
+    cycle : March
+        A whole one, after the last, histories kept; of halves that did not settle, the last of these.
+    settled : bool
+    history : list of float
+        Changes.
+    dissipated : float
+        Over the cycle before the last, J per metre of width.
+    spent : float
+        Cycles.
+    unsolved : int
+        Passages that had to be repeated.
+    """
+
+    cycle: March
+    settled: bool
+    history: list[float]
+    dissipated: float
+    spent: float
+    unsolved: int
+
+    def then(self, later: _Sought) -> _Sought:
+        """The later one, with what was spent before it."""
+        return replace(
+            later,
+            history=self.history + later.history,
+            spent=self.spent + later.spent,
+            unsolved=self.unsolved + later.unsolved,
+        )
+
+
+def _sought(passage: Passage, search: Search, state: State, tolerance: float, most: int) -> _Sought:
+    """Search for the fixed point of a period map, for so many passages at most."""
+    scheme, space, share = passage.scheme, search.space, passage.share
+    history: list[float] = []
+    unsolved, spent = 0, 0.0
+
+    def confirmed(end: State, before: float, last: float) -> _Sought:
+        # one cycle more, whole: what it changes is what counts
+        cycle = march(scheme, end, passage.wave, keep=True, memory=passage.memory)
+        history.append(space.change(space.vector(end), space.vector(cycle.state)))
+        settled = last <= share * tolerance and history[-1] <= CONFIRMED * tolerance
+        return _Sought(cycle, settled, history, before, spent, unsolved)
+
+    for _ in range(most):
+        spent += share
+        try:
+            done = passage.of(state, search.tangents)
+        except ContactError:
+            if search.plain is None:
+                raise
+            unsolved += 1
+            state = search.again()
+            continue
+        change = space.change(space.vector(state), space.vector(done.state))
+        history.append(change)
+        if change <= share * tolerance:
+            spent += 1
+            found = confirmed(done.state, done.dissipated / share, change)
+            if found.settled:
+                return found
+        state = search.next(state, done, change)
+    if passage.half is not None:
+        return _Sought(done, False, history, done.dissipated / share, spent, unsolved)
+    spent += 1
+    return confirmed(done.state, done.dissipated / share, change)
 
 
 def walk_of(scheme: TimeScheme, steady: SteadyState) -> float:
