@@ -33,7 +33,7 @@ from microslip.analyses.time.steady import LEADING, SteadyState
 from microslip.contact.tangent import Tangents
 from microslip.typing import Array, Complex, Mask
 
-SHARE = 0.1
+SHARE = 1 / 3
 """Residual of the largest multiplier over its distance from 1, or from the unit circle, at most."""
 
 DEPENDENT = 1e-8
@@ -82,7 +82,7 @@ def stability_of(
 def settling_error(steady: SteadyState, found: Multipliers) -> float:
     """By how much the state may be off the periodic one, over the size of the vibration.
 
-    The change of the last cycle over the smallest distance of a multiplier from 1.
+    The change of the last cycle over the smallest distance of a multiplier from 1, less what that is off by.
 
     Parameters
     ----------
@@ -91,6 +91,7 @@ def settling_error(steady: SteadyState, found: Multipliers) -> float:
         Of it.
     """
     distance = np.abs(1 - found.values[found.vibration])
+    distance -= np.minimum(found.residual[found.vibration], SHARE * distance)
     return steady.change / max(float(distance.min(initial=1.0)), 1e-12)
 
 

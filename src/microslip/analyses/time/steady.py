@@ -160,7 +160,7 @@ def steady_state(
     half = half_period_of(scheme) if halves and accelerate and steps % 2 == 0 else None
     contact = contact_memory(scheme) if memory is None else memory
     passage = Passage(scheme, wave, contact, half)
-    near = isinstance(start, Start)
+    near = start is not None and bool(np.any(state.rate))
     search = Search(space, accelerate, near=near, share=passage.share)
     most = max_cycles if half is None else max(round(HALVED / passage.share * max_cycles), 1)
     found = _sought(passage, search, state, tolerance, most)
