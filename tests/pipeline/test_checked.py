@@ -52,13 +52,14 @@ def test_the_peak_and_both_sides_are_checked(done):
 
 
 def test_checks_are_motions_of_the_full_joint(done):
-    """With other steps, sought until they are steady."""
+    """With other steps, sought until they are steady; as close as the check says that it knows them."""
     (curve,) = done.responses
     for check in curve.checks:
         scheme = time_scheme(done.prepared, 1 / (240 * check.frequency), frequency=check.frequency)
         truth = steady_state(scheme, check.frequency, curve.load)
         off = abs(check.modelled) / abs(truth.amplitude) - 1
-        assert check.error == pytest.approx(off, abs=3e-3)
+        assert check.error == pytest.approx(off, abs=3e-3 + check.doubt)
+    assert sum(check.doubt < 1e-3 for check in curve.checks) >= 2
 
 
 def test_what_is_off_is_said_with_a_remedy(done):

@@ -130,7 +130,6 @@ def test_not_converged_is_said(case):
     assert not short.converged
     assert short.change > 1e-4
     assert short.cycles == 4
-    assert not short.halved
 
 
 def test_search_does_not_run_off_with_the_walk(small_reference):

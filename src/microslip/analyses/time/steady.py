@@ -39,8 +39,8 @@ __all__ = ["SteadyState", "raised_state", "steady_state", "vibration_weight", "w
 CONFIRMED = 3.0
 """The cycle after the search may change by this many times the tolerance."""
 
-HALVED = 0.25
-"""Share of the cycles allowed after which a search by halves is given up."""
+HALVED, FEWEST = 0.25, 40
+"""Share of the cycles allowed after which a search by halves is given up, and so many at least."""
 
 LEADING = 8
 """Directions of largest multipliers that a search hands on."""
@@ -142,7 +142,7 @@ def steady_state(
         From `contact_memory` of this scheme: what was factorised before is not again.
     halves : bool
         Where the joint is its own image under a half turn that reverses the load, motions whose second
-        half is the image of their first are sought first, for a quarter of the cycles at most: a step
+        half is the image of their first are sought first, for a quarter of the cycles and forty: a step
         of that search takes half of the time (`microslip.analyses.time.half_period`).
     """
     steps = round(1 / (frequency * scheme.dt))
@@ -162,14 +162,16 @@ def steady_state(
     passage = Passage(scheme, wave, contact, half)
     near = start is not None and bool(np.any(state.rate))
     search = Search(space, accelerate, near=near, share=passage.share)
-    most = max_cycles if half is None else max(round(HALVED / passage.share * max_cycles), 1)
-    found = _sought(passage, search, state, tolerance, most)
-    if half is not None and not found.settled:
+    by_halves = max(HALVED * max_cycles, min(FEWEST, max_cycles))
+    whole = half is not None and by_halves < max_cycles
+    most = round(by_halves / passage.share) if half else max_cycles
+    found = _sought(passage, search, state, tolerance, most, confirms=not whole)
+    if whole and not found.settled:
         # it need not be its own image
         first = max(round(passage.share * search.marched), CYCLES[MARCHED])
         passage = replace(passage, half=None)
         search = Search(space, accelerate, near=False, first=first)
-        left = max(max_cycles - math.ceil(found.spent), 1)
+        left = max_cycles - math.floor(found.spent)
         found = found.then(_sought(passage, search, found.cycle.state, tolerance, left))
     cycle, change = found.cycle, found.history[-1]
     reference = max(abs(cycle.dissipated), 1e-300)
@@ -230,8 +232,18 @@ class _Sought:
         )
 
 
-def _sought(passage: Passage, search: Search, state: State, tolerance: float, most: int) -> _Sought:
-    """Search for the fixed point of a period map, for so many passages at most."""
+def _sought(
+    passage: Passage,
+    search: Search,
+    state: State,
+    tolerance: float,
+    most: int,
+    confirms: bool = True,
+) -> _Sought:
+    """Search for the fixed point of a period map, for so many passages at most.
+
+    A whole cycle is marched at the end, unless it is of no use where nothing has settled (`confirms`).
+    """
     scheme, space, share = passage.scheme, search.space, passage.share
     history: list[float] = []
     unsolved, spent = 0, 0.0
@@ -261,7 +273,7 @@ def _sought(passage: Passage, search: Search, state: State, tolerance: float, mo
             if found.settled:
                 return found
         state = search.next(state, done, change)
-    if passage.half is not None:
+    if not confirms:
         return _Sought(done, False, history, done.dissipated / share, spent, unsolved)
     spent += 1
     return confirmed(done.state, done.dissipated / share, change)
