@@ -55,7 +55,7 @@ from microslip.pipeline.walk import (
     Target,
     watched,
 )
-from microslip.typing import Array
+from microslip.typing import Array, Complex
 
 WINDOW, STEP = 40, 20
 """Cycles of a window, and from one to the next: what repeats in 20 cycles or fewer leaves no trace."""
@@ -87,6 +87,9 @@ SETTLING = 4
 
 STILL = 5e-4
 """What is left to come of the amplitude at which a motion creeps no more."""
+
+RINGS = 0.9
+"""What is left of a vibration after a block where it decays; what keeps more is there to stay."""
 
 WALKS_AFTER = 3
 """Blocks until a motion is looked at, whether its bodies walk."""
@@ -126,6 +129,8 @@ class Crept(NamedTuple):
         Cycles that these stand for, leaps among them.
     rest : (d - 1,) array or None
         Offset at which bodies that walked past each other have come to rest.
+    scatter : float
+        By how much the amplitude at rest may differ after another ramp, relative; nan where they do not rest.
     """
 
     amplitude: complex
@@ -135,6 +140,7 @@ class Crept(NamedTuple):
     cycles: int
     reached: float
     rest: Array | None = None
+    scatter: float = np.nan
 
 
 def crept(
@@ -175,7 +181,7 @@ def crept(
         reached += block
         begin, end = TAPER @ Q[:WINDOW], TAPER @ Q[STEP:]
         own = float(abs(end) / abs(begin) - 1) / STEP
-        stray = float(np.abs(np.abs(Q[-STEP:]) / abs(end) - 1).max())
+        stray = _stray(Q, abs(end))
         drifts.append(abs(own))
         left = max(drifts[-LAST:]) * reached + stray
         if count == blocks or (count >= LAST and left <= STILL):
@@ -235,7 +241,7 @@ def _walked(
             offset=np.tensordot(TAPER, slip[STEP:], 1),
             rate=np.tensordot(TAPER, slip[STEP:] - slip[:WINDOW], 1) / STEP,
             amplitude=end,
-            stray=float(np.abs(np.abs(Q[-STEP:]) / abs(end) - 1).max()),
+            stray=_stray(Q, abs(end)),
             vector=vectors[-1],
             way=TAPER @ (vectors[STEP:] - vectors[:WINDOW]) / STEP,
         )
@@ -249,8 +255,64 @@ def _walked(
         return spent
     if rest is None:
         return spent
-    end = space.state(rest.vector, last[-1])
-    return Crept(rest.amplitude, 0.0, rest.doubt, end, spent, rest.cycles, rest.offset)
+    start = space.state(rest.vector, last[-1])
+    end, doubt, more = _rung_out(scheme, load, start, memory, abs(rest.amplitude), rest.stray)
+    return Crept(
+        rest.amplitude,
+        0.0,
+        rest.apart + doubt,
+        end,
+        spent + more,
+        rest.cycles,
+        rest.offset,
+        rest.apart,
+    )
+
+
+def _rung_out(
+    scheme: TimeScheme,
+    load: float,
+    state: State,
+    memory: ContactMemory,
+    size: float,
+    stray: float,
+) -> tuple[State, float, int]:
+    """Marched on where bodies rest, until what moving them there has stirred is gone.
+
+    Weakly damped modes ring on for longer than it takes to see where the bodies walk. What does not decay is
+    no transient, but how the motion is.
+
+    Parameters
+    ----------
+    scheme, load, state, memory
+        The motion where the bodies rest.
+    size, stray : float
+        Mean over a window, and how far cycles stray from it, relative.
+
+    Returns
+    -------
+    state : State
+    doubt : float
+        How far cycles of the last block stray from its mean and that is from the size, relative.
+    cycles : int
+        Spent.
+    """
+    block, spent, moved = WINDOW + STEP, 0, 0.0
+    for _ in range(BLOCKS):
+        if stray <= STILL:
+            break
+        Q, states = watched(scheme, load, state, block, memory=memory)
+        state, spent, before = states[-1], spent + block, stray
+        mean = float(abs(TAPER @ Q[STEP:]))
+        stray, moved = _stray(Q, mean), abs(mean / size - 1)
+        if stray > RINGS * before:
+            break
+    return state, stray + moved, spent
+
+
+def _stray(Q: Complex, size: float) -> float:
+    """How far the last cycles stray from a size, relative."""
+    return float(np.abs(np.abs(Q[-STEP:]) / size - 1).max())
 
 
 @dataclass(frozen=True)
@@ -334,8 +396,7 @@ def _ended(joint: PreparedJoint, target: Target, ramps: Sequence[int]) -> Found:
         ends, own = [crept(scheme, load, start, walk=walk)], True
         spent += ends[0].cycles
     ends.sort(key=lambda end: end.doubt)
-    # where bodies come to rest does not depend on how the load was raised
-    one, scatter = ends[0], ends[0].doubt if ends[0].rest is not None else np.nan
+    one, scatter = ends[0], ends[0].scatter
     if len(ends) > 1:
         scatter = abs(abs(ends[1].amplitude) / abs(one.amplitude) - 1)
     return Found(
