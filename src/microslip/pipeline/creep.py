@@ -47,6 +47,7 @@ from microslip.errors import JointOpensError, MicroslipError
 from microslip.numerics.execute import each, threads
 from microslip.pipeline.offset import BRANCH, Looked, come_to_rest, slips, walks
 from microslip.pipeline.walk import (
+    DOUBTFUL,
     RAISED,
     RAISED_AGAIN,
     STEPS,
@@ -90,6 +91,9 @@ STILL = 5e-4
 
 RINGS = 0.9
 """What is left of a vibration after a block where it decays; what keeps more is there to stay."""
+
+SAME_FOR = 4
+"""Blocks over which a vibration that does not decay is seen to stay."""
 
 WALKS_AFTER = 3
 """Blocks until a motion is looked at, whether its bodies walk."""
@@ -174,7 +178,7 @@ def crept(
     space = StateSpace(scheme, 2 * np.pi / (scheme.dt * STEPS))
     before: _Drift | None = None
     reached, leapt, missed, lost = 0.0, 0.0, 0.0, 0
-    drifts: list[float] = []
+    drifts, strays = list[float](), list[float]()
     for count in range(1, blocks + 1):
         Q, states = watched(scheme, load, state, block, memory=memory)
         vectors, state = np.array([space.vector(one) for one in states]), states[-1]
@@ -183,8 +187,9 @@ def crept(
         own = float(abs(end) / abs(begin) - 1) / STEP
         stray = _stray(Q, abs(end))
         drifts.append(abs(own))
+        strays.append(stray)
         left = max(drifts[-LAST:]) * reached + stray
-        if count == blocks or (count >= LAST and left <= STILL):
+        if count == blocks or (count >= LAST and left <= STILL) or _beats(strays):
             break
         if count == WALKS_AFTER and walk is not None:
             found = _walked(scheme, load, state, space, memory, walk.offset)
@@ -308,6 +313,21 @@ def _rung_out(
         if stray > RINGS * before:
             break
     return state, stray + moved, spent
+
+
+def _beats(strays: Sequence[float]) -> bool:
+    """Whether cycles stray too far for a steady state, and no less than before: no marching will settle that.
+
+    Examples
+    --------
+    >>> _beats([0.3, 0.2, 0.15, 0.16, 0.15, 0.16, 0.15])
+    True
+    >>> _beats([0.3, 0.26, 0.22, 0.19, 0.16, 0.14, 0.12]), _beats([0.01] * 7)
+    (False, False)
+    """
+    if len(strays) <= SAME_FOR:
+        return False
+    return min(strays[-SAME_FOR:]) > max(DOUBTFUL, RINGS * strays[-SAME_FOR - 1])
 
 
 def _stray(Q: Complex, size: float) -> float:
