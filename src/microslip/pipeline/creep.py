@@ -90,10 +90,10 @@ STILL = 5e-4
 """What is left to come of the amplitude at which a motion creeps no more."""
 
 RINGS = 0.9
-"""What is left of a vibration after a block where it decays; what keeps more is there to stay."""
+"""What is left of a vibration that decays, after `SAME_FOR` blocks; what keeps more is there to stay."""
 
 SAME_FOR = 4
-"""Blocks over which a vibration that does not decay is seen to stay."""
+"""Blocks of which one must stray less, where a vibration decays."""
 
 WALKS_AFTER = 3
 """Blocks until a motion is looked at, whether its bodies walk."""
@@ -189,7 +189,11 @@ def crept(
         drifts.append(abs(own))
         strays.append(stray)
         left = max(drifts[-LAST:]) * reached + stray
-        if count == blocks or (count >= LAST and left <= STILL) or _beats(strays):
+        if (
+            count == blocks
+            or (count >= LAST and left <= STILL)
+            or (stray > DOUBTFUL and _stays(strays))
+        ):
             break
         if count == WALKS_AFTER and walk is not None:
             found = _walked(scheme, load, state, space, memory, walk.offset)
@@ -298,36 +302,35 @@ def _rung_out(
     -------
     state : State
     doubt : float
-        How far cycles of the last block stray from its mean and that is from the size, relative.
+        How far cycles of the last two blocks stray from their means and the last is from the size, relative.
     cycles : int
         Spent.
     """
     block, spent, moved = WINDOW + STEP, 0, 0.0
-    for _ in range(BLOCKS):
-        if stray <= STILL:
-            break
+    strays = [stray]
+    while max(strays[-2:]) > STILL and not _stays(strays) and spent < BLOCKS * block:
         Q, states = watched(scheme, load, state, block, memory=memory)
-        state, spent, before = states[-1], spent + block, stray
+        state, spent = states[-1], spent + block
         mean = float(abs(TAPER @ Q[STEP:]))
-        stray, moved = _stray(Q, mean), abs(mean / size - 1)
-        if stray > RINGS * before:
-            break
-    return state, stray + moved, spent
+        moved = abs(mean / size - 1)
+        strays.append(_stray(Q, mean))
+    return state, max(strays[-2:]) + moved, spent
 
 
-def _beats(strays: Sequence[float]) -> bool:
-    """Whether cycles stray too far for a steady state, and no less than before: no marching will settle that.
+def _stays(strays: Sequence[float]) -> bool:
+    """Whether cycles stray no less than some blocks before: a vibration that beats while it decays strays
+    more in one block than in the one before, but not in all of them.
 
     Examples
     --------
-    >>> _beats([0.3, 0.2, 0.15, 0.16, 0.15, 0.16, 0.15])
+    >>> _stays([0.3, 0.2, 0.15, 0.16, 0.15, 0.16, 0.15])
     True
-    >>> _beats([0.3, 0.26, 0.22, 0.19, 0.16, 0.14, 0.12]), _beats([0.01] * 7)
+    >>> _stays([0.3, 0.26, 0.22, 0.24, 0.16, 0.17, 0.12]), _stays([0.15, 0.16, 0.15])
     (False, False)
     """
     if len(strays) <= SAME_FOR:
         return False
-    return min(strays[-SAME_FOR:]) > max(DOUBTFUL, RINGS * strays[-SAME_FOR - 1])
+    return min(strays[-SAME_FOR:]) > RINGS * strays[-SAME_FOR - 1]
 
 
 def _stray(Q: Complex, size: float) -> float:
