@@ -354,6 +354,22 @@ def test_between_motions_that_are_marched_others_start_from_them(refined, monkey
     assert (off[sure] <= found.error_indicator[sure]).all()
 
 
+def test_a_dip_is_followed_once_from_either_side(refined, monkeypatch):
+    """One frequency that stays smaller than both beside it, from wherever it is begun."""
+    asked, dip = [], 70
+
+    def sought(joint, targets):
+        for target in targets:
+            asked.append(target.point)
+            size = 0.8 if target.point == dip else 1.0
+            Q = complex(size * branch("larger")[target.point])
+            yield Found(Q, 1e-6, 1e-5, "larger", 10, scatter=1e-5, past=0.0)
+
+    held_to(sought, refined, monkeypatch, 141)
+    assert {dip - 1, dip + 1} <= set(asked)
+    assert asked.count(dip) == 3
+
+
 def test_a_branch_is_followed_to_its_end_whatever_the_search_from_rest_finds(refined, monkeypatch):
     asked = []
     fold = joint_with_a_fold(asked)

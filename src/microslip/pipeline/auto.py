@@ -161,7 +161,7 @@ def _least_known(search: Search, guess: Contours, wanted: float) -> list[Target]
     targets = [
         replace(_target(search, k, guess, now, (beside,)), cold=False)
         for k, beside in _jumps(search)
-        if search.origin.get(k) != beside
+        if beside not in search.origins.get(k, ())
     ]
     marks, doubtful = search.marks, now.error > wanted
     doubtful[marks] = False

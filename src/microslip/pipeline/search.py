@@ -33,7 +33,7 @@ class Search:
     points: int
     anchors: dict[int, Anchor] = field(default_factory=dict)
     found: dict[int, Found] = field(default_factory=dict)
-    origin: dict[int, int] = field(default_factory=dict)
+    origins: dict[int, set[int]] = field(default_factory=dict)
     lost: dict[int, Lost] = field(default_factory=dict)
     fell: set[int] = field(default_factory=set)
     tried: set[int] = field(default_factory=set)
@@ -158,7 +158,7 @@ class Search:
         self.count += 1
         self.spent += answer.cycles
         self.opens = self.opens or answer.opens
-        self.origin[k] = target.origin
+        self.origins.setdefault(k, set()).add(target.origin)
         if isinstance(answer, Lost):
             if k in self.anchors:
                 self.fell.add(k)
@@ -170,7 +170,8 @@ class Search:
             return
         self.lost.pop(k, None)
         # what was started from the smaller motion here may be started anew
-        self.origin = {j: at for j, at in self.origin.items() if at != k}
+        for begun in self.origins.values():
+            begun.discard(k)
         self._take(target, answer)
 
     def _take(self, target: Target, answer: Found) -> None:
