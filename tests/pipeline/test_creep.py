@@ -1,6 +1,7 @@
 """Where a motion ends after the load was raised: marched with leaps, against searches and marching alone."""
 
 import tomllib
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -164,6 +165,28 @@ def test_two_ramps_tell_how_well_an_end_is_known(scheme):
     assert 0 <= found.scatter < 1e-3
     assert isinstance(other, Found)
     assert np.isnan(other.scatter)
+
+
+def test_where_raising_leads_elsewhere_a_motion_begins_at_rest_with_its_own_velocity(
+    scheme, raised
+):
+    """It ends where a search from there does, whether or not the load was raised first."""
+    settled = steady_state(scheme, FREQUENCY, LOAD, start=raised, tolerance=1e-7)
+    Q = settled.amplitude
+    state = next(creep._own_starts(scheme, aimed(Q, settled)))
+    one = watched(scheme, LOAD, state, 1)[0][0]
+    assert abs(one) == pytest.approx(abs(Q), rel=0.5)  # it moves with that velocity, in phase
+    assert abs(np.angle(one / Q)) < 0.5
+    for cold in (True, False):
+        target = replace(aimed(Q, settled), cold=cold, expected=abs(Q) if not cold else 3 * abs(Q))
+        (found,) = raised_and_marched(scheme.joint, [target])
+        assert found.own
+        assert abs(found.amplitude) == pytest.approx(abs(Q), rel=found.doubt + 1e-3)
+
+
+def aimed(Q, settled):
+    """A motion to be marched from the guess, else from a state."""
+    return Target(3, FREQUENCY, LOAD, Q, starts=(((settled.end, 1.0),),), expected=abs(Q))
 
 
 def test_what_does_not_solve_is_said(scheme, monkeypatch):

@@ -218,14 +218,25 @@ def _may_leave(search: Search, now: Held) -> list[int]:
 def _marched_target(search: Search, k: int) -> Target:
     """A motion to be marched, from where it is known and where others beside it have come to rest.
 
-    Where it is not known, from those beside it: raising the load may lead to another branch.
+    Where it is not known, from those beside it: raising the load may lead to another branch. Where it did at
+    both of them it is not raised again.
     """
     f, load = search.base.frequency, search.base.load
     marks = sorted(search.found)
     i = int(np.searchsorted(marks, k))
     beside = (k,) if k in search.found else tuple(marks[max(i - 1, 0) : i + 1])
-    _, starts, expected = _from_beside(search, k, beside)
-    return Target(k, float(f[k]), load, 0j, starts, expected=expected, offset=_rest_at(search, k))
+    begin, starts, expected = _from_beside(search, k, beside)
+    raised = not (starts and all(search.found[j].own for j in beside))
+    return Target(
+        k,
+        float(f[k]),
+        load,
+        0j if k in search.found else begin,
+        starts,
+        cold=raised,
+        expected=expected,
+        offset=_rest_at(search, k),
+    )
 
 
 def _rest_at(search: Search, k: int) -> Array | None:

@@ -39,6 +39,8 @@ from microslip.analyses.time.scheme import (
     State,
     TimeScheme,
     contact_memory,
+    march,
+    prestressed_state,
     time_scheme,
 )
 from microslip.analyses.time.starts import end_of, mixed, placed
@@ -408,16 +410,15 @@ def _ended(joint: PreparedJoint, target: Target, ramps: Sequence[int]) -> Found:
     """After the load was raised, or where that leads to another branch from the motion that is known."""
     f, load = target.frequency, target.load
     scheme = time_scheme(joint, 1 / (f * STEPS), frequency=f)
-    ends, walk = list[Crept](), Walk(target.offset)
-    for ramp in ramps:
-        ends.append(crept(scheme, load, raised_state(scheme, f, load, ramp), walk=walk))
-        if ends[0].rest is not None or elsewhere(abs(ends[0].amplitude), target.expected):
-            break
-    spent, own = sum(one.cycles for one in ends) + sum(ramps[: len(ends)]), False
-    if target.starts and elsewhere(abs(ends[0].amplitude), target.expected):
-        start = placed(mixed(target.starts[0]), scheme, f, load)
-        ends, own = [crept(scheme, load, start, walk=walk)], True
+    walk = Walk(target.offset)
+    ends = _raised_ends(scheme, target, ramps, walk) if target.cold else []
+    spent = sum(one.cycles for one in ends) + sum(ramps[: len(ends)])
+    own = bool(target.starts) and (not ends or elsewhere(abs(ends[0].amplitude), target.expected))
+    for start in _own_starts(scheme, target) if own else ():
+        ends = [crept(scheme, load, start, walk=walk)]
         spent += ends[0].cycles
+        if not elsewhere(abs(ends[0].amplitude), target.expected):
+            break
     ends.sort(key=lambda end: end.doubt)
     one, scatter = ends[0], ends[0].scatter
     if len(ends) > 1:
@@ -434,6 +435,32 @@ def _ended(joint: PreparedJoint, target: Target, ramps: Sequence[int]) -> Found:
         lasts=one.reached if one.rest is not None else 0.0,
         own=own,
     )
+
+
+def _raised_ends(
+    scheme: TimeScheme, target: Target, ramps: Sequence[int], walk: Walk
+) -> list[Crept]:
+    """After one ramp or two; after one where that tells enough."""
+    ends = list[Crept]()
+    for ramp in ramps:
+        state = raised_state(scheme, target.frequency, target.load, ramp)
+        ends.append(crept(scheme, target.load, state, walk=walk))
+        if ends[0].rest is not None or elsewhere(abs(ends[0].amplitude), target.expected):
+            break
+    return ends
+
+
+def _own_starts(scheme: TimeScheme, target: Target) -> Iterator[State]:
+    """On the branch that is known: rest with the velocity of a guess, if there is one, then from the start.
+
+    A motion that begins with those beside it would keep the tractions that the past has left in them.
+    """
+    if target.guess:
+        steps = STEPS - round(float(-np.angle(target.guess)) % (2 * np.pi) / (2 * np.pi) * STEPS)
+        wave = target.load * np.sin(2 * np.pi * np.arange(-steps, 1) / STEPS)
+        rest = prestressed_state(scheme, abs(target.guess), 2 * np.pi * target.frequency)
+        yield march(scheme, rest, wave).state
+    yield placed(mixed(target.starts[0]), scheme, target.frequency, target.load)
 
 
 def elsewhere(size: float, expected: float) -> bool:
