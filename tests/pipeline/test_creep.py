@@ -184,6 +184,17 @@ def test_where_raising_leads_elsewhere_a_motion_begins_at_rest_with_its_own_velo
         assert abs(found.amplitude) == pytest.approx(abs(Q), rel=found.doubt + 1e-3)
 
 
+def test_two_motions_on_the_branch_scatter_by_their_difference(scheme, raised, monkeypatch):
+    """Rest with a velocity leads to one, the state beside to another that is 2 % larger."""
+    settled = steady_state(scheme, FREQUENCY, LOAD, start=raised, tolerance=1e-5)
+    state = raised_state(scheme, FREQUENCY, LOAD, 2)
+    ends = [creep.Crept(Q, 0.0, 1e-4, state, 60, 60.0) for Q in (1.0 + 0j, 1.02 + 0j)]
+    monkeypatch.setattr(creep, "crept", lambda *arguments, **settings: ends.pop(0))
+    target = replace(aimed(1.0 + 0j, settled), cold=False)
+    (found,) = raised_and_marched(scheme.joint, [target])
+    assert found.scatter == pytest.approx(0.02, rel=0.03)
+
+
 def aimed(Q, settled):
     """A motion to be marched from the guess, else from a state."""
     return Target(3, FREQUENCY, LOAD, Q, starts=(((settled.end, 1.0),),), expected=abs(Q))

@@ -414,11 +414,12 @@ def _ended(joint: PreparedJoint, target: Target, ramps: Sequence[int]) -> Found:
     ends = _raised_ends(scheme, target, ramps, walk) if target.cold else []
     spent = sum(one.cycles for one in ends) + sum(ramps[: len(ends)])
     own = bool(target.starts) and (not ends or elsewhere(abs(ends[0].amplitude), target.expected))
-    for start in _own_starts(scheme, target) if own else ():
-        ends = [crept(scheme, load, start, walk=walk)]
-        spent += ends[0].cycles
-        if not elsewhere(abs(ends[0].amplitude), target.expected):
-            break
+    if own:
+        ends = [crept(scheme, load, one, walk=walk) for one in _own_starts(scheme, target)]
+        spent += sum(one.cycles for one in ends)
+        # several motions may exist there: by how much two that stay differ is how well one is known
+        staying = [one for one in ends if not elsewhere(abs(one.amplitude), target.expected)]
+        ends = staying or ends[-1:]
     ends.sort(key=lambda end: end.doubt)
     one, scatter = ends[0], ends[0].scatter
     if len(ends) > 1:
@@ -451,9 +452,10 @@ def _raised_ends(
 
 
 def _own_starts(scheme: TimeScheme, target: Target) -> Iterator[State]:
-    """On the branch that is known: rest with the velocity of a guess, if there is one, then from the start.
+    """On the branch that is known: rest with the velocity of a guess, if there is one, and from the start.
 
-    A motion that begins with those beside it would keep the tractions that the past has left in them.
+    A motion that begins with those beside it keeps the tractions that the past has left in them, one that
+    begins at rest has others.
     """
     if target.guess:
         steps = STEPS - round(float(-np.angle(target.guess)) % (2 * np.pi) / (2 * np.pi) * STEPS)
