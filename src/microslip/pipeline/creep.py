@@ -135,8 +135,6 @@ class Crept(NamedTuple):
         Cycles that these stand for, leaps among them.
     rest : (d - 1,) array or None
         Offset at which bodies that walked past each other have come to rest.
-    scatter : float
-        By how much the amplitude at rest may differ after another ramp, relative; nan where they do not rest.
     """
 
     amplitude: complex
@@ -146,7 +144,6 @@ class Crept(NamedTuple):
     cycles: int
     reached: float
     rest: Array | None = None
-    scatter: float = np.nan
 
 
 def crept(
@@ -276,7 +273,6 @@ def _walked(
         spent + more,
         rest.cycles,
         rest.offset,
-        rest.apart,
     )
 
 
@@ -421,7 +417,9 @@ def _ended(joint: PreparedJoint, target: Target, ramps: Sequence[int]) -> Found:
         staying = [one for one in ends if not elsewhere(abs(one.amplitude), target.expected)]
         ends = staying or ends[-1:]
     ends.sort(key=lambda end: end.doubt)
-    one, scatter = ends[0], ends[0].scatter
+    # where bodies come to rest does not depend on how the load was raised; of motions that beat there
+    # others may not, and those beside one that beats may
+    one, scatter = ends[0], ends[0].doubt if ends[0].rest is not None else np.nan
     if len(ends) > 1:
         scatter = abs(abs(ends[1].amplitude) / abs(one.amplitude) - 1)
     return Found(
