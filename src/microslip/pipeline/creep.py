@@ -184,7 +184,7 @@ def crept(
         reached += block
         begin, end = TAPER @ Q[:WINDOW], TAPER @ Q[STEP:]
         own = float(abs(end) / abs(begin) - 1) / STEP
-        stray = _stray(Q, abs(end))
+        stray = _stray(Q, float(abs(end)))
         drifts.append(abs(own))
         strays.append(stray)
         left = max(drifts[-LAST:]) * reached + stray
@@ -316,8 +316,9 @@ def _rung_out(
 
 
 def _stays(strays: Sequence[float]) -> bool:
-    """Whether cycles stray no less than some blocks before: a vibration that beats while it decays strays
-    more in one block than in the one before, but not in all of them.
+    """Whether cycles stray no less than some blocks before.
+
+    A vibration that beats while it decays strays more in one block than in that before, but not in all.
 
     Examples
     --------
