@@ -328,6 +328,48 @@ def test_a_motion_that_ends_on_another_branch_is_not_taken(refined, monkeypatch)
     assert (size > 0.9 * true).all()
 
 
+def test_between_motions_that_are_marched_others_start_from_them(refined, monkeypatch):
+    """On a branch that goes up in stairs, and to which raising the load does not lead."""
+    stairs = 1 + 0.03 * (np.arange(len(FOLD)) // 17)
+
+    def size(k, name="larger"):
+        return complex(stairs[k] * branch(name)[k])
+
+    def sought(joint, targets):
+        for target in targets:
+            yield Found(size(target.point), 1e-4, 0.02, "larger", 10, past=0.0)
+
+    def marched(joint, targets):
+        for target in targets:
+            begun = {name for start in target.starts for name, _ in start}
+            name = "larger" if begun == {"larger"} else "smaller"
+            Q = size(target.point, name)
+            yield Found(Q, 1e-8, 1e-4, name, 100, scatter=1e-5, past=0.0, own=bool(begun))
+
+    found = held_to(sought, refined, monkeypatch, 141, marched).response
+    sure = found.error_indicator <= 0.01
+    assert sure.mean() > 0.97
+    true = np.abs([size(k) for k in range(len(FOLD))])
+    off = np.abs(np.abs(found.amplitude) / true - 1)
+    assert (off[sure] <= found.error_indicator[sure]).all()
+
+
+def test_a_dip_is_followed_once_from_either_side(refined, monkeypatch):
+    """One frequency that stays smaller than both beside it, from wherever it is begun."""
+    asked, dip = [], 70
+
+    def sought(joint, targets):
+        for target in targets:
+            asked.append(target.point)
+            size = 0.8 if target.point == dip else 1.0
+            Q = complex(size * branch("larger")[target.point])
+            yield Found(Q, 1e-6, 1e-5, "larger", 10, scatter=1e-5, past=0.0)
+
+    held_to(sought, refined, monkeypatch, 141)
+    assert {dip - 1, dip + 1} <= set(asked)
+    assert asked.count(dip) == 3
+
+
 def test_a_branch_is_followed_to_its_end_whatever_the_search_from_rest_finds(refined, monkeypatch):
     asked = []
     fold = joint_with_a_fold(asked)

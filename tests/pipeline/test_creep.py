@@ -1,6 +1,7 @@
 """Where a motion ends after the load was raised: marched with leaps, against searches and marching alone."""
 
 import tomllib
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -68,6 +69,38 @@ def test_a_leap_along_a_drift_that_decays_goes_as_far_as_that_does():
     assert drift([1.0, 0.5], first).summed(120.0, 60) == pytest.approx(120.0, rel=1e-6)
 
 
+def ringing(decay, spent, beat=0.0):
+    """Motions of size 1.001 about which cycles ring by 2 %, and lose so much of that in each."""
+
+    def watched(scheme, load, state, cycles, memory=None):
+        n = state + np.arange(1, cycles + 1)
+        spent.append(cycles)
+        return 1.001 * (
+            1 + 0.02 * np.exp(-decay * n) * np.cos(0.9 * n) * np.cos(beat * n)
+        ) + 0j, list(n)
+
+    return watched
+
+
+@pytest.mark.parametrize("beat", [0.0, 0.03])
+@pytest.mark.parametrize("decay", [0.05, 0.005])
+def test_what_rings_where_bodies_rest_rings_out(monkeypatch, decay, beat):
+    """Also where it is of two frequencies, and strays more in some blocks than in those before."""
+    spent = []
+    monkeypatch.setattr(creep, "watched", ringing(decay, spent, beat))
+    state, doubt, cycles = creep._rung_out(None, 40.0, 0, None, 1.0, 0.02)
+    assert cycles == state == sum(spent) < 1000
+    assert 1e-3 * 0.99 < doubt < 1e-3 + 2 * creep.STILL
+
+
+def test_what_does_not_decay_where_bodies_rest_is_doubted_and_left(monkeypatch):
+    spent = []
+    monkeypatch.setattr(creep, "watched", ringing(0.0, spent))
+    _, doubt, cycles = creep._rung_out(None, 40.0, 0, None, 1.0, 0.02)
+    assert doubt >= 0.019
+    assert cycles == sum(spent) <= 300
+
+
 CREEPS = """
 [beams]
 length = "0.135344 m"
@@ -132,6 +165,39 @@ def test_two_ramps_tell_how_well_an_end_is_known(scheme):
     assert 0 <= found.scatter < 1e-3
     assert isinstance(other, Found)
     assert np.isnan(other.scatter)
+
+
+def test_where_raising_leads_elsewhere_a_motion_begins_at_rest_with_its_own_velocity(
+    scheme, raised
+):
+    """It ends where a search from there does, whether or not the load was raised first."""
+    settled = steady_state(scheme, FREQUENCY, LOAD, start=raised, tolerance=1e-7)
+    Q = settled.amplitude
+    state = next(creep._own_starts(scheme, aimed(Q, settled)))
+    one = watched(scheme, LOAD, state, 1)[0][0]
+    assert abs(one) == pytest.approx(abs(Q), rel=0.5)  # it moves with that velocity, in phase
+    assert abs(np.angle(one / Q)) < 0.5
+    for cold in (True, False):
+        target = replace(aimed(Q, settled), cold=cold, expected=abs(Q) if not cold else 3 * abs(Q))
+        (found,) = raised_and_marched(scheme.joint, [target])
+        assert found.own
+        assert abs(found.amplitude) == pytest.approx(abs(Q), rel=found.doubt + 1e-3)
+
+
+def test_two_motions_on_the_branch_scatter_by_their_difference(scheme, raised, monkeypatch):
+    """Rest with a velocity leads to one, the state beside to another that is 2 % larger."""
+    settled = steady_state(scheme, FREQUENCY, LOAD, start=raised, tolerance=1e-5)
+    state = raised_state(scheme, FREQUENCY, LOAD, 2)
+    ends = [creep.Crept(Q, 0.0, 1e-4, state, 60, 60.0) for Q in (1.0 + 0j, 1.02 + 0j)]
+    monkeypatch.setattr(creep, "crept", lambda *arguments, **settings: ends.pop(0))
+    target = replace(aimed(1.0 + 0j, settled), cold=False)
+    (found,) = raised_and_marched(scheme.joint, [target])
+    assert found.scatter == pytest.approx(0.02, rel=0.03)
+
+
+def aimed(Q, settled):
+    """A motion to be marched from the guess, else from a state."""
+    return Target(3, FREQUENCY, LOAD, Q, starts=(((settled.end, 1.0),),), expected=abs(Q))
 
 
 def test_what_does_not_solve_is_said(scheme, monkeypatch):

@@ -34,7 +34,7 @@ def test_it_is_where_the_speed_falls_to_zero(guess, power):
     guess = None if guess is None else np.array([guess])
     rest = come_to_rest(look, look(np.array([0.0])), guess)
     assert rest is not None
-    assert abs(abs(rest.amplitude) / 1.2 - 1) <= rest.doubt <= 2e-3
+    assert abs(abs(rest.amplitude) / 1.2 - 1) <= rest.apart <= 2e-3
     assert look.seen <= LOOKS + 1
 
 
@@ -44,7 +44,7 @@ def test_amplitudes_that_agree_by_chance_tell_nothing(top):
     look = walking(lambda u: 1e-4 * max(1 - u, 0.0), lambda u: 1.2 - 0.2 * (u - top) ** 2)
     rest = come_to_rest(look, look(np.array([0.0])), None)
     assert rest is not None
-    assert abs(abs(rest.amplitude) / look(np.array([1.0])).amplitude.real - 1) <= rest.doubt
+    assert abs(abs(rest.amplitude) / look(np.array([1.0])).amplitude.real - 1) <= rest.apart
 
 
 def test_bodies_that_nothing_holds_do_not_come_to_rest():
@@ -54,6 +54,16 @@ def test_bodies_that_nothing_holds_do_not_come_to_rest():
 
 def test_a_fall_to_another_branch_is_no_rest():
     look = walking(lambda u: 1e-4 * (1 - u), lambda u: 1.0 if u < 0.5 else 0.4)
+    assert come_to_rest(look, look(np.array([0.0])), None) is None
+
+
+def test_bodies_that_rest_behind_where_they_walked_have_not_come_to_rest():
+    walked = walking(lambda u: 1e-4 if u < 0.5 else 0.0, lambda u: 1 + 1e-6 * u)
+
+    def look(vector):
+        one = walked(vector)
+        return one if one.rate.any() else one._replace(offset=one.offset - 2.0)
+
     assert come_to_rest(look, look(np.array([0.0])), None) is None
 
 

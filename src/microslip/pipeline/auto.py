@@ -36,7 +36,7 @@ from microslip.describe.requests import (
 from microslip.pipeline.band import Curve
 from microslip.pipeline.creep import raised_and_marched
 from microslip.pipeline.prepare import Assembly
-from microslip.pipeline.search import Search
+from microslip.pipeline.search import Search, larger_sides
 from microslip.pipeline.walk import (
     TOLERANCE,
     Target,
@@ -161,7 +161,7 @@ def _least_known(search: Search, guess: Contours, wanted: float) -> list[Target]
     targets = [
         replace(_target(search, k, guess, now, (beside,)), cold=False)
         for k, beside in _jumps(search)
-        if search.origin.get(k) != beside
+        if beside not in search.origins.get(k, ())
     ]
     marks, doubtful = search.marks, now.error > wanted
     doubtful[marks] = False
@@ -188,7 +188,7 @@ def _to_march(search: Search, wanted: float) -> list[Target]:
         return []
     now, marched = search.held(), sorted(search.tried)
     left = sorted((search.blurred(wanted) | set(search.lost)) - search.tried)
-    chosen = [k for k in _may_leave(search) if not now.error[k] <= wanted][:AT_A_TIME]
+    chosen = [k for k in _may_leave(search, now) if not now.error[k] <= wanted][:AT_A_TIME]
     left = [k for k in left if k not in chosen]
     while left and len(chosen) < AT_A_TIME:
         known = np.array([*marched, *chosen, *sorted(set(search.anchors) - set(left))])
@@ -205,12 +205,10 @@ def _to_march(search: Search, wanted: float) -> list[Target]:
     return [_marched_target(search, k) for k in chosen]
 
 
-def _may_leave(search: Search) -> list[int]:
+def _may_leave(search: Search, now: Held) -> list[int]:
     """The middle of those motions beside each jump that may be leaving: halves what is left of them."""
-    marks, found = sorted(search.anchors), []
-    for small, large in _jumps(search):
-        i = marks.index(large)
-        outward = marks[i:] if large > small else marks[i::-1]
+    found: list[int] = []
+    for _, outward in larger_sides(search.anchors, now.error):
         settled = (j in search.tried or search.anchors[j].change <= TOLERANCE for j in outward)
         count = next((n for n, is_so in enumerate(settled) if is_so), len(outward))
         found += [outward[count // 2]] if count else []
@@ -218,26 +216,39 @@ def _may_leave(search: Search) -> list[int]:
 
 
 def _marched_target(search: Search, k: int) -> Target:
-    """A motion to be marched, from where it is known and where others beside it have come to rest."""
+    """A motion to be marched, from where it is known and where others beside it have come to rest.
+
+    Where it is not known, from those beside it: raising the load may lead to another branch. Where it did at
+    both of them it is not raised again.
+    """
     f, load = search.base.frequency, search.base.load
-    known, found = search.anchors.get(k), search.found.get(k)
-    rests = {j: one.rest for j, one in search.found.items() if one.rest is not None}
-    rested = sorted(rests)
-    offset = None
-    if rested:
-        i = int(np.searchsorted(rested, k))
-        beside = rested[max(i - 1, 0) : i + 1]
-        share = (k - beside[0]) / (beside[-1] - beside[0]) if len(beside) > 1 else 0.0
-        offset = (1 - share) * rests[beside[0]] + share * rests[beside[-1]]
+    marks = sorted(search.found)
+    i = int(np.searchsorted(marks, k))
+    beside = (k,) if k in search.found else tuple(marks[max(i - 1, 0) : i + 1])
+    begin, starts, expected = _from_beside(search, k, beside)
+    raised = not (starts and all(search.found[j].own for j in beside))
     return Target(
         k,
         float(f[k]),
         load,
-        0j,
-        starts=() if found is None else (((found.state, 1.0),),),
-        expected=0.0 if known is None else abs(known.amplitude),
-        offset=offset,
+        0j if k in search.found else begin,
+        starts,
+        cold=raised,
+        expected=expected,
+        offset=_rest_at(search, k),
     )
+
+
+def _rest_at(search: Search, k: int) -> Array | None:
+    """Offset at which bodies may come to rest at a frequency, from where they have beside it."""
+    rests = {j: one.rest for j, one in search.found.items() if one.rest is not None}
+    rested = sorted(rests)
+    if not rested:
+        return None
+    i = int(np.searchsorted(rested, k))
+    beside = rested[max(i - 1, 0) : i + 1]
+    share = (k - beside[0]) / (beside[-1] - beside[0]) if len(beside) > 1 else 0.0
+    return (1 - share) * rests[beside[0]] + share * rests[beside[-1]]
 
 
 def _jumps(search: Search) -> list[tuple[int, int]]:
@@ -263,22 +274,8 @@ def _target(
     """
     base = search.base
     own = guess.amplitude[guess.point == k]
-    begin = complex(own[-1]) if len(own) else 0j
-    known = [j for j in beside if j in search.found]
-    known.sort(key=lambda j: -abs(search.found[j].amplitude))
-    starts: tuple[tuple[tuple[Start, float], ...], ...] = ()
-    expected = 0.0
-    if known:
-        main = search.found[known[0]]
-        begin, starts = main.amplitude, (((main.state, 1.0),),)
-        expected = abs(begin)
-    if len(known) == 2:
-        other = search.found[known[1]]
-        if step_of(search.anchors[known[0]], search.anchors[known[1]]) < ALIKE:
-            share = abs(k - known[1]) / abs(known[0] - known[1])
-            starts = (((main.state, share), (other.state, 1 - share)),)
-            expected = abs(other.amplitude)
-            begin = share * main.amplitude + (1 - share) * other.amplitude
+    from_beside, starts, expected = _from_beside(search, k, beside)
+    begin = from_beside if starts else complex(own[-1]) if len(own) else 0j
     if now.error[k] < ALIKE:
         begin = complex(now.amplitude[k])
         expected = abs(begin)
@@ -288,9 +285,29 @@ def _target(
         base.load,
         begin,
         starts,
-        known[0] if known else -1,
+        max((j for j in beside if j in search.found), key=_size_in(search), default=-1),
         expected=expected,
     )
+
+
+def _from_beside(
+    search: Search, k: int, beside: tuple[int, ...]
+) -> tuple[complex, tuple[tuple[tuple[Start, float], ...], ...], float]:
+    """Amplitude, starts and least size of a motion from those beside it, none or the larger first."""
+    known = sorted((j for j in beside if j in search.found), key=_size_in(search), reverse=True)
+    if not known:
+        return 0j, (), 0.0
+    main = search.found[known[0]]
+    if len(known) == 2 and step_of(*(search.anchors[j] for j in known)) < ALIKE:
+        other, share = search.found[known[1]], abs(k - known[1]) / abs(known[0] - known[1])
+        begin = share * main.amplitude + (1 - share) * other.amplitude
+        return begin, (((main.state, share), (other.state, 1 - share)),), abs(other.amplitude)
+    return main.amplitude, (((main.state, 1.0),),), abs(main.amplitude)
+
+
+def _size_in(search: Search) -> Callable[[int], float]:
+    """What tells the size of a motion that was found."""
+    return lambda k: abs(search.found[k].amplitude)
 
 
 def _response(search: Search) -> Response:

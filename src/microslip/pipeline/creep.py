@@ -39,6 +39,8 @@ from microslip.analyses.time.scheme import (
     State,
     TimeScheme,
     contact_memory,
+    march,
+    prestressed_state,
     time_scheme,
 )
 from microslip.analyses.time.starts import end_of, mixed, placed
@@ -47,6 +49,7 @@ from microslip.errors import JointOpensError, MicroslipError
 from microslip.numerics.execute import each, threads
 from microslip.pipeline.offset import BRANCH, Looked, come_to_rest, slips, walks
 from microslip.pipeline.walk import (
+    DOUBTFUL,
     RAISED,
     RAISED_AGAIN,
     STEPS,
@@ -55,7 +58,7 @@ from microslip.pipeline.walk import (
     Target,
     watched,
 )
-from microslip.typing import Array
+from microslip.typing import Array, Complex
 
 WINDOW, STEP = 40, 20
 """Cycles of a window, and from one to the next: what repeats in 20 cycles or fewer leaves no trace."""
@@ -87,6 +90,12 @@ SETTLING = 4
 
 STILL = 5e-4
 """What is left to come of the amplitude at which a motion creeps no more."""
+
+RINGS = 0.9
+"""What is left of a vibration that decays, after `SAME_FOR` blocks; what keeps more is there to stay."""
+
+SAME_FOR = 4
+"""Blocks of which one must stray less, where a vibration decays."""
 
 WALKS_AFTER = 3
 """Blocks until a motion is looked at, whether its bodies walk."""
@@ -168,17 +177,22 @@ def crept(
     space = StateSpace(scheme, 2 * np.pi / (scheme.dt * STEPS))
     before: _Drift | None = None
     reached, leapt, missed, lost = 0.0, 0.0, 0.0, 0
-    drifts: list[float] = []
+    drifts, strays = list[float](), list[float]()
     for count in range(1, blocks + 1):
         Q, states = watched(scheme, load, state, block, memory=memory)
         vectors, state = np.array([space.vector(one) for one in states]), states[-1]
         reached += block
         begin, end = TAPER @ Q[:WINDOW], TAPER @ Q[STEP:]
         own = float(abs(end) / abs(begin) - 1) / STEP
-        stray = float(np.abs(np.abs(Q[-STEP:]) / abs(end) - 1).max())
+        stray = _stray(Q, float(abs(end)))
         drifts.append(abs(own))
+        strays.append(stray)
         left = max(drifts[-LAST:]) * reached + stray
-        if count == blocks or (count >= LAST and left <= STILL):
+        if (
+            count == blocks
+            or (count >= LAST and left <= STILL)
+            or (stray > DOUBTFUL and _stays(strays))
+        ):
             break
         if count == WALKS_AFTER and walk is not None:
             found = _walked(scheme, load, state, space, memory, walk.offset)
@@ -235,7 +249,7 @@ def _walked(
             offset=np.tensordot(TAPER, slip[STEP:], 1),
             rate=np.tensordot(TAPER, slip[STEP:] - slip[:WINDOW], 1) / STEP,
             amplitude=end,
-            stray=float(np.abs(np.abs(Q[-STEP:]) / abs(end) - 1).max()),
+            stray=_stray(Q, abs(end)),
             vector=vectors[-1],
             way=TAPER @ (vectors[STEP:] - vectors[:WINDOW]) / STEP,
         )
@@ -249,8 +263,78 @@ def _walked(
         return spent
     if rest is None:
         return spent
-    end = space.state(rest.vector, last[-1])
-    return Crept(rest.amplitude, 0.0, rest.doubt, end, spent, rest.cycles, rest.offset)
+    start = space.state(rest.vector, last[-1])
+    end, doubt, more = _rung_out(scheme, load, start, memory, abs(rest.amplitude), rest.stray)
+    return Crept(
+        rest.amplitude,
+        0.0,
+        rest.apart + doubt,
+        end,
+        spent + more,
+        rest.cycles,
+        rest.offset,
+    )
+
+
+def _rung_out(
+    scheme: TimeScheme,
+    load: float,
+    state: State,
+    memory: ContactMemory,
+    size: float,
+    stray: float,
+) -> tuple[State, float, int]:
+    """Marched on where bodies rest, until what moving them there has stirred is gone.
+
+    Weakly damped modes ring on for longer than it takes to see where the bodies walk. What does not decay is
+    no transient, but how the motion is.
+
+    Parameters
+    ----------
+    scheme, load, state, memory
+        The motion where the bodies rest.
+    size, stray : float
+        Mean over a window, and how far cycles stray from it, relative.
+
+    Returns
+    -------
+    state : State
+    doubt : float
+        How far cycles of the last two blocks stray from their means and the last is from the size, relative.
+    cycles : int
+        Spent.
+    """
+    block, spent, moved = WINDOW + STEP, 0, 0.0
+    strays = [stray]
+    while max(strays[-2:]) > STILL and not _stays(strays) and spent < BLOCKS * block:
+        Q, states = watched(scheme, load, state, block, memory=memory)
+        state, spent = states[-1], spent + block
+        mean = float(abs(TAPER @ Q[STEP:]))
+        moved = abs(mean / size - 1)
+        strays.append(_stray(Q, mean))
+    return state, max(strays[-2:]) + moved, spent
+
+
+def _stays(strays: Sequence[float]) -> bool:
+    """Whether cycles stray no less than some blocks before.
+
+    A vibration that beats while it decays strays more in one block than in that before, but not in all.
+
+    Examples
+    --------
+    >>> _stays([0.3, 0.2, 0.15, 0.16, 0.15, 0.16, 0.15])
+    True
+    >>> _stays([0.3, 0.26, 0.22, 0.24, 0.16, 0.17, 0.12]), _stays([0.15, 0.16, 0.15])
+    (False, False)
+    """
+    if len(strays) <= SAME_FOR:
+        return False
+    return min(strays[-SAME_FOR:]) > RINGS * strays[-SAME_FOR - 1]
+
+
+def _stray(Q: Complex, size: float) -> float:
+    """How far the last cycles stray from a size, relative."""
+    return float(np.abs(np.abs(Q[-STEP:]) / size - 1).max())
 
 
 @dataclass(frozen=True)
@@ -323,18 +407,19 @@ def _ended(joint: PreparedJoint, target: Target, ramps: Sequence[int]) -> Found:
     """After the load was raised, or where that leads to another branch from the motion that is known."""
     f, load = target.frequency, target.load
     scheme = time_scheme(joint, 1 / (f * STEPS), frequency=f)
-    ends, walk = list[Crept](), Walk(target.offset)
-    for ramp in ramps:
-        ends.append(crept(scheme, load, raised_state(scheme, f, load, ramp), walk=walk))
-        if ends[0].rest is not None or elsewhere(abs(ends[0].amplitude), target.expected):
-            break
-    spent, own = sum(one.cycles for one in ends) + sum(ramps[: len(ends)]), False
-    if target.starts and elsewhere(abs(ends[0].amplitude), target.expected):
-        start = placed(mixed(target.starts[0]), scheme, f, load)
-        ends, own = [crept(scheme, load, start, walk=walk)], True
-        spent += ends[0].cycles
+    walk = Walk(target.offset)
+    ends = _raised_ends(scheme, target, ramps, walk) if target.cold else []
+    spent = sum(one.cycles for one in ends) + sum(ramps[: len(ends)])
+    own = bool(target.starts) and (not ends or elsewhere(abs(ends[0].amplitude), target.expected))
+    if own:
+        ends = [crept(scheme, load, one, walk=walk) for one in _own_starts(scheme, target)]
+        spent += sum(one.cycles for one in ends)
+        # several motions may exist there: by how much two that stay differ is how well one is known
+        staying = [one for one in ends if not elsewhere(abs(one.amplitude), target.expected)]
+        ends = staying or ends[-1:]
     ends.sort(key=lambda end: end.doubt)
-    # where bodies come to rest does not depend on how the load was raised
+    # where bodies come to rest does not depend on how the load was raised; of motions that beat there
+    # others may not, and those beside one that beats may
     one, scatter = ends[0], ends[0].doubt if ends[0].rest is not None else np.nan
     if len(ends) > 1:
         scatter = abs(abs(ends[1].amplitude) / abs(one.amplitude) - 1)
@@ -350,6 +435,33 @@ def _ended(joint: PreparedJoint, target: Target, ramps: Sequence[int]) -> Found:
         lasts=one.reached if one.rest is not None else 0.0,
         own=own,
     )
+
+
+def _raised_ends(
+    scheme: TimeScheme, target: Target, ramps: Sequence[int], walk: Walk
+) -> list[Crept]:
+    """After one ramp or two; after one where that tells enough."""
+    ends = list[Crept]()
+    for ramp in ramps:
+        state = raised_state(scheme, target.frequency, target.load, ramp)
+        ends.append(crept(scheme, target.load, state, walk=walk))
+        if ends[0].rest is not None or elsewhere(abs(ends[0].amplitude), target.expected):
+            break
+    return ends
+
+
+def _own_starts(scheme: TimeScheme, target: Target) -> Iterator[State]:
+    """On the branch that is known: rest with the velocity of a guess, if there is one, and from the start.
+
+    A motion that begins with those beside it keeps the tractions that the past has left in them, one that
+    begins at rest has others.
+    """
+    if target.guess:
+        steps = STEPS - round(float(-np.angle(target.guess)) % (2 * np.pi) / (2 * np.pi) * STEPS)
+        wave = target.load * np.sin(2 * np.pi * np.arange(-steps, 1) / STEPS)
+        rest = prestressed_state(scheme, abs(target.guess), 2 * np.pi * target.frequency)
+        yield march(scheme, rest, wave).state
+    yield placed(mixed(target.starts[0]), scheme, target.frequency, target.load)
 
 
 def elsewhere(size: float, expected: float) -> bool:

@@ -85,8 +85,10 @@ class Rest(NamedTuple):
     Attributes
     ----------
     amplitude : complex
-    doubt : float
+    apart : float
         By how much its size may change, relative, from where they still walk to where they rest.
+    stray : float
+        How far cycles of the last motion that walks stray from it, relative.
     vector : array
         The last state in which they walk.
     offset : (d - 1,) array
@@ -96,7 +98,8 @@ class Rest(NamedTuple):
     """
 
     amplitude: complex
-    doubt: float
+    apart: float
+    stray: float
     vector: Array
     offset: Array
     cycles: float
@@ -169,11 +172,11 @@ def come_to_rest(
             # two amplitudes may agree by chance, beside the largest one of all offsets
             steepest = max(_turn(one, next_, at) for one, next_ in pairwise([*walking, resting]))
             apart = steepest * (at(resting) - at(last))
-            if apart <= NARROW:
+            # bodies that rest behind those that walk rest at some other place
+            if 0 <= apart <= NARROW:
                 amplitude = 0.5 * (last.amplitude + resting.amplitude)
-                return Rest(
-                    amplitude, apart + last.stray, last.vector, last.offset.mean(axis=0), cycles
-                )
+                offset = last.offset.mean(axis=0)
+                return Rest(amplitude, apart, last.stray, last.vector, offset, cycles)
         move = _secant(walking, at, speed)
         if resting is None:
             turn = _turn(walking[-2], walking[-1], at)

@@ -6,7 +6,7 @@ Anchors by index of their frequency, what was lost, what was marched to its end,
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
@@ -33,7 +33,7 @@ class Search:
     points: int
     anchors: dict[int, Anchor] = field(default_factory=dict)
     found: dict[int, Found] = field(default_factory=dict)
-    origin: dict[int, int] = field(default_factory=dict)
+    origins: dict[int, set[int]] = field(default_factory=dict)
     lost: dict[int, Lost] = field(default_factory=dict)
     fell: set[int] = field(default_factory=set)
     tried: set[int] = field(default_factory=set)
@@ -158,7 +158,7 @@ class Search:
         self.count += 1
         self.spent += answer.cycles
         self.opens = self.opens or answer.opens
-        self.origin[k] = target.origin
+        self.origins.setdefault(k, set()).add(target.origin)
         if isinstance(answer, Lost):
             if k in self.anchors:
                 self.fell.add(k)
@@ -170,7 +170,8 @@ class Search:
             return
         self.lost.pop(k, None)
         # what was started from the smaller motion here may be started anew
-        self.origin = {j: at for j, at in self.origin.items() if at != k}
+        for begun in self.origins.values():
+            begun.discard(k)
         self._take(target, answer)
 
     def _take(self, target: Target, answer: Found) -> None:
@@ -197,15 +198,26 @@ def leaving(anchors: Mapping[int, Anchor], error: Array) -> list[int]:
         Bound between them. Sizes jump from one to the next where these are neighbours, or where nothing
         bounds what lies between.
     """
-    marks, found = sorted(anchors), set[int]()
+    found = set[int]()
+    for way, outward in larger_sides(anchors, error):
+        end = len(error) if way > 0 else -1
+        settled = next((k for k in outward if anchors[k].change <= TOLERANCE), end)
+        found.update(range(outward[0], settled, way))
+    return sorted(found)
+
+
+def larger_sides(anchors: Mapping[int, Anchor], error: Array) -> Iterator[tuple[int, list[int]]]:
+    """The larger motions beside every jump, from it outward, and which way that is, 1 or -1.
+
+    Parameters
+    ----------
+    anchors, error
+        See `leaving`.
+    """
+    marks = sorted(anchors)
     for i, (left, right) in enumerate(pairwise(marks)):
         near = right == left + 1 or not np.isfinite(error[left + 1 : right]).all()
         if not near or step_of(anchors[left], anchors[right]) <= JUMP:
             continue
         rises = abs(anchors[right].amplitude) > abs(anchors[left].amplitude)
-        outward = marks[i + 1 :] if rises else marks[i::-1]
-        settled = next((k for k in outward if anchors[k].change <= TOLERANCE), None)
-        if settled is None:
-            settled = len(error) if rises else -1
-        found.update(range(outward[0], settled, 1 if rises else -1))
-    return sorted(found)
+        yield (1, marks[i + 1 :]) if rises else (-1, marks[i::-1])

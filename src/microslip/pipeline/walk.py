@@ -110,7 +110,7 @@ class Target:
     origin : int
         Index of the frequency that the first start is of; -1 where it is none.
     cold : bool
-        Start from rest first.
+        Start from rest first; to be marched, after the load was raised.
     expected : float
         Size below which a motion from rest may be on a smaller branch than the states beside; of a motion to
         be marched, the size on its branch, zero where none is known.
