@@ -57,11 +57,12 @@ TAIL_SHARE = 0.1
 COMPARED = 13
 """Harmonics at which time integration is asked again, where it has left the response with the fewest."""
 
-NEWTON_STEPS = 20
+NEWTON_STEPS = 40
 """Steps of Newton's method from a start whose contact states are known, before another is tried."""
 
-PATIENCE = 5
-"""Of these, those in which the residual has to fall to a half."""
+PATIENCE = 12
+"""Of these, those in which the residual has to fall to a half: with many harmonics it often stands still for
+ten steps, in which states change a few at a time, before it falls."""
 
 MISSES = 1
 """Levels without an answer that are passed over on the way up where no motion over time is known."""
