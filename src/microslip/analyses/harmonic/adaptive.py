@@ -64,6 +64,9 @@ PATIENCE = 12
 """Of these, those in which the residual has to fall to a half: with many harmonics it often stands still for
 ten steps, in which states change a few at a time, before it falls."""
 
+UNMEASURED = 41
+"""Harmonics at most where no motion over time can tell what more of them bring: these cost minutes."""
+
 MISSES = 1
 """Levels without an answer that are passed over on the way up where no motion over time is known."""
 
@@ -84,7 +87,7 @@ class Adaptive:
     """
 
     tolerance: float = 3e-3
-    most: int = 41
+    most: int = 81
 
 
 def more_harmonics(harmonics: int) -> int:
@@ -239,13 +242,18 @@ class Ladder:
     def _one_by_one(self, climb: Climb, began: float) -> list[HarmonicProblem]:
         """Levels one after the other, by Newton's method or along the branch; returns those without answer.
 
-        All of them where a motion over time is known: the more harmonics, the nearer is its cycle to an
-        answer. Without one, what has none at one level has mostly none at the next.
+        All of them up to `UNMEASURED` where a motion over time is known: the more harmonics, the nearer is
+        its cycle to an answer. Without one, what has none at one level has mostly none at the next; and
+        beyond, each try is too dear.
         """
         assert self.adaptive is not None
         missed: list[HarmonicProblem] = []
         for more in self._levels(climb.best.problem.walks):
-            if climb.best.error <= self.adaptive.tolerance:
+            if self._confirmed(climb):
+                break
+            if more.harmonics > UNMEASURED and not (
+                climb.measurable and more.harmonics == more_harmonics(climb.levels[-1][0])
+            ):
                 break
             if more.harmonics <= climb.levels[-1][0]:
                 continue
@@ -272,7 +280,7 @@ class Ladder:
             return
         begun = climb.last
         for more in missed:
-            if climb.best.error <= self.adaptive.tolerance:
+            if self._confirmed(climb):
                 break
             if more.harmonics <= climb.levels[-1][0]:
                 continue
@@ -299,10 +307,22 @@ class Ladder:
         climb.last = found
         climb.levels.append((found.harmonics, found.amplitude))
         if climb.beside is None and found.harmonics == COMPARED:
-            climb.beside = self._beside(found)
+            climb.beside, climb.asked = self._beside(found), found.harmonics
         found = self._measured(found, climb)
         if climb.beside is None or not climb.best.error <= found.error:
             climb.best = found
+
+    def _confirmed(self, climb: Climb) -> bool:
+        """Whether the best answer is good enough, also beside the motion from its own state."""
+        assert self.adaptive is not None
+        if not climb.best.error <= self.adaptive.tolerance:
+            return False
+        if climb.beside is not None and climb.asked != climb.best.harmonics:
+            assert self.over_time is not None
+            climb.beside = self.over_time.again(climb.best, climb.beside)
+            climb.asked = climb.best.harmonics
+            climb.best = self._measured(climb.best, climb)
+        return climb.best.error <= self.adaptive.tolerance
 
     def _beside(self, point: HarmonicPoint) -> MotionBeside | None:
         return None if self.over_time is None else self.over_time.beside(point)
