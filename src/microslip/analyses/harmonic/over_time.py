@@ -39,6 +39,9 @@ STEPS, RAISED = 300, 10
 FEWEST, MOST_STEPS = 150, 2400
 """Steps per cycle beside a response, at first and at most."""
 
+LOOKED_FOR = 1200
+"""Steps per cycle at most where none with fewer has found the motion."""
+
 SLOWEST = 0.5
 """Power of the step that errors of an amplitude fall with at least. They fall with the first to second where
 they are large; where they are as small as what the pasts of two searches leave, next to not at all."""
@@ -150,7 +153,7 @@ class OverTime:
             finer = self._settled(point, steps, start, more)
             more = 0 if finer is None else more
             steps *= 2
-            if finer is None and found is not None:
+            if finer is None and (found is not None or steps > LOOKED_FOR):
                 break
             if finer is None:
                 continue
