@@ -57,12 +57,14 @@ TAIL_SHARE = 0.1
 COMPARED = 13
 """Harmonics at which time integration is asked again, where it has left the response with the fewest."""
 
-NEWTON_STEPS = 40
-"""Steps of Newton's method from a start whose contact states are known, before another is tried."""
+NEWTON_STEPS, PATIENCE = 20, 5
+"""Steps of Newton's method from a start whose contact states are known, before another is tried; of these,
+those in which the residual has to fall to a half."""
 
-PATIENCE = 12
-"""Of these, those in which the residual has to fall to a half: with many harmonics it often stands still for
-ten steps, in which states change a few at a time, before it falls."""
+STEPS_BESIDE, PATIENCE_BESIDE = 40, 12
+"""The same from a motion over time beside the response. With many harmonics the residual often stands still
+for ten steps, in which states change a few at a time, before it falls; from elsewhere so many may end at
+another response."""
 
 UNMEASURED = 41
 """Harmonics at most where no motion over time can tell what more of them bring: these cost minutes."""
@@ -337,7 +339,8 @@ class Ladder:
         """The same response with other harmonics, by Newton's method from all starts."""
         for start in chain.from_iterable(self._starts(new, climb)):
             with suppress(ContinuationError):
-                return self._from_start(start, climb.last.frequency, began, climb.last)
+                patient = climb.cycle is not None
+                return self._from_start(start, climb.last.frequency, began, climb.last, patient)
         return None
 
     def _alongside(self, new: HarmonicProblem, climb: Climb, began: float) -> HarmonicPoint | None:
@@ -409,10 +412,12 @@ class Ladder:
         frequency: float,
         began: float,
         before: HarmonicPoint | None = None,
+        patient: bool = False,
     ) -> HarmonicPoint:
         path = self._path(start.problem)
         w = first_step(path, start, frequency)
-        return self._newton(path, w, frequency, began, before, NEWTON_STEPS)
+        most = (STEPS_BESIDE, PATIENCE_BESIDE) if patient else (NEWTON_STEPS, PATIENCE)
+        return self._newton(path, w, frequency, began, before, most)
 
     def _approached(
         self, start: Start, frequency: float, began: float, before: HarmonicPoint | None = None
@@ -435,11 +440,11 @@ class Ladder:
         frequency: float,
         began: float,
         before: HarmonicPoint | None = None,
-        most: int | None = None,
+        most: tuple[int, int] | None = None,
     ) -> HarmonicPoint:
         control = self.control
         if most is not None:
-            control = replace(control, max_iterations=most, patience=PATIENCE)
+            control = replace(control, max_iterations=most[0], patience=most[1])
         _, equations, iterations = solve_at(path, w, frequency, control)
         assert isinstance(equations, EquationsAt)
         iterations += 0 if before is None else before.iterations
