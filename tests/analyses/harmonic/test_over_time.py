@@ -8,8 +8,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from microslip.analyses.harmonic.adaptive import Adaptive, Ladder
-from microslip.analyses.harmonic.over_time import OverTime, own_error
+from microslip.analyses.harmonic import over_time as over_time_module
+from microslip.analyses.harmonic.adaptive import UNMEASURED, Adaptive, Ladder
+from microslip.analyses.harmonic.over_time import OverTime, own_error, state_from_point
 from microslip.analyses.harmonic.paths import CONTROL, FrequencyPath
 from microslip.analyses.harmonic.points import describe, distance
 from microslip.analyses.harmonic.problem import harmonic_problem, state_equations
@@ -78,6 +79,64 @@ def test_a_motion_that_leaves_is_no_measure(small_reference):
     over_time = OverTime(joint, load)
     assert over_time.beside(point) is not None
     assert over_time.beside(replace(point, amplitude=1.5 * point.amplitude)) is None
+
+
+def few_harmonics(joint, load, frequency):
+    """The response with five harmonics, and the ladder from it."""
+    problem = harmonic_problem(joint)
+    path = FrequencyPath(problem, load)
+    w, _ = raise_load(problem, frequency, load)
+    return describe(path.at(w, frequency), 0, 0.0), path
+
+
+def test_a_slow_motion_has_more_cycles(small_reference, monkeypatch):
+    """One that is near but not settled when the first cycles are over is that from rest in the end."""
+    joint, load = small_reference.joint, LOAD * small_reference.moment
+    point, _ = few_harmonics(joint, load, 174.0)
+    truth = settled(joint, 174.0, load, 1000)
+    monkeypatch.setattr(over_time_module, "CYCLES_BESIDE", 2)
+    found = OverTime(joint, load).beside(point)
+    assert found is not None
+    assert distance(found.steady.amplitude, truth.amplitude) <= found.own + 1e-4
+    monkeypatch.setattr(over_time_module, "CYCLES_MORE", 0)
+    assert OverTime(joint, load).beside(point) is None
+
+
+def test_a_stated_error_holds_beside_the_motion_from_its_own_state(small_reference):
+    """Not only beside that from the state with the fewest harmonics."""
+    joint, load = small_reference.joint, LOAD * small_reference.moment
+    point, path = few_harmonics(joint, load, 170.0)
+    over_time = OverTime(joint, load)
+    grown = Ladder(path, CONTROL, Adaptive(tolerance=2e-3), over_time).grown(point)
+    assert grown.harmonics > point.harmonics
+    steps = 500
+    scheme = time_scheme(joint, 1 / (170.0 * steps), frequency=170.0)
+    own = steady_state(scheme, 170.0, load, start=state_from_point(scheme, grown))
+    assert own.converged
+    assert distance(grown.amplitude, own.amplitude) <= grown.error <= 2e-3
+
+
+def test_a_measure_that_is_too_kind_is_put_right(small_reference, monkeypatch):
+    """Were the first motion that of nine harmonics, these would seem perfect; their own state says no."""
+    joint, load = small_reference.joint, LOAD * small_reference.moment
+    point, path = few_harmonics(joint, load, 170.0)
+    nine = Ladder(path, CONTROL, Adaptive(1e-9, most=9)).grown(point)
+    truth = settled(joint, 170.0, load, 1000)
+    off = distance(nine.amplitude, truth.amplitude)
+    right = OverTime(joint, load).beside(point)
+    kind = replace(right, steady=replace(right.steady, amplitude=nine.amplitude), own=0.1 * off)
+    monkeypatch.setattr(OverTime, "beside", lambda *_: kind)
+    found = Ladder(path, CONTROL, Adaptive(0.5 * off), OverTime(joint, load)).grown(point)
+    print(f"nine harmonics are off by {off:.1e}; {found.harmonics} state {found.error:.1e}")
+    assert found.harmonics > 9
+    assert distance(found.amplitude, truth.amplitude) <= found.error + right.own
+
+
+def test_many_harmonics_only_where_their_error_is_measured(small_reference):
+    """Without time integration an estimate is not worth more than `UNMEASURED`."""
+    joint, load = small_reference.joint, 0.1 * LOAD * small_reference.moment
+    point, path = few_harmonics(joint, load, 174.0)
+    assert Ladder(path, CONTROL, Adaptive(tolerance=1e-12)).grown(point).harmonics == UNMEASURED
 
 
 def test_another_unit_of_time_takes_the_same_steps(small_reference):

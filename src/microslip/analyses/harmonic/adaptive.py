@@ -57,11 +57,17 @@ TAIL_SHARE = 0.1
 COMPARED = 13
 """Harmonics at which time integration is asked again, where it has left the response with the fewest."""
 
-NEWTON_STEPS = 20
-"""Steps of Newton's method from a start whose contact states are known, before another is tried."""
+NEWTON_STEPS, PATIENCE = 20, 5
+"""Steps of Newton's method from a start whose contact states are known, before another is tried; of these,
+those in which the residual has to fall to a half."""
 
-PATIENCE = 5
-"""Of these, those in which the residual has to fall to a half."""
+STEPS_BESIDE, PATIENCE_BESIDE = 40, 12
+"""The same from a motion over time beside the response. With many harmonics the residual often stands still
+for ten steps, in which states change a few at a time, before it falls; from elsewhere so many may end at
+another response."""
+
+UNMEASURED = 41
+"""Harmonics at most where no motion over time can tell what more of them bring: these cost minutes."""
 
 MISSES = 1
 """Levels without an answer that are passed over on the way up where no motion over time is known."""
@@ -83,7 +89,7 @@ class Adaptive:
     """
 
     tolerance: float = 3e-3
-    most: int = 41
+    most: int = 81
 
 
 def more_harmonics(harmonics: int) -> int:
@@ -238,13 +244,18 @@ class Ladder:
     def _one_by_one(self, climb: Climb, began: float) -> list[HarmonicProblem]:
         """Levels one after the other, by Newton's method or along the branch; returns those without answer.
 
-        All of them where a motion over time is known: the more harmonics, the nearer is its cycle to an
-        answer. Without one, what has none at one level has mostly none at the next.
+        All of them up to `UNMEASURED` where a motion over time is known: the more harmonics, the nearer is
+        its cycle to an answer. Without one, what has none at one level has mostly none at the next; and
+        beyond, each try is too dear.
         """
         assert self.adaptive is not None
         missed: list[HarmonicProblem] = []
         for more in self._levels(climb.best.problem.walks):
-            if climb.best.error <= self.adaptive.tolerance:
+            if self._confirmed(climb):
+                break
+            if more.harmonics > UNMEASURED and not (
+                climb.measurable and more.harmonics == more_harmonics(climb.levels[-1][0])
+            ):
                 break
             if more.harmonics <= climb.levels[-1][0]:
                 continue
@@ -271,7 +282,7 @@ class Ladder:
             return
         begun = climb.last
         for more in missed:
-            if climb.best.error <= self.adaptive.tolerance:
+            if self._confirmed(climb):
                 break
             if more.harmonics <= climb.levels[-1][0]:
                 continue
@@ -298,10 +309,22 @@ class Ladder:
         climb.last = found
         climb.levels.append((found.harmonics, found.amplitude))
         if climb.beside is None and found.harmonics == COMPARED:
-            climb.beside = self._beside(found)
+            climb.beside, climb.asked = self._beside(found), found.harmonics
         found = self._measured(found, climb)
         if climb.beside is None or not climb.best.error <= found.error:
             climb.best = found
+
+    def _confirmed(self, climb: Climb) -> bool:
+        """Whether the best answer is good enough, also beside the motion from its own state."""
+        assert self.adaptive is not None
+        if not climb.best.error <= self.adaptive.tolerance:
+            return False
+        if climb.beside is not None and climb.asked != climb.best.harmonics:
+            assert self.over_time is not None
+            climb.beside = self.over_time.again(climb.best, climb.beside)
+            climb.asked = climb.best.harmonics
+            climb.best = self._measured(climb.best, climb)
+        return climb.best.error <= self.adaptive.tolerance
 
     def _beside(self, point: HarmonicPoint) -> MotionBeside | None:
         return None if self.over_time is None else self.over_time.beside(point)
@@ -316,7 +339,8 @@ class Ladder:
         """The same response with other harmonics, by Newton's method from all starts."""
         for start in chain.from_iterable(self._starts(new, climb)):
             with suppress(ContinuationError):
-                return self._from_start(start, climb.last.frequency, began, climb.last)
+                patient = climb.cycle is not None
+                return self._from_start(start, climb.last.frequency, began, climb.last, patient)
         return None
 
     def _alongside(self, new: HarmonicProblem, climb: Climb, began: float) -> HarmonicPoint | None:
@@ -388,10 +412,12 @@ class Ladder:
         frequency: float,
         began: float,
         before: HarmonicPoint | None = None,
+        patient: bool = False,
     ) -> HarmonicPoint:
         path = self._path(start.problem)
         w = first_step(path, start, frequency)
-        return self._newton(path, w, frequency, began, before, NEWTON_STEPS)
+        most = (STEPS_BESIDE, PATIENCE_BESIDE) if patient else (NEWTON_STEPS, PATIENCE)
+        return self._newton(path, w, frequency, began, before, most)
 
     def _approached(
         self, start: Start, frequency: float, began: float, before: HarmonicPoint | None = None
@@ -414,11 +440,11 @@ class Ladder:
         frequency: float,
         began: float,
         before: HarmonicPoint | None = None,
-        most: int | None = None,
+        most: tuple[int, int] | None = None,
     ) -> HarmonicPoint:
         control = self.control
         if most is not None:
-            control = replace(control, max_iterations=most, patience=PATIENCE)
+            control = replace(control, max_iterations=most[0], patience=most[1])
         _, equations, iterations = solve_at(path, w, frequency, control)
         assert isinstance(equations, EquationsAt)
         iterations += 0 if before is None else before.iterations

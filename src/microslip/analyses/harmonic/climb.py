@@ -28,6 +28,10 @@ class Climb:
         On a branch with few harmonics; None as well once its neighbours have not led to more.
     neighbour : HarmonicPoint or None
         The point of that branch that has led to more, with as many.
+    best : HarmonicPoint
+        The answer with the smallest error.
+    asked : int
+        Harmonics of the answer whose motion over time that is.
     """
 
     levels: list[tuple[int, complex]]
@@ -39,11 +43,17 @@ class Climb:
 
     def __post_init__(self) -> None:
         self.best = self.last
+        self.asked = self.last.harmonics
 
     @property
     def cycle(self) -> SteadyState | None:
         """Cycle to start other harmonics from."""
         return self.steady if self.beside is None else self.beside.steady
+
+    @property
+    def measurable(self) -> bool:
+        """Whether a motion over time can tell that more harmonics are better than the best so far."""
+        return self.beside is not None and self.beside.tells(self.best.amplitude)
 
     def left_by(self, found: HarmonicPoint) -> bool:
         """Whether an answer is that of another response."""

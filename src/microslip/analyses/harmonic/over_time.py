@@ -36,8 +36,11 @@ from microslip.typing import Array, Complex
 STEPS, RAISED = 300, 10
 """Steps per cycle from rest, and cycles over which the load is raised."""
 
-FEWEST, MOST_STEPS = 150, 1200
+FEWEST, MOST_STEPS = 150, 2400
 """Steps per cycle beside a response, at first and at most."""
+
+LOOKED_FOR = 1200
+"""Steps per cycle at most where none with fewer has found the motion."""
 
 SLOWEST = 0.5
 """Power of the step that errors of an amplitude fall with at least. They fall with the first to second where
@@ -51,6 +54,9 @@ CYCLES, SETTLED = 150, 1e-4
 
 CYCLES_BESIDE, SETTLED_BESIDE = 80, 1e-5
 """The same of a motion that starts from a response."""
+
+CYCLES_MORE = 320
+"""Cycles more for a motion that has neither settled nor left by then, until one has not settled in these."""
 
 LEFT = 0.1
 """Relative difference of amplitudes from which on a motion has left the response that it started from."""
@@ -73,6 +79,10 @@ class MotionBeside(Brief):
     def error_of(self, amplitude: complex) -> float:
         """Relative error of an amplitude of harmonic balance."""
         return distance(amplitude, self.steady.amplitude) + self.own
+
+    def tells(self, amplitude: complex) -> bool:
+        """Whether an amplitude is farther off than the error of the motion itself."""
+        return distance(amplitude, self.steady.amplitude) > self.own
 
 
 class OverTime:
@@ -108,7 +118,7 @@ class OverTime:
         back for a long time. From rest there may be another motion; then from its own state.
         """
         scheme = self._scheme(point.frequency, FEWEST)
-        if point.pull > PULL or point.problem.walks:
+        if _from_rest_first(point):
             with suppress(ContactError):
                 state = raised_state(scheme, point.frequency, self.load, RAISED)
                 found = self._refined(point, end_of(state, 0.0, scheme, point.frequency))
@@ -117,17 +127,33 @@ class OverTime:
         state = state_from_point(scheme, point)
         return self._refined(point, end_of(state, 0.0, scheme, point.frequency))
 
+    def again(self, point: HarmonicPoint, known: MotionBeside) -> MotionBeside:
+        """The motion from the state of a response, where that of one with other harmonics is known.
+
+        With as many steps per cycle as the known one, which is kept where this one leaves or does not settle,
+        and where it is one from rest. Bodies that slide sideways by little per cycle count as settled where
+        their start has put them: from its own state, where the response has them.
+        """
+        if _from_rest_first(point):
+            return known
+        steps = len(known.steady.cycle.r) - 1
+        scheme = self._scheme(point.frequency, steps)
+        start = end_of(state_from_point(scheme, point), 0.0, scheme, point.frequency)
+        found = self._settled(point, steps, start, CYCLES_MORE)
+        return known if found is None else MotionBeside(found, known.own)
+
     def _refined(self, point: HarmonicPoint, start: Start) -> MotionBeside | None:
         """The motion next to a response, from a start, with as many steps as it needs.
 
         A coarse one that leaves the response does not say that finer ones do.
         """
         found: SteadyState | None = None
-        steps, changes = FEWEST, [np.inf]
+        steps, changes, more = FEWEST, [np.inf], CYCLES_MORE
         while steps <= MOST_STEPS and own_error(changes) > OWN:
-            finer = self._settled(point, steps, start)
+            finer = self._settled(point, steps, start, more)
+            more = 0 if finer is None else more
             steps *= 2
-            if finer is None and found is not None:
+            if finer is None and (found is not None or steps > LOOKED_FOR):
                 break
             if finer is None:
                 continue
@@ -138,24 +164,40 @@ class OverTime:
             return None
         return MotionBeside(found, own_error(changes))
 
-    def _settled(self, point: HarmonicPoint, steps: int, start: Start) -> SteadyState | None:
-        """The steady motion from a start; None where there is none, or it is not that of the response."""
-        try:
-            found = steady_state(
-                self._scheme(point.frequency, steps),
-                point.frequency,
-                self.load,
-                start=start,
-                tolerance=SETTLED_BESIDE,
-                max_cycles=CYCLES_BESIDE,
-            )
-        except ContactError:
-            return None
-        left = distance(found.amplitude, point.amplitude) > LEFT
-        return found if found.converged and not left else None
+    def _settled(
+        self, point: HarmonicPoint, steps: int, start: Start, more: int
+    ) -> SteadyState | None:
+        """The steady motion from a start; None where there is none, or it is not that of the response.
+
+        One that is still next to the response after `CYCLES_BESIDE` has `more` cycles to settle in.
+        """
+        found: SteadyState | None = None
+        for cycles in (CYCLES_BESIDE, more):
+            if cycles == 0 or (found is not None and found.converged):
+                break
+            try:
+                found = steady_state(
+                    self._scheme(point.frequency, steps),
+                    point.frequency,
+                    self.load,
+                    start=start if found is None else found.end,
+                    tolerance=SETTLED_BESIDE,
+                    max_cycles=cycles,
+                )
+            except ContactError:
+                return None
+            if distance(found.amplitude, point.amplitude) > LEFT:
+                return None
+        assert found is not None
+        return found if found.converged else None
 
     def _scheme(self, frequency: float, steps: int) -> TimeScheme:
         return time_scheme(self.joint, 1 / (frequency * steps), port=self.port, frequency=frequency)
+
+
+def _from_rest_first(point: HarmonicPoint) -> bool:
+    """Whether the supports would take the state of a response back for a long time."""
+    return point.pull > PULL or point.problem.walks
 
 
 def own_error(changes: Sequence[float]) -> float:
