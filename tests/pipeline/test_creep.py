@@ -11,6 +11,7 @@ from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.steady import raised_state, steady_state
 from microslip.errors import ContactError
 from microslip.pipeline import creep
+from microslip.pipeline import ringing as module
 from microslip.pipeline.corrected import patient_motion
 from microslip.pipeline.creep import crept, raised_and_marched
 from microslip.pipeline.walk import STEPS, Found, Lost, Target, watched
@@ -87,16 +88,16 @@ def ringing(decay, spent, beat=0.0):
 def test_what_rings_where_bodies_rest_rings_out(monkeypatch, decay, beat):
     """Also where it is of two frequencies, and strays more in some blocks than in those before."""
     spent = []
-    monkeypatch.setattr(creep, "watched", ringing(decay, spent, beat))
-    state, doubt, cycles = creep._rung_out(None, 40.0, 0, None, 1.0, 0.02)
+    monkeypatch.setattr(module, "watched", ringing(decay, spent, beat))
+    state, doubt, cycles = module.rung_out(None, 40.0, 0, None, 1.0, 0.02)
     assert cycles == state == sum(spent) < 1000
     assert 1e-3 * 0.99 < doubt < 1e-3 + 2 * creep.STILL
 
 
 def test_what_does_not_decay_where_bodies_rest_is_doubted_and_left(monkeypatch):
     spent = []
-    monkeypatch.setattr(creep, "watched", ringing(0.0, spent))
-    _, doubt, cycles = creep._rung_out(None, 40.0, 0, None, 1.0, 0.02)
+    monkeypatch.setattr(module, "watched", ringing(0.0, spent))
+    _, doubt, cycles = module.rung_out(None, 40.0, 0, None, 1.0, 0.02)
     assert doubt >= 0.019
     assert cycles == sum(spent) <= 300
 

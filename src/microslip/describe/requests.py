@@ -297,8 +297,7 @@ class HarmonicAnalysis(AscendingBand):
     tolerance: Number = Field(default=3e-3, gt=0, lt=1)
     """Estimated relative error of the amplitude at most. Only for harmonics = "adaptive"."""
     most: Count = Field(default=81, ge=5, le=101)
-    """Harmonics at most, and 41 where time integration has no motion beside a response. Only for
-    harmonics = "adaptive"."""
+    """Harmonics at most; 41 without a motion over time beside. Only for harmonics = "adaptive"."""
     samples: Count | None = Field(default=None, ge=16, le=100_000)
     """Samples of the contact per cycle; left out: at least 128, and 24 per harmonic. Accuracy of
     the reactions."""

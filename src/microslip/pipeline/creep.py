@@ -48,6 +48,16 @@ from microslip.analyses.time.steady import raised_state
 from microslip.errors import JointOpensError, MicroslipError
 from microslip.numerics.execute import each, threads
 from microslip.pipeline.offset import BRANCH, Looked, come_to_rest, slips, walks
+from microslip.pipeline.ringing import (
+    BLOCKS,
+    STEP,
+    STILL,
+    TAPER,
+    WINDOW,
+    rung_out,
+    stays,
+    stray_of,
+)
 from microslip.pipeline.walk import (
     DOUBTFUL,
     RAISED,
@@ -58,17 +68,7 @@ from microslip.pipeline.walk import (
     Target,
     watched,
 )
-from microslip.typing import Array, Complex
-
-WINDOW, STEP = 40, 20
-"""Cycles of a window, and from one to the next: what repeats in 20 cycles or fewer leaves no trace."""
-
-TAPER = np.hanning(WINDOW + 2)[1:-1]
-TAPER /= TAPER.sum()
-"""Weights of the mean over a window."""
-
-BLOCKS = 30
-"""Blocks of cycles at most."""
+from microslip.typing import Array
 
 LEAP, FARTHEST = 60.0, 1280.0
 """Cycles of the shortest leap and of the longest."""
@@ -87,15 +87,6 @@ Friction does not forget where a leap too long has led: pairs that it has made s
 
 SETTLING = 4
 """Last blocks without a leap between them: what the last leap stirred goes, then drifts are taken."""
-
-STILL = 5e-4
-"""What is left to come of the amplitude at which a motion creeps no more."""
-
-RINGS = 0.9
-"""What is left of a vibration that decays, after `SAME_FOR` blocks; what keeps more is there to stay."""
-
-SAME_FOR = 4
-"""Blocks of which one must stray less, where a vibration decays."""
 
 WALKS_AFTER = 3
 """Blocks until a motion is looked at, whether its bodies walk."""
@@ -184,14 +175,14 @@ def crept(
         reached += block
         begin, end = TAPER @ Q[:WINDOW], TAPER @ Q[STEP:]
         own = float(abs(end) / abs(begin) - 1) / STEP
-        stray = _stray(Q, float(abs(end)))
+        stray = stray_of(Q, float(abs(end)))
         drifts.append(abs(own))
         strays.append(stray)
         left = max(drifts[-LAST:]) * reached + stray
         if (
             count == blocks
             or (count >= LAST and left <= STILL)
-            or (stray > DOUBTFUL and _stays(strays))
+            or (stray > DOUBTFUL and stays(strays))
         ):
             break
         if count == WALKS_AFTER and walk is not None:
@@ -249,7 +240,7 @@ def _walked(
             offset=np.tensordot(TAPER, slip[STEP:], 1),
             rate=np.tensordot(TAPER, slip[STEP:] - slip[:WINDOW], 1) / STEP,
             amplitude=end,
-            stray=_stray(Q, abs(end)),
+            stray=stray_of(Q, abs(end)),
             vector=vectors[-1],
             way=TAPER @ (vectors[STEP:] - vectors[:WINDOW]) / STEP,
         )
@@ -264,7 +255,7 @@ def _walked(
     if rest is None:
         return spent
     start = space.state(rest.vector, last[-1])
-    end, doubt, more = _rung_out(scheme, load, start, memory, abs(rest.amplitude), rest.stray)
+    end, doubt, more = rung_out(scheme, load, start, memory, abs(rest.amplitude), rest.stray)
     return Crept(
         rest.amplitude,
         0.0,
@@ -274,67 +265,6 @@ def _walked(
         rest.cycles,
         rest.offset,
     )
-
-
-def _rung_out(
-    scheme: TimeScheme,
-    load: float,
-    state: State,
-    memory: ContactMemory,
-    size: float,
-    stray: float,
-) -> tuple[State, float, int]:
-    """Marched on where bodies rest, until what moving them there has stirred is gone.
-
-    Weakly damped modes ring on for longer than it takes to see where the bodies walk. What does not decay is
-    no transient, but how the motion is.
-
-    Parameters
-    ----------
-    scheme, load, state, memory
-        The motion where the bodies rest.
-    size, stray : float
-        Mean over a window, and how far cycles stray from it, relative.
-
-    Returns
-    -------
-    state : State
-    doubt : float
-        How far cycles of the last two blocks stray from their means and the last is from the size, relative.
-    cycles : int
-        Spent.
-    """
-    block, spent, moved = WINDOW + STEP, 0, 0.0
-    strays = [stray]
-    while max(strays[-2:]) > STILL and not _stays(strays) and spent < BLOCKS * block:
-        Q, states = watched(scheme, load, state, block, memory=memory)
-        state, spent = states[-1], spent + block
-        mean = float(abs(TAPER @ Q[STEP:]))
-        moved = abs(mean / size - 1)
-        strays.append(_stray(Q, mean))
-    return state, max(strays[-2:]) + moved, spent
-
-
-def _stays(strays: Sequence[float]) -> bool:
-    """Whether cycles stray no less than some blocks before.
-
-    A vibration that beats while it decays strays more in one block than in that before, but not in all.
-
-    Examples
-    --------
-    >>> _stays([0.3, 0.2, 0.15, 0.16, 0.15, 0.16, 0.15])
-    True
-    >>> _stays([0.3, 0.26, 0.22, 0.24, 0.16, 0.17, 0.12]), _stays([0.15, 0.16, 0.15])
-    (False, False)
-    """
-    if len(strays) <= SAME_FOR:
-        return False
-    return min(strays[-SAME_FOR:]) > RINGS * strays[-SAME_FOR - 1]
-
-
-def _stray(Q: Complex, size: float) -> float:
-    """How far the last cycles stray from a size, relative."""
-    return float(np.abs(np.abs(Q[-STEP:]) / size - 1).max())
 
 
 @dataclass(frozen=True)

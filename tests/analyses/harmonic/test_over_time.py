@@ -94,7 +94,7 @@ def test_a_slow_motion_has_more_cycles(small_reference, monkeypatch):
     joint, load = small_reference.joint, LOAD * small_reference.moment
     point, _ = few_harmonics(joint, load, 174.0)
     truth = settled(joint, 174.0, load, 1000)
-    monkeypatch.setattr(over_time_module, "CYCLES_BESIDE", 2)
+    monkeypatch.setattr(over_time_module, "CYCLES_BESIDE", 1)
     found = OverTime(joint, load).beside(point)
     assert found is not None
     assert distance(found.steady.amplitude, truth.amplitude) <= found.own + 1e-4

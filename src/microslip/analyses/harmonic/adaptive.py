@@ -27,11 +27,7 @@ from microslip.analyses.harmonic.losses import Losses
 from microslip.analyses.harmonic.over_time import MotionBeside, OverTime
 from microslip.analyses.harmonic.paths import EquationsAt, FrequencyPath
 from microslip.analyses.harmonic.points import PULL, HarmonicPoint, describe, distance
-from microslip.analyses.harmonic.problem import (
-    HarmonicProblem,
-    walking,
-    with_harmonics,
-)
+from microslip.analyses.harmonic.problem import HarmonicProblem, walking, with_harmonics
 from microslip.analyses.harmonic.starts import (
     Start,
     first_step,
@@ -62,9 +58,8 @@ NEWTON_STEPS, PATIENCE = 20, 5
 those in which the residual has to fall to a half."""
 
 STEPS_BESIDE, PATIENCE_BESIDE = 40, 12
-"""The same from a motion over time beside the response. With many harmonics the residual often stands still
-for ten steps, in which states change a few at a time, before it falls; from elsewhere so many may end at
-another response."""
+"""The same from a motion over time beside the response: with many harmonics states change a few at a time for
+ten steps before the residual falls. From elsewhere so many may end at another response."""
 
 UNMEASURED = 41
 """Harmonics at most where no motion over time can tell what more of them bring: these cost minutes."""
@@ -245,8 +240,7 @@ class Ladder:
         """Levels one after the other, by Newton's method or along the branch; returns those without answer.
 
         All of them up to `UNMEASURED` where a motion over time is known: the more harmonics, the nearer is
-        its cycle to an answer. Without one, what has none at one level has mostly none at the next; and
-        beyond, each try is too dear.
+        its cycle to an answer. Without one, what has none at one level has mostly none at the next.
         """
         assert self.adaptive is not None
         missed: list[HarmonicProblem] = []

@@ -172,8 +172,9 @@ FINER = 50
 MORE, FEW = (4, 8), 80
 """So many times the steps, and cycles at most with them, where a motion does not settle or is unstable."""
 
-AGAIN = 160
-"""Cycles of a second search, from where a motion has come to that was looked at and comes closer."""
+AGAIN, UNSURE = 160, ("slowly attracting", "quasi-periodic", "irregular")
+"""Cycles of a second search, from where a motion has come to that was looked at, if it is of these kinds:
+one that lingers beside the end of a branch may look like any of them."""
 
 OPENING_CYCLES = 50
 """So many cycles from the start are searched for the moment at which a joint first opens."""
@@ -232,7 +233,7 @@ def solve_request(joint: PreparedJoint, request: Request) -> TimePoint:
         if request.patient and motion.end is not None:
             if motion.kind == "periodic":
                 point = _settled_meanwhile(scheme, request, point, motion.end)
-            elif motion.kind == "slowly attracting":
+            elif motion.kind in UNSURE:
                 point = _settled_meanwhile(scheme, request, point, motion.end, AGAIN)
     return point
 

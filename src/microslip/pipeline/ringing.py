@@ -1,0 +1,95 @@
+"""Motions whose size rings or beats: how far cycles stray from their mean, and whether that will go.
+
+Weakly damped modes ring for hundreds of cycles once they have been stirred, and a vibration that is no
+transient beats for good. Both are seen in blocks of cycles: a mean over a window, and what strays from it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from microslip.analyses.time.scheme import ContactMemory, State, TimeScheme
+from microslip.pipeline.walk import watched
+from microslip.typing import Complex
+
+WINDOW, STEP = 40, 20
+"""Cycles of a window, and from one to the next: what repeats in 20 cycles or fewer leaves no trace."""
+
+TAPER = np.hanning(WINDOW + 2)[1:-1]
+TAPER /= TAPER.sum()
+"""Weights of the mean over a window."""
+
+BLOCKS = 30
+"""Blocks of cycles at most."""
+
+STILL = 5e-4
+"""What is left to come of the amplitude at which a motion creeps no more."""
+
+RINGS = 0.9
+"""What is left of a vibration that decays, after `SAME_FOR` blocks; what keeps more is there to stay."""
+
+SAME_FOR = 4
+"""Blocks of which one must stray less, where a vibration decays."""
+
+
+def rung_out(
+    scheme: TimeScheme,
+    load: float,
+    state: State,
+    memory: ContactMemory,
+    size: float,
+    stray: float,
+) -> tuple[State, float, int]:
+    """Marched on where bodies rest, until what moving them there has stirred is gone.
+
+    Weakly damped modes ring on for longer than it takes to see where the bodies walk. What does not decay is
+    no transient, but how the motion is.
+
+    Parameters
+    ----------
+    scheme, load, state, memory
+        The motion where the bodies rest.
+    size, stray : float
+        Mean over a window, and how far cycles stray from it, relative.
+
+    Returns
+    -------
+    state : State
+    doubt : float
+        How far cycles of the last two blocks stray from their means and the last is from the size, relative.
+    cycles : int
+        Spent.
+    """
+    block, spent, moved = WINDOW + STEP, 0, 0.0
+    strays = [stray]
+    while max(strays[-2:]) > STILL and not stays(strays) and spent < BLOCKS * block:
+        Q, states = watched(scheme, load, state, block, memory=memory)
+        state, spent = states[-1], spent + block
+        mean = float(abs(TAPER @ Q[STEP:]))
+        moved = abs(mean / size - 1)
+        strays.append(stray_of(Q, mean))
+    return state, max(strays[-2:]) + moved, spent
+
+
+def stays(strays: Sequence[float]) -> bool:
+    """Whether cycles stray no less than some blocks before.
+
+    A vibration that beats while it decays strays more in one block than in that before, but not in all.
+
+    Examples
+    --------
+    >>> stays([0.3, 0.2, 0.15, 0.16, 0.15, 0.16, 0.15])
+    True
+    >>> stays([0.3, 0.26, 0.22, 0.24, 0.16, 0.17, 0.12]), stays([0.15, 0.16, 0.15])
+    (False, False)
+    """
+    if len(strays) <= SAME_FOR:
+        return False
+    return min(strays[-SAME_FOR:]) > RINGS * strays[-SAME_FOR - 1]
+
+
+def stray_of(Q: Complex, size: float) -> float:
+    """How far the last cycles stray from a size, relative."""
+    return float(np.abs(np.abs(Q[-STEP:]) / size - 1).max())
