@@ -18,7 +18,7 @@ import time as clock
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from itertools import chain, pairwise
+from itertools import islice, pairwise
 
 from microslip.analyses.harmonic.alongside import Place, followed
 from microslip.analyses.harmonic.approach import approached
@@ -54,12 +54,10 @@ COMPARED = 13
 """Harmonics at which time integration is asked again, where it has left the response with the fewest."""
 
 NEWTON_STEPS, PATIENCE = 20, 5
-"""Steps of Newton's method from a start whose contact states are known, before another is tried; of these,
-those in which the residual has to fall to a half."""
+"""Steps of Newton's method from a start whose states are known, and those in which the residual must halve."""
 
 STEPS_BESIDE, PATIENCE_BESIDE = 40, 12
-"""The same from a motion over time beside the response: with many harmonics states change a few at a time for
-ten steps before the residual falls. From elsewhere so many may end at another response."""
+"""The same from a motion over time beside the response, where states change a few at a time for ten steps."""
 
 UNMEASURED = 41
 """Harmonics at most where no motion over time can tell what more of them bring: these cost minutes."""
@@ -330,11 +328,14 @@ class Ladder:
         return replace(point, error=climb.beside.error_of(point.amplitude))
 
     def _next(self, new: HarmonicProblem, climb: Climb, began: float) -> HarmonicPoint | None:
-        """The same response with other harmonics, by Newton's method from all starts."""
-        for start in chain.from_iterable(self._starts(new, climb)):
-            with suppress(ContinuationError):
-                patient = climb.cycle is not None
-                return self._from_start(start, climb.last.frequency, began, climb.last, patient)
+        """The same response with other harmonics, by Newton's method from all starts, or the likeliest."""
+        for starts in self._starts(new, climb):
+            for start in islice(starts, None if new.harmonics <= UNMEASURED else 1):
+                with suppress(ContinuationError):
+                    return self._from_start(
+                        start, climb.last.frequency, began, climb.last, climb.patient
+                    )
+        climb.missed += 1
         return None
 
     def _alongside(self, new: HarmonicProblem, climb: Climb, began: float) -> HarmonicPoint | None:

@@ -9,6 +9,9 @@ from microslip.analyses.harmonic.over_time import LEFT, MotionBeside
 from microslip.analyses.harmonic.points import HarmonicPoint, distance
 from microslip.analyses.time.steady import SteadyState
 
+IN_VAIN = 2
+"""Times without an answer after which a climb has no such patience any more."""
+
 
 @dataclass
 class Climb:
@@ -32,6 +35,8 @@ class Climb:
         The answer with the smallest error.
     asked : int
         Harmonics of the answer whose motion over time that is.
+    missed : int
+        Times that Newton's method has found no answer from any start.
     """
 
     levels: list[tuple[int, complex]]
@@ -44,11 +49,17 @@ class Climb:
     def __post_init__(self) -> None:
         self.best = self.last
         self.asked = self.last.harmonics
+        self.missed = 0
 
     @property
     def cycle(self) -> SteadyState | None:
         """Cycle to start other harmonics from."""
         return self.steady if self.beside is None else self.beside.steady
+
+    @property
+    def patient(self) -> bool:
+        """Whether Newton's method may take long from a start over time: where it has helped."""
+        return self.cycle is not None and self.missed < IN_VAIN
 
     @property
     def measurable(self) -> bool:
