@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from microslip.analyses.harmonic.adaptive import TAIL_SHARE, Adaptive
+from microslip.analyses.harmonic.adaptive import Adaptive
 from microslip.analyses.harmonic.hill import HillExponents, exponents_of
+from microslip.analyses.harmonic.levels import TAIL_SHARE
 from microslip.analyses.harmonic.over_time import OverTime
 from microslip.analyses.harmonic.peaks import outputs_along
 from microslip.analyses.harmonic.points import HarmonicPoint

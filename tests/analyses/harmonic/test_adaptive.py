@@ -7,12 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from microslip.analyses.harmonic.adaptive import (
-    Adaptive,
-    Ladder,
-    estimated_error,
-    more_harmonics,
-)
+from microslip.analyses.harmonic.adaptive import Adaptive, Ladder
+from microslip.analyses.harmonic.levels import estimated_error, more_harmonics
 from microslip.analyses.harmonic.over_time import OverTime, state_from_point
 from microslip.analyses.harmonic.paths import CONTROL, FrequencyPath
 from microslip.analyses.harmonic.points import describe, distance

@@ -1,14 +1,8 @@
 """How many harmonics a response needs: more until its amplitude has stopped changing.
 
 The answers with H = 5, 9, 13, ... harmonics, and 24 samples per harmonic, tend to that of the exact contact
-laws like a power of 1/H, not evenly: between some of them it hardly changes. With ``d_k`` the change of
-the amplitude from one level to the next (`points.distance`), the error of the last level is estimated by
-
-    e_k = max(d_k / ((H_k / H_{k-1})^p - 1), d_{k-1} / ((H_k / H_{k-2})^p - (H_k / H_{k-1})^p), s t_k)
-
-the sum of all changes to come if they fall as ``H^-p``, from the last change and from the one before it;
-and a share s of the tail t_k, what the last two harmonics hold of the vibrating reactions: while it is
-large the amplitude may stand still far from its limit. Where time integration stays beside the response, its
+laws like a power of 1/H, not evenly: between some of them it hardly changes. From the changes and the tail
+the error of the last level is estimated (`levels.py`). Where time integration stays beside the response, its
 difference from that takes the place of the estimate (`over_time.py`).
 """
 
@@ -18,15 +12,16 @@ import time as clock
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from itertools import islice, pairwise
+from itertools import islice
 
 from microslip.analyses.harmonic.alongside import Place, followed
 from microslip.analyses.harmonic.approach import approached
 from microslip.analyses.harmonic.climb import Climb
+from microslip.analyses.harmonic.levels import estimated_error, more_harmonics
 from microslip.analyses.harmonic.losses import Losses
 from microslip.analyses.harmonic.over_time import MotionBeside, OverTime
 from microslip.analyses.harmonic.paths import EquationsAt, FrequencyPath
-from microslip.analyses.harmonic.points import PULL, HarmonicPoint, describe, distance
+from microslip.analyses.harmonic.points import PULL, HarmonicPoint, describe
 from microslip.analyses.harmonic.problem import HarmonicProblem, walking, with_harmonics
 from microslip.analyses.harmonic.starts import (
     Start,
@@ -38,23 +33,12 @@ from microslip.analyses.time.steady import SteadyState
 from microslip.numerics.continuation import ContinuationError, StepControl, solve_at
 from microslip.typing import Array
 
-ADDED = 4
-"""Harmonics added at a time, at least."""
-
-GROWTH = 0.25
-"""Share of the harmonics that is added at a time where that is more."""
-
-ORDER = 1.5
-"""Power p of 1/H that the estimate of the error supposes."""
-
-TAIL_SHARE = 0.1
-"""Share s of the tail that the estimate of the error is at least."""
-
 COMPARED = 13
 """Harmonics at which time integration is asked again, where it has left the response with the fewest."""
 
 NEWTON_STEPS, PATIENCE = 20, 5
-"""Steps of Newton's method from a start whose states are known, and those in which the residual must halve."""
+"""Steps of Newton's method from a start whose contact states are known, before another is tried; of these,
+those in which the residual has to fall to a half."""
 
 STEPS_BESIDE, PATIENCE_BESIDE = 40, 12
 """The same from a motion over time beside the response, where states change a few at a time for ten steps."""
@@ -83,45 +67,6 @@ class Adaptive:
 
     tolerance: float = 3e-3
     most: int = 81
-
-
-def more_harmonics(harmonics: int) -> int:
-    """Harmonics of the next level.
-
-    Examples
-    --------
-    >>> levels = [5]
-    >>> while levels[-1] < 45:
-    ...     levels.append(more_harmonics(levels[-1]))
-    >>> levels
-    [5, 9, 13, 17, 21, 27, 33, 41, 51]
-    """
-    return harmonics + max(ADDED, 2 * round(0.5 * GROWTH * harmonics))
-
-
-def estimated_error(levels: Sequence[tuple[int, complex]], tail: float = 0.0) -> float:
-    """Relative error of the last amplitude of levels (H, amplitude); nan of a single one.
-
-    Parameters
-    ----------
-    levels : sequence of (int, complex)
-    tail : float
-        Of the last level (`HarmonicPoint.tail`).
-
-    Examples
-    --------
-    Errors that fall as the square of 1/H are less than the estimate:
-
-    >>> levels = [(H, 1 + 1 / H**2) for H in (5, 9, 13)]
-    >>> bool(1 / 13**2 < estimated_error(levels) < 3 / 13**2)
-    True
-    """
-    window, last = levels[-3:], levels[-1][0]
-    estimates = []
-    for (H_0, A_0), (H_1, A_1) in pairwise(window):
-        left = (last / H_0) ** ORDER - (last / H_1) ** ORDER
-        estimates.append(distance(A_0, A_1) / left)
-    return max([*estimates, TAIL_SHARE * tail]) if estimates else float("nan")
 
 
 class Ladder:

@@ -58,7 +58,7 @@ class HarmonicPoint(Brief):
     tail : float
         Share of the last two harmonics in the vibrating reactions (root of sums of squares).
     error : float
-        Estimated relative error of the amplitude (`adaptive.estimated_error`); nan with a number of
+        Estimated relative error of the amplitude (`levels.estimated_error`); nan with a number of
         harmonics that was given.
     iterations : int
         Newton steps.
