@@ -27,6 +27,7 @@ decays with a time no longer than that. A faster decay says nothing: the first t
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -45,7 +46,7 @@ from microslip.analyses.time.scheme import (
 )
 from microslip.analyses.time.starts import end_of, mixed, placed
 from microslip.analyses.time.steady import raised_state
-from microslip.errors import JointOpensError, MicroslipError
+from microslip.errors import ContactError, JointOpensError, MicroslipError
 from microslip.numerics.execute import each, threads
 from microslip.pipeline.offset import BRANCH, Looked, come_to_rest, slips, walks
 from microslip.pipeline.ringing import (
@@ -200,6 +201,7 @@ def crept(
             reached -= leapt + block
             now, leapt = before, SHORTER * leapt
             drifts.pop()
+            strays.pop()
         elif before is not None:
             missed += off
             now = now.after(before, leapt + block)
@@ -210,6 +212,7 @@ def crept(
         if leapt:
             state = space.state(space.vector(state) + now.summed(leapt, block) * now.way, state)
             reached += leapt
+            strays.clear()  # a leap stirs
     return Crept(complex(end), own, left + missed, state, count * block + lost, reached)
 
 
@@ -335,14 +338,14 @@ def raised_and_marched(joint: PreparedJoint, targets: Sequence[Target]) -> Itera
 
 def _ended(joint: PreparedJoint, target: Target, ramps: Sequence[int]) -> Found:
     """After the load was raised, or where that leads to another branch from the motion that is known."""
-    f, load = target.frequency, target.load
+    f = target.frequency
     scheme = time_scheme(joint, 1 / (f * STEPS), frequency=f)
     walk = Walk(target.offset)
     ends = _raised_ends(scheme, target, ramps, walk) if target.cold else []
     spent = sum(one.cycles for one in ends) + sum(ramps[: len(ends)])
     own = bool(target.starts) and (not ends or elsewhere(abs(ends[0].amplitude), target.expected))
     if own:
-        ends = [crept(scheme, load, one, walk=walk) for one in _own_starts(scheme, target)]
+        ends = _own_ends(scheme, target, walk)
         spent += sum(one.cycles for one in ends)
         # several motions may exist there: by how much two that stay differ is how well one is known
         staying = [one for one in ends if not elsewhere(abs(one.amplitude), target.expected)]
@@ -365,6 +368,19 @@ def _ended(joint: PreparedJoint, target: Target, ramps: Sequence[int]) -> Found:
         lasts=one.reached if one.rest is not None else 0.0,
         own=own,
     )
+
+
+def _own_ends(scheme: TimeScheme, target: Target, walk: Walk) -> list[Crept]:
+    """From the starts on the branch that is known; an error where none of them ends."""
+    ends, reason = list[Crept](), MicroslipError("no start")
+    for start in _own_starts(scheme, target):
+        try:
+            ends.append(crept(scheme, target.load, start, walk=walk))
+        except MicroslipError as error:
+            reason = error
+    if not ends:
+        raise reason
+    return ends
 
 
 def _raised_ends(
@@ -390,7 +406,11 @@ def _own_starts(scheme: TimeScheme, target: Target) -> Iterator[State]:
         steps = STEPS - round(float(-np.angle(target.guess)) % (2 * np.pi) / (2 * np.pi) * STEPS)
         wave = target.load * np.sin(2 * np.pi * np.arange(-steps, 1) / STEPS)
         rest = prestressed_state(scheme, abs(target.guess), 2 * np.pi * target.frequency)
-        yield march(scheme, rest, wave).state
+        kicked: State | None = None
+        with suppress(ContactError):
+            kicked = march(scheme, rest, wave).state
+        if kicked is not None:
+            yield kicked
     yield placed(mixed(target.starts[0]), scheme, target.frequency, target.load)
 
 

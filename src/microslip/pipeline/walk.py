@@ -345,6 +345,7 @@ def _searched(
     tolerance: float,
     cycles: int,
     guess: complex = 0.0,
+    halves: bool = True,
 ) -> SteadyState:
     return steady_state(
         scheme,
@@ -354,6 +355,7 @@ def _searched(
         tolerance=tolerance,
         max_cycles=cycles,
         start=start,
+        halves=halves,
     )
 
 
@@ -363,7 +365,7 @@ def _weighed(scheme: TimeScheme, target: Target, steady: SteadyState) -> Found:
     slowest = float(np.abs(steady.multipliers).max(initial=0.0))
     if steady.converged:
         start = end_of(state, 0.0, scheme, target.frequency)
-        finer = _searched(scheme, target, start, FINE, FINER)
+        finer = _searched(scheme, target, start, FINE, FINER, halves=steady.halved)
         spent += finer.cycles
         if finer.converged:
             steady, state = finer, finer.cycle.state

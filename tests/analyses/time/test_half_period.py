@@ -82,6 +82,17 @@ def test_multipliers_of_halves_are_those_of_the_period(small_reference, scheme):
     assert found.largest == pytest.approx(arnoldi.largest, abs=2 * max(known, 1e-3))
 
 
+@pytest.mark.parametrize("cycles", [1, 3, 41, 50, 80])
+def test_what_does_not_settle_by_halves_is_sought_whole(small_reference, scheme, cycles):
+    """Nothing changes by less than nothing: half of the cycles by halves, the rest and the last one whole."""
+    frequency, load = 1 / (scheme.dt * STEPS), RATIO * small_reference.moment
+    found = steady_state(scheme, frequency, load, tolerance=-1.0, max_cycles=cycles)
+    assert not found.converged
+    assert not found.halved
+    assert cycles <= found.cycles <= cycles + 2
+    assert np.isfinite(found.amplitude)
+
+
 def test_a_joint_that_is_not_its_own_image_is_marched_whole(small_reference):
     """Friction that differs from side to side; matrices are as symmetric as before."""
     reference = small_reference

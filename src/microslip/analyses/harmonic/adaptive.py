@@ -177,6 +177,7 @@ class Ladder:
         climb.best = self._measured(point, climb)
         missed = self._one_by_one(climb, began)
         self._by_small_steps(climb, missed, began)
+        self._confirmed(climb)
         return climb.best
 
     def _one_by_one(self, climb: Climb, began: float) -> list[HarmonicProblem]:
@@ -273,13 +274,19 @@ class Ladder:
         return replace(point, error=climb.beside.error_of(point.amplitude))
 
     def _next(self, new: HarmonicProblem, climb: Climb, began: float) -> HarmonicPoint | None:
-        """The same response with other harmonics, by Newton's method from all starts, or the likeliest."""
+        """The same response with other harmonics, by Newton's method from all starts.
+
+        With many harmonics from the likeliest of each kind. One that leads to another response is none.
+        """
         for starts in self._starts(new, climb):
             for start in islice(starts, None if new.harmonics <= UNMEASURED else 1):
+                patient = start.over_time and climb.patient
                 with suppress(ContinuationError):
-                    return self._from_start(
-                        start, climb.last.frequency, began, climb.last, climb.patient
+                    found = self._from_start(
+                        start, climb.last.frequency, began, climb.last, patient
                     )
+                    if climb.cycle is None or not climb.left_by(found):
+                        return found
         climb.missed += 1
         return None
 

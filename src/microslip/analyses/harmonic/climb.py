@@ -59,7 +59,7 @@ class Climb:
     @property
     def patient(self) -> bool:
         """Whether Newton's method may take long from a start over time: where it has helped."""
-        return self.cycle is not None and self.missed < IN_VAIN
+        return self.beside is not None and self.missed < IN_VAIN
 
     @property
     def measurable(self) -> bool:

@@ -139,7 +139,7 @@ class OverTime:
         steps = len(known.steady.cycle.r) - 1
         scheme = self._scheme(point.frequency, steps)
         start = end_of(state_from_point(scheme, point), 0.0, scheme, point.frequency)
-        found = self._settled(point, steps, start, CYCLES_MORE)
+        found, _ = self._settled(point, steps, start, CYCLES_MORE)
         return known if found is None else MotionBeside(found, known.own)
 
     def _refined(self, point: HarmonicPoint, start: Start) -> MotionBeside | None:
@@ -150,8 +150,8 @@ class OverTime:
         found: SteadyState | None = None
         steps, changes, more = FEWEST, [np.inf], CYCLES_MORE
         while steps <= MOST_STEPS and own_error(changes) > OWN:
-            finer = self._settled(point, steps, start, more)
-            more = 0 if finer is None else more
+            finer, lingers = self._settled(point, steps, start, more)
+            more = 0 if lingers else more
             steps *= 2
             if finer is None and (found is not None or steps > LOOKED_FOR):
                 break
@@ -166,10 +166,11 @@ class OverTime:
 
     def _settled(
         self, point: HarmonicPoint, steps: int, start: Start, more: int
-    ) -> SteadyState | None:
+    ) -> tuple[SteadyState | None, bool]:
         """The steady motion from a start; None where there is none, or it is not that of the response.
 
-        One that is still next to the response after `CYCLES_BESIDE` has `more` cycles to settle in.
+        One that is still next to the response after `CYCLES_BESIDE` has `more` cycles to settle in; with it
+        goes whether it has not settled in these either.
         """
         found: SteadyState | None = None
         for cycles in (CYCLES_BESIDE, more):
@@ -183,13 +184,14 @@ class OverTime:
                     start=start if found is None else found.end,
                     tolerance=SETTLED_BESIDE,
                     max_cycles=cycles,
+                    halves=found is None,
                 )
             except ContactError:
-                return None
+                return None, False
             if distance(found.amplitude, point.amplitude) > LEFT:
-                return None
+                return None, False
         assert found is not None
-        return found if found.converged else None
+        return (found, False) if found.converged else (None, more > 0)
 
     def _scheme(self, frequency: float, steps: int) -> TimeScheme:
         return time_scheme(self.joint, 1 / (frequency * steps), port=self.port, frequency=frequency)

@@ -59,11 +59,14 @@ class Start(Brief):
         Unknowns.
     x : (d p, c) array
         Augmented forces that the contact states are read from.
+    over_time : bool
+        Whether it is a cycle of time integration.
     """
 
     problem: HarmonicProblem
     w: Array
     x: Array
+    over_time: bool = False
 
 
 def first_step(path: FrequencyPath, start: Start, frequency: float) -> Array:
@@ -122,7 +125,8 @@ def start_from_cycle(problem: HarmonicProblem, steady: SteadyState) -> Start:
         v[:, 0] -= sliding @ (p[own] - problem.rest_place[own])
         along = tangential_vectors(sliding.T, problem.dimension).reshape(problem.slides, -1)
         p[own] = np.linalg.solve(along @ along.T, along @ drift[problem.pairs].ravel())
-    return Start(problem, np.concatenate([u.ravel(), p]), u + problem.stiffness[:, None] * v)
+    x = u + problem.stiffness[:, None] * v
+    return Start(problem, np.concatenate([u.ravel(), p]), x, over_time=True)
 
 
 def flexibility_of_cycle(problem: HarmonicProblem, steady: SteadyState) -> float:

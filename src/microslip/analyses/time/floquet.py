@@ -92,8 +92,16 @@ class Multipliers(Brief):
     @property
     def vibration(self) -> Mask:
         """Which directions are neither translations nor locked-in tractions."""
-        at_rest = (self.traction > STRAINED) & (self.rate < RESTS * (1 - self.traction))
-        return np.asarray((self.translation < 0.5) & (self.traction < 0.5) & ~at_rest)
+        return self._moving & ~self._at_rest
+
+    @property
+    def _moving(self) -> Mask:
+        return np.asarray((self.translation < 0.5) & (self.traction < 0.5))
+
+    @property
+    def _at_rest(self) -> Mask:
+        """Which are at rest, as far as one instant tells."""
+        return np.asarray((self.traction > STRAINED) & (self.rate < RESTS * (1 - self.traction)))
 
     @property
     def largest(self) -> float:
@@ -107,6 +115,10 @@ class Multipliers(Brief):
         modulus, margin = np.abs(self.values[self.vibration]), self.residual[self.vibration]
         if (modulus - margin > 1).any():
             return "unstable"
+        grows = np.abs(self.values) - self.residual > 1 + CLOSE
+        if (grows & self._moving & self._at_rest).any():
+            # a vibration that turns at this instant is at rest as well
+            return "undecided"
         if len(modulus) and (modulus + margin < 1).all():
             return "stable"
         return "undecided"

@@ -309,9 +309,10 @@ def _settled_meanwhile(
         max_cycles=again or LONGEST,
     )
     if not steady.converged:
-        return point
+        return replace(point, steady=_spent(point.steady, steady, LOOKED + point.steady.cycles))
+    _refuse_open(scheme, steady, request)
     found = replace(point, steady=_spent(steady, point.steady, LOOKED + steady.cycles), motion=None)
-    if not request.stability:
+    if not (request.stability or again):
         return found
     judged = _judged(scheme, request, found, contact_memory(scheme))
     return judged if judged.settled else point
@@ -365,6 +366,7 @@ def _finer(scheme: TimeScheme, point: TimePoint, change: float, memory: ContactM
         tolerance=change / CONFIRMED,
         max_cycles=FINER,
         memory=memory,
+        halves=before.halved,
     )
     if steady.change >= before.change:
         steady = replace(before, cycles=before.cycles + steady.cycles)

@@ -43,7 +43,7 @@ NEWTON, COMBINED, MARCHED = 0, 1, 2
 """Ways to the next cycle's start."""
 
 CYCLES = (15, 40, 20)
-"""Cycles without a smaller change after which each way gives up; of marching, all, and twice as many each
+"""Passages without a smaller change after which each way gives up; of marching, all, and twice as many each
 time: what no extrapolation finds the motion itself comes close to."""
 
 SMALLER = 0.7

@@ -40,7 +40,7 @@ CONFIRMED = 3.0
 """The cycle after the search may change by this many times the tolerance."""
 
 HALVED, FEWEST = 0.25, 40
-"""Share of the cycles allowed after which a search by halves is given up, and so many at least."""
+"""Share of the cycles allowed after which a search by halves is given up, and so many at least, or half."""
 
 LEADING = 8
 """Directions of largest multipliers that a search hands on."""
@@ -142,8 +142,8 @@ def steady_state(
         From `contact_memory` of this scheme: what was factorised before is not again.
     halves : bool
         Where the joint is its own image under a half turn that reverses the load, motions whose second
-        half is the image of their first are sought first, for a quarter of the cycles and forty: a step
-        of that search takes half of the time (`microslip.analyses.time.half_period`).
+        half is the image of their first are sought first, for a quarter of the cycles, and forty or half of
+        them: a step of that search takes half of the time (`microslip.analyses.time.half_period`).
     """
     steps = round(1 / (frequency * scheme.dt))
     omega = 2 * np.pi * frequency
@@ -162,17 +162,17 @@ def steady_state(
     passage = Passage(scheme, wave, contact, half)
     near = start is not None and bool(np.any(state.rate))
     search = Search(space, accelerate, near=near, share=passage.share)
-    by_halves = max(HALVED * max_cycles, min(FEWEST, max_cycles))
-    whole = half is not None and by_halves < max_cycles
-    most = round(by_halves / passage.share) if half else max_cycles
-    found = _sought(passage, search, state, tolerance, most, confirms=not whole)
-    if whole and not found.settled:
+    by_halves = max(HALVED * max_cycles, min(FEWEST, 0.5 * max_cycles))
+    most = max_cycles if half is None else max(round(by_halves / passage.share), 1)
+    found = _sought(passage, search, state, tolerance, most, confirms=half is None)
+    if half is not None and not found.settled:
         # it need not be its own image
+        left = max(max_cycles - math.ceil(by_halves), 1)
         first = max(round(passage.share * search.marched), CYCLES[MARCHED])
+        begin = search.nearest or found.cycle.state
         passage = replace(passage, half=None)
-        search = Search(space, accelerate, near=False, first=first)
-        left = max_cycles - math.floor(found.spent)
-        found = found.then(_sought(passage, search, found.cycle.state, tolerance, left))
+        search = Search(space, accelerate, near=False, first=min(first, max(left // 3, 1)))
+        found = found.then(_sought(passage, search, begin, tolerance, left))
     cycle, change = found.cycle, found.history[-1]
     reference = max(abs(cycle.dissipated), 1e-300)
     Q = harmonic(cycle.output[:, scheme.joint.model.port(scheme.joint.coordinate)], theta)
@@ -192,7 +192,7 @@ def steady_state(
         multipliers=search.derivative.multipliers() ** round(1 / passage.share),
         directions=search.derivative.leading(LEADING),
         end=end_of(cycle.state, phase, scheme, frequency),
-        halved=passage.half is not None,
+        halved=passage.half is not None and found.settled,
     )
 
 
