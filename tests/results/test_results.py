@@ -444,7 +444,7 @@ TIMED_JOINT = {
         "time": {
             "frequencies": ["172 Hz", "179 Hz"],
             "steps": 60,
-            "max_cycles": 5,
+            "max_cycles": 9,
             "tolerance": 1e-5,
             "positions": ["25 mm", "0 mm", "-25 mm"],
         },

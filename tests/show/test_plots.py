@@ -295,7 +295,7 @@ def timed() -> Run:
         "analysis": {
             "cycle": {"moment_over_clamp_force_length": [1e-3, 4e-3, 1.2e-2], "steps": 60},
             "response": {**JOINT["analysis"]["response"]},
-            "time": {"frequencies": [172, 177, 179], "steps": 60, "max_cycles": 5},
+            "time": {"frequencies": [172, 177, 179], "steps": 60, "max_cycles": 9},
             "history": {
                 "signal": "free_decay",
                 "start": "static",
