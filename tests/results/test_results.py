@@ -509,10 +509,11 @@ def test_time_domain_rows_hold_what_is_promised(timed: Run) -> None:
         assert row["unsolved_steps"] == 0
         assert row["residual_max"] <= 1e-8
         assert -np.pi < row["phase_rad"] < 0
-        lost = row["dissipated_energy_j_per_m"] + row["material_damping_j_per_m"]
-        assert lost + row["normal_work_j_per_m"] == pytest.approx(
-            row["external_work_j_per_m"], rel=0.05 if not row["converged"] else 5e-3
-        )
+        if row["converged"]:  # else the energy that is stored changes over a cycle
+            lost = row["dissipated_energy_j_per_m"] + row["material_damping_j_per_m"]
+            gained = row["external_work_j_per_m"]
+            assert lost + row["normal_work_j_per_m"] == pytest.approx(gained, rel=5e-3)
+    assert sum(row["converged"] for row in rows) >= 2
 
 
 def test_steady_states_not_reached_are_marked_and_named(timed: Run) -> None:
@@ -542,9 +543,10 @@ def test_time_domain_waves_and_harmonics_agree(timed: Run, timed_tree: xr.DataTr
     Q = group["q_harmonics"].values @ np.array([1, 1j])
     order = group["harmonic"].values[None, 1:, None]
     rebuilt = Q[:, :1].real + np.imag(Q[:, 1:, None] * np.exp(1j * order * theta[:, None])).sum(1)
-    np.testing.assert_allclose(rebuilt[:, :-1], q[:, :-1], atol=2e-3 * np.abs(q).max())
-    np.testing.assert_allclose(np.abs(Q[:, 1]), group["modal_amplitude"].values, rtol=1e-9)
     rows = summary(timed)["time_domain"]
+    steady = np.array([row["converged"] for row in rows])  # others do not repeat
+    np.testing.assert_allclose(rebuilt[steady, :-1], q[steady, :-1], atol=2e-3 * np.abs(q).max())
+    np.testing.assert_allclose(np.abs(Q[:, 1]), group["modal_amplitude"].values, rtol=1e-9)
     np.testing.assert_allclose(group["k_eq"].values, [r["k_eq"] for r in rows])
 
 
