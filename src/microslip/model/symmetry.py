@@ -15,6 +15,7 @@ from dataclasses import replace
 import numpy as np
 
 from microslip.model.joint import JointModel
+from microslip.numerics.alike import alike
 from microslip.typing import Array
 
 ALIKE = 1e-9
@@ -35,13 +36,13 @@ def with_half_turn(model: JointModel) -> JointModel:
         return model
     image = np.arange(model.pairs)[::-1].copy()
     x = model.position - 0.5 * (model.position[0] + model.position[-1])
-    if not (_alike(x, -x[image]) and _alike(model.area, model.area[image])):
+    if not (alike(x, -x[image], ALIKE) and alike(model.area, model.area[image], ALIKE)):
         return model
     rows = np.column_stack([2 * image, 2 * image + 1]).ravel()
     elastic = model.omega[model.equilibrium_modes :]
     for s in (elastic[0], np.sqrt(elastic[0] * elastic[-1]), elastic[-1]):
         H = _flexibility(model, float(s))
-        if not _alike(H, H[np.ix_(rows, rows)]):
+        if not alike(H, H[np.ix_(rows, rows)], ALIKE):
             return model
     return replace(model, image=image)
 
@@ -49,7 +50,3 @@ def with_half_turn(model: JointModel) -> JointModel:
 def _flexibility(model: JointModel, s: float) -> Array:
     v = model.mode_v
     return np.asarray(model.residual + (v / (model.omega**2 + s**2)) @ v.T)
-
-
-def _alike(a: Array, b: Array) -> bool:
-    return bool(np.abs(a - b).max(initial=0.0) <= ALIKE * np.abs(a).max(initial=0.0))

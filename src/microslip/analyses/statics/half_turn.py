@@ -17,6 +17,7 @@ import numpy as np
 from microslip.brief import Brief
 from microslip.contact.pairs import components
 from microslip.model.flexibility import Flexibility
+from microslip.numerics.alike import alike
 from microslip.typing import Array, Indices
 
 ALIKE = 1e-7
@@ -70,7 +71,7 @@ def find_half_turn(
         (friction, friction[image]),
         (r, r[rows]),
     ]
-    if not all(_alike(a, b) for a, b in same):
+    if not all(alike(a, b, ALIKE) for a, b in same):
         return None
     signs = np.zeros(f.loads_v.shape[1])
     # forces on q that reactions of the size of v would bring into balance
@@ -86,7 +87,3 @@ def find_half_turn(
             if (np.array(missed) <= ALIKE * size).all():
                 signs[p] = sign
     return HalfTurn(image, rows, T, signs)
-
-
-def _alike(a: Array, b: Array) -> bool:
-    return bool(np.abs(a - b).max(initial=0.0) <= ALIKE * np.abs(a).max(initial=0.0))

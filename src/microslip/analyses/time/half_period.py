@@ -27,6 +27,7 @@ from microslip.brief import Brief
 from microslip.contact import tableau
 from microslip.contact.pairs import components
 from microslip.contact.tangent import Tangents
+from microslip.numerics.alike import alike
 from microslip.typing import Array, Indices
 
 ALIKE = 1e-8
@@ -157,7 +158,7 @@ def half_period_of(scheme: TimeScheme) -> HalfPeriod | None:
         (joint.law.friction, joint.law.friction[pairs]),
         (prestress.r, prestress.r[rows]),
     ]
-    if not all(_alike(a, b) for a, b in same):
+    if not all(alike(a, b, ALIKE) for a, b in same):
         return None
     return HalfPeriod(pairs, rows, T)
 
@@ -182,7 +183,3 @@ def _turned_modes(scheme: TimeScheme, rows: Indices) -> Array:
         found = np.linalg.lstsq(seen[:, own] @ known.T, image[:, own], rcond=None)[0]
         T[own, own] = known.T @ found + np.eye(last - first) - known.T @ known
     return T
-
-
-def _alike(a: Array, b: Array) -> bool:
-    return bool(np.abs(a - b).max(initial=0.0) <= ALIKE * np.abs(a).max(initial=0.0))
