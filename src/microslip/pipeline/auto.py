@@ -61,6 +61,11 @@ GAP, UNSEEN = 1 / 16, 0.25
 """Share of the frequencies without a steady state among them that is not left so, whatever the bound says: a
 resonance of an upper mode may hide there. They count for so much of those whose bound is too wide."""
 
+WALKING = 4
+"""Motions that have not settled of which two are marched at once, before others are sought: how far they go
+on is how well the others are known, and between motions that are no better known none is sought.
+"""
+
 SAID = 2
 """Of so many motions that are not steady it is said what they are."""
 
@@ -123,13 +128,10 @@ def anchored_response(
             if not picks:
                 break
             advance(_learn(assembly, search, picks))
+            if not search.tried and (ends := _walking(search)):
+                advance(_march(assembly, search, ends, settings.error))
         while ends := _to_march(search, settings.error):
-            for target, answer in zip(
-                ends, raised_and_marched(assembly.prepared, ends), strict=True
-            ):
-                search.keep_end(target, answer)
-            search.forget_between(settings.error)
-            advance(len(ends))
+            advance(_march(assembly, search, ends, settings.error))
     except KeyboardInterrupt:
         stop.set()
     cycles = search.spent + search.marched
@@ -142,6 +144,15 @@ def _learn(assembly: Assembly, search: Search, targets: list[Target]) -> int:
     """Steady states at targets; how many were sought."""
     for target, answer in zip(targets, sought(assembly.prepared, targets), strict=True):
         search.keep(target, answer)
+    return len(targets)
+
+
+def _march(assembly: Assembly, search: Search, targets: list[Target], wanted: float) -> int:
+    """Where the motions at targets end; how many were marched."""
+    ended = raised_and_marched(assembly.prepared, targets)
+    for target, answer in zip(targets, ended, strict=True):
+        search.keep_end(target, answer)
+    search.forget_between(wanted)
     return len(targets)
 
 
@@ -203,6 +214,15 @@ def _to_march(search: Search, wanted: float) -> list[Target]:
         )
         chosen = [k for count, k in weighed[::-1] if count][:AT_A_TIME]
     return [_marched_target(search, k) for k in chosen]
+
+
+def _walking(search: Search) -> list[Target]:
+    """Some motions that have not settled, as soon as there are so many: how far they go on tells of all."""
+    found = [k for k, one in search.anchors.items() if one.change > TOLERANCE]
+    if len(found) < WALKING:
+        return []
+    found.sort()
+    return [_marched_target(search, found[(2 * i + 1) * len(found) // 4]) for i in range(2)]
 
 
 def _may_leave(search: Search, now: Held) -> list[int]:

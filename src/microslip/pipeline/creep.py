@@ -48,7 +48,7 @@ from microslip.analyses.time.starts import end_of, mixed, placed
 from microslip.analyses.time.steady import raised_state
 from microslip.errors import ContactError, JointOpensError, MicroslipError
 from microslip.numerics.execute import each, threads
-from microslip.pipeline.offset import BRANCH, Looked, come_to_rest, slips, walks
+from microslip.pipeline.offset import BRANCH, QUIET, Looked, come_to_rest, slips, walks
 from microslip.pipeline.ringing import (
     BLOCKS,
     STEP,
@@ -69,7 +69,7 @@ from microslip.pipeline.walk import (
     Target,
     watched,
 )
-from microslip.typing import Array
+from microslip.typing import Array, Complex
 
 LEAP, FARTHEST = 60.0, 1280.0
 """Cycles of the shortest leap and of the longest."""
@@ -89,8 +89,12 @@ Friction does not forget where a leap too long has led: pairs that it has made s
 SETTLING = 4
 """Last blocks without a leap between them: what the last leap stirred goes, then drifts are taken."""
 
-WALKS_AFTER = 3
-"""Blocks until a motion is looked at, whether its bodies walk."""
+WALKS_AFTER, WALKS_AGAIN = 3, 2
+"""Blocks until it is sought where bodies that walk come to rest, and times as many until that is tried again.
+"""
+
+TRIES = 3
+"""Blocks at most until what a move has stirred is gone."""
 
 LAST = 3
 """Blocks of which the largest drift counts: a drift that turns is none for an instant."""
@@ -168,7 +172,7 @@ def crept(
     block, memory = WINDOW + STEP, contact_memory(scheme)
     space = StateSpace(scheme, 2 * np.pi / (scheme.dt * STEPS))
     before: _Drift | None = None
-    reached, leapt, missed, lost = 0.0, 0.0, 0.0, 0
+    reached, leapt, missed, lost, look = 0.0, 0.0, 0.0, 0, WALKS_AFTER
     drifts, strays = list[float](), list[float]()
     for count in range(1, blocks + 1):
         Q, states = watched(scheme, load, state, block, memory=memory)
@@ -186,11 +190,13 @@ def crept(
             or (stray > DOUBTFUL and stays(strays))
         ):
             break
-        if count == WALKS_AFTER and walk is not None:
+        slip = np.array([slips(one.v, scheme.joint.model.dimension) for one in states])
+        if count >= look and walk is not None and walks(_per_cycle(slip)):
             found = _walked(scheme, load, state, space, memory, walk.offset)
             if isinstance(found, Crept):
-                return found._replace(cycles=found.cycles + count * block)
-            lost = found
+                return found._replace(cycles=found.cycles + count * block + lost)
+            lost += found
+            look = WALKS_AGAIN * count
         if count >= blocks - SETTLING:
             continue
         way = TAPER @ (vectors[STEP:] - vectors[:WINDOW]) / STEP
@@ -228,29 +234,28 @@ def _walked(
     block, dimension = WINDOW + STEP, scheme.joint.model.dimension
     spent, last = 0, [state]
 
+    quiet = np.inf
+
     def look(vector: Array, settle: int = 1) -> Looked:
         nonlocal spent
         start = space.state(vector, last[-1])
         for _ in range(settle):
             start = watched(scheme, load, start, block, memory=memory)[1][-1]
-        Q, states = watched(scheme, load, start, block, memory=memory)
-        spent += (settle + 1) * block
-        last.append(states[-1])
-        slip = np.array([slips(one.v, dimension) for one in states])
-        vectors = np.array([space.vector(one) for one in states])
-        end = complex(TAPER @ Q[STEP:])
-        return Looked(
-            offset=np.tensordot(TAPER, slip[STEP:], 1),
-            rate=np.tensordot(TAPER, slip[STEP:] - slip[:WINDOW], 1) / STEP,
-            amplitude=end,
-            stray=stray_of(Q, abs(end)),
-            vector=vectors[-1],
-            way=TAPER @ (vectors[STEP:] - vectors[:WINDOW]) / STEP,
-        )
+        for _ in range(TRIES):
+            Q, states = watched(scheme, load, start, block, memory=memory)
+            spent += block
+            start = states[-1]
+            found = _looked(Q, states, space, dimension)
+            if found.uneven <= quiet:
+                break
+        spent += settle * block
+        last.append(start)
+        return found
 
     begin = look(space.vector(state), settle=0)
     if not walks(begin.rate):
         return spent
+    quiet = QUIET * float(np.linalg.norm(begin.rate.mean(axis=0)))
     try:
         rest = come_to_rest(look, begin, offset)
     except MicroslipError:
@@ -267,6 +272,26 @@ def _walked(
         spent + more,
         rest.cycles,
         rest.offset,
+    )
+
+
+def _per_cycle(values: Array) -> Array:
+    """By how much the values of a block of cycles change in one."""
+    return np.asarray(np.tensordot(TAPER, values[STEP:] - values[:WINDOW], 1) / STEP)
+
+
+def _looked(Q: Complex, states: list[State], space: StateSpace, dimension: int) -> Looked:
+    """What a block of cycles says of a walk: means over its last window, and what they change by."""
+    slip = np.array([slips(one.v, dimension) for one in states])
+    vectors = np.array([space.vector(one) for one in states])
+    end = complex(TAPER @ Q[STEP:])
+    return Looked(
+        offset=np.tensordot(TAPER, slip[STEP:], 1),
+        rate=_per_cycle(slip),
+        amplitude=end,
+        stray=stray_of(Q, abs(end)),
+        vector=TAPER @ vectors[STEP:],
+        way=TAPER @ (vectors[STEP:] - vectors[:WINDOW]) / STEP,
     )
 
 

@@ -6,11 +6,14 @@ within some tens of cycles. So the motion is one of the offset u between the bod
 
     du/dn = g(u)    per cycle,
 
-and comes to rest where g has fallen to zero. Beyond, pairs that stick hold the bodies, wherever they are put.
-So that offset is sought from the side on which they walk: the state is moved along the walk, marched until
-what this has stirred is gone, and looked at; the next move is that of the secant. Pairs that slip in every
-cycle keep nothing of how they were moved. The last offset at which the bodies walk and the first at which
-they rest bound the amplitude where they come to rest.
+and comes to rest where g has fallen to zero. Beyond, they either walk back, so that u is a fixed point like
+any other but for its patience, or pairs that stick hold the bodies, wherever they are put. So that offset is
+sought from the side on which they walk: the state is moved along the walk, marched until what this has
+stirred is gone, and looked at; the next move is that of the secant. A state is moved along the line through
+the two nearest that were looked at: what a motion changes by in a cycle is a walk while that is fast, and
+beside rest what is left of all else. Pairs that slip in every cycle keep nothing of how they were moved. The
+last offset at which the bodies walk and the first at which they do not bound the amplitude where they come to
+rest; where they walk back there, the speeds on both sides tell where between.
 """
 
 from __future__ import annotations
@@ -25,7 +28,11 @@ from microslip.contact.pairs import by_pair
 from microslip.typing import Array
 
 RIGID = 0.05
-"""What pairs move on by in a cycle may differ by so much of its mean where the bodies walk."""
+"""What pairs move on by in a cycle may differ by so much of its mean where the bodies walk, and of the first
+such mean beside rest."""
+
+QUIET = 0.01
+"""Share of that mean by which they may differ where nothing that a move has stirred is left."""
 
 FIRST, FARTHER = 600.0, 8.0
 """Cycles of the first move, and times the last one that the next is at most."""
@@ -48,6 +55,16 @@ SHORT, WITHIN = 0.95, np.array([0.1, 0.8])
 """Share of the way to where motions beside it rest that is made at first, and of that to where the bodies
 rest that a move is at least and at most."""
 
+BACK = 1e-6
+"""Share of the first speed at which the bodies walk back."""
+
+SURELY, BESIDE = 2.0, 0.2
+"""How many times as far as the speeds say the offset of rest may be from the nearer of two, and the share of
+the way between them within which that one is close: the next look is then as far on the other side."""
+
+NEARLY = 10.0
+"""Times `NARROW` that the amplitude may change between two offsets whose speeds tell where between it is."""
+
 LOOKS = 20
 """Offsets at most."""
 
@@ -61,14 +78,14 @@ class Looked(NamedTuple):
     Attributes
     ----------
     offset : (m, d - 1) array
-        Tangential displacements at phase 0, mean of a window.
+        Tangential displacements at phase 0, mean of a window, as all of these are.
     rate : (m, d - 1) array
         By how much they change in a cycle.
     amplitude : complex
     stray : float
         How far cycles stray from it, relative, but for what it drifts.
     vector, way : arrays
-        The state at the end, and its change per cycle.
+        The state, and its change per cycle.
     """
 
     offset: Array
@@ -77,6 +94,11 @@ class Looked(NamedTuple):
     stray: float
     vector: Array
     way: Array
+
+    @property
+    def uneven(self) -> float:
+        """By how much the rates of pairs differ from their mean."""
+        return float(np.abs(self.rate - self.rate.mean(axis=0)).max())
 
 
 class Rest(NamedTuple):
@@ -90,7 +112,7 @@ class Rest(NamedTuple):
     stray : float
         How far cycles of the last motion that walks stray from it, relative.
     vector : array
-        The last state in which they walk.
+        The state there, or the last one in which they walk where they stick beyond.
     offset : (d - 1,) array
         Mean of the pairs there.
     cycles : float
@@ -150,45 +172,80 @@ def come_to_rest(
     def speed(one: Looked) -> float:
         return float(one.rate.mean(axis=0) @ along)
 
-    still = STILL * speed(begin)
+    first = speed(begin)
     walking, resting = [begin], None
-    move, cycles = FIRST * speed(begin), 0.0
+    move, cycles = FIRST * first, 0.0
     if guess is not None and guess @ along > at(begin):
         move = SHORT * (float(guess @ along) - at(begin))
     for _ in range(LOOKS):
         last = walking[-1]
-        one = look(last.vector + move / speed(last) * last.way)
-        if abs(np.log(_times(one, last))) > BRANCH:
+        back = resting is not None and speed(resting) < -BACK * first
+        known = [*walking, resting] if back and resting is not None else walking
+        one = look(_moved(known[-2:], at(last) + move, at, first))
+        if abs(np.log(_times(one, last))) > BRANCH or one.uneven > RIGID * first:
             return None
-        if speed(one) > still:
-            if not walks(one.rate):
-                return None
+        if speed(one) > STILL * first:
             cycles += move / max(speed(last), speed(one))
             walking.append(one)
         else:
             resting = one
         last = walking[-1]
         if resting is not None:
+            left = at(resting) - at(last)
+            if left <= 0:  # bodies that rest behind those that walk rest at some other place
+                return None
             # two amplitudes may agree by chance, beside the largest one of all offsets
             steepest = max(_turn(one, next_, at) for one, next_ in pairwise([*walking, resting]))
-            apart = steepest * (at(resting) - at(last))
-            # bodies that rest behind those that walk rest at some other place
-            if 0 <= apart <= NARROW:
-                amplitude = 0.5 * (last.amplitude + resting.amplitude)
-                offset = last.offset.mean(axis=0)
-                return Rest(amplitude, apart, last.stray, last.vector, offset, cycles)
+            if speed(resting) < -BACK * first:
+                on = left * speed(last) / (speed(last) - speed(resting))
+                apart = steepest * SURELY * min(on, left - on)
+                if apart <= NARROW and steepest * left <= NEARLY * NARROW:
+                    return _between(last, resting, on / left, apart, cycles, back=True)
+                move = _crossing(on, left)
+                continue
+            if steepest * left <= NARROW:
+                return _between(last, resting, 0.5, steepest * left, cycles, back=False)
         move = _secant(walking, at, speed)
         if resting is None:
             turn = _turn(walking[-2], walking[-1], at)
             move *= 1 + BEYOND if move * turn > NARROW / CLOSE else CLOSE
             move = min(move, FARTHER * (at(last) - at(walking[-2])), AT_MOST / turn)
         else:
-            left = at(resting) - at(last)
-            if left <= 0:
-                return None
             inside = move <= left * (1 + STILL)
             move = float(np.clip(move, *(left * WITHIN))) if inside else 0.5 * left
     return None
+
+
+def _moved(known: list[Looked], to: float, at: Callable[[Looked], float], first: float) -> Array:
+    """The state at an offset, on the line through two, or along the walk from one."""
+    if len(known) == 1:
+        return known[0].vector + (to - at(known[0])) / first * known[0].way
+    one, other = known
+    share = (to - at(one)) / (at(other) - at(one))
+    return np.asarray((1 - share) * one.vector + share * other.vector)
+
+
+def _crossing(on: float, left: float) -> float:
+    """How far the next look is from the last at which they walk, where they come to rest so far on."""
+    near = min(on, left - on)
+    if near < BESIDE * left:
+        on += SURELY * near if near == on else -SURELY * near
+    return on
+
+
+def _between(
+    last: Looked, resting: Looked, share: float, apart: float, cycles: float, back: bool
+) -> Rest:
+    """Where bodies come to rest between two offsets; in the state before where they stick beyond."""
+    on = share if back else 0.0
+    return Rest(
+        (1 - share) * last.amplitude + share * resting.amplitude,
+        apart,
+        last.stray,
+        (1 - on) * last.vector + on * resting.vector,
+        ((1 - on) * last.offset + on * resting.offset).mean(axis=0),
+        cycles,
+    )
 
 
 def _times(one: Looked, other: Looked) -> float:

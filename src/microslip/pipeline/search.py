@@ -12,7 +12,15 @@ from itertools import pairwise
 
 import numpy as np
 
-from microslip.analyses.reduced.anchors import JUMP, Anchor, Held, anchor_at, held, step_of
+from microslip.analyses.reduced.anchors import (
+    JUMP,
+    Anchor,
+    Held,
+    anchor_at,
+    branches,
+    held,
+    step_of,
+)
 from microslip.analyses.reduced.response import Response
 from microslip.analyses.reduced.surface import LoadSurface
 from microslip.describe.requests import CYCLES_EACH, SECONDS_EACH
@@ -145,12 +153,21 @@ class Search:
         return [self.anchors[j] for j in marks[max(i - 1, 0) : i + 1]]
 
     def forget_between(self, wanted: float) -> None:
-        """Drop steady states that are not known well and lie between two that were marched and are."""
-        blurred, marks = self.blurred(wanted), sorted(self.anchors)
-        sure = {k for k in marks if k not in blurred}
-        for left, k, right in zip(marks, marks[1:], marks[2:], strict=False):
-            if k in blurred - self.tried and {left, right} <= sure:
-                del self.anchors[k], self.found[k]
+        """Drop steady states that are not known well and lie on a branch between two that are.
+
+        Where what lies between those two then is not what was dropped, as well as both are known, it stays.
+        """
+        blurred, dropped = self.blurred(wanted), list[int]()
+        for branch in branches(self.anchors, self.lost):
+            sure = [int(k) for k in branch if k not in blurred]
+            inside = [int(k) for k in branch if sure and sure[0] < k < sure[-1]]
+            dropped += [k for k in inside if k in blurred - self.tried]
+        before = {k: (self.anchors.pop(k), self.found.pop(k)) for k in dropped}
+        now, doubted = self.held(), self.moved
+        for k, (anchor, found) in before.items():
+            known = max(anchor.doubt, doubted) + now.error[k]
+            if not abs(np.log(abs(anchor.amplitude) / abs(now.amplitude[k]))) <= known:
+                self.anchors[k], self.found[k] = anchor, found
 
     def keep(self, target: Target, answer: Found | Lost) -> None:
         """Learn from an answer."""
