@@ -148,6 +148,7 @@ def crept(
     state: State,
     blocks: int = BLOCKS,
     walk: Walk | None = None,
+    expected: float = 0.0,
 ) -> Crept:
     """March a motion, with leaps, to where it creeps no more.
 
@@ -162,7 +163,9 @@ def crept(
     blocks : int
         Of cycles, at most.
     walk : Walk, optional
-        Bodies that walk are brought to where they come to rest. That takes some hundred cycles, at most 2460.
+        Bodies that walk are brought to where they come to rest. That takes some hundred cycles.
+    expected : float
+        Size of the motions of the branch that matters; one that is on another after `LAST` blocks is left.
 
     Raises
     ------
@@ -186,7 +189,7 @@ def crept(
         left = max(drifts[-LAST:]) * reached + stray
         if (
             count == blocks
-            or (count >= LAST and left <= STILL)
+            or (count >= LAST and (left <= STILL or elsewhere(float(abs(end)), expected)))
             or (stray > DOUBTFUL and stays(strays))
         ):
             break
@@ -376,9 +379,8 @@ def _ended(joint: PreparedJoint, target: Target, ramps: Sequence[int]) -> Found:
         staying = [one for one in ends if not elsewhere(abs(one.amplitude), target.expected)]
         ends = staying or ends[-1:]
     ends.sort(key=lambda end: end.doubt)
-    # where bodies come to rest does not depend on how the load was raised; of motions that beat there
-    # others may not, and those beside one that beats may
-    one, scatter = ends[0], ends[0].doubt if ends[0].rest is not None else np.nan
+    # where bodies come to rest does not depend on how the load was raised
+    one, scatter = ends[0], 0.0 if ends[0].rest is not None else np.nan
     if len(ends) > 1:
         scatter = abs(abs(ends[1].amplitude) / abs(one.amplitude) - 1)
     return Found(
@@ -415,7 +417,7 @@ def _raised_ends(
     ends = list[Crept]()
     for ramp in ramps:
         state = raised_state(scheme, target.frequency, target.load, ramp)
-        ends.append(crept(scheme, target.load, state, walk=walk))
+        ends.append(crept(scheme, target.load, state, walk=walk, expected=target.expected))
         if ends[0].rest is not None or elsewhere(abs(ends[0].amplitude), target.expected):
             break
     return ends

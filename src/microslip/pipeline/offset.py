@@ -55,9 +55,6 @@ SHORT, WITHIN = 0.95, np.array([0.1, 0.8])
 """Share of the way to where motions beside it rest that is made at first, and of that to where the bodies
 rest that a move is at least and at most."""
 
-BACK = 1e-6
-"""Share of the first speed at which the bodies walk back."""
-
 SURELY, BESIDE = 2.0, 0.2
 """How many times as far as the speeds say the offset of rest may be from the nearer of two, and the share of
 the way between them within which that one is close: the next look is then as far on the other side."""
@@ -173,22 +170,21 @@ def come_to_rest(
         return float(one.rate.mean(axis=0) @ along)
 
     first = speed(begin)
-    walking, resting = [begin], None
+    walking, resting, back = [begin], None, False
     move, cycles = FIRST * first, 0.0
     if guess is not None and guess @ along > at(begin):
         move = SHORT * (float(guess @ along) - at(begin))
     for _ in range(LOOKS):
         last = walking[-1]
-        back = resting is not None and speed(resting) < -BACK * first
         known = [*walking, resting] if back and resting is not None else walking
         one = look(_moved(known[-2:], at(last) + move, at, first))
         if abs(np.log(_times(one, last))) > BRANCH or one.uneven > RIGID * first:
             return None
-        if speed(one) > STILL * first:
+        if speed(one) > STILL * first and walks(one.rate):
             cycles += move / max(speed(last), speed(one))
             walking.append(one)
         else:
-            resting = one
+            resting, back = one, speed(one) < 0 and walks(one.rate)
         last = walking[-1]
         if resting is not None:
             left = at(resting) - at(last)
@@ -196,7 +192,7 @@ def come_to_rest(
                 return None
             # two amplitudes may agree by chance, beside the largest one of all offsets
             steepest = max(_turn(one, next_, at) for one, next_ in pairwise([*walking, resting]))
-            if speed(resting) < -BACK * first:
+            if back:
                 on = left * speed(last) / (speed(last) - speed(resting))
                 apart = steepest * SURELY * min(on, left - on)
                 if apart <= NARROW and steepest * left <= NEARLY * NARROW:

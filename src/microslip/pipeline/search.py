@@ -88,12 +88,17 @@ class Search:
         """The anchors, each with how far its amplitude scatters with its past.
 
         Of a motion that has not settled a search cannot tell how far its bodies will walk: as far as others
-        have, where that has led.
+        have, where that has led. Of motions at rest that beat those beside one may not, and those
+        beside one that does not may: each is known no better than the next are.
         """
         known = {k: replace(one, scatter=self.found[k].scatter) for k, one in self.anchors.items()}
         walking = [k for k in known if k not in self.ended and known[k].change > FINE]
         for k in walking:
             known[k] = replace(known[k], doubt=max(known[k].doubt, self.moved))
+        doubts = {k: known[k].doubt for k in sorted(known) if self.found[k].rest is not None}
+        for one, other in pairwise(doubts):
+            for k, beside in ((one, other), (other, one)):
+                known[k] = replace(known[k], doubt=max(known[k].doubt, doubts[beside]))
         return known
 
     def blurred(self, wanted: float) -> set[int]:
