@@ -10,10 +10,11 @@ import microslip
 from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.steady import raised_state, steady_state
 from microslip.errors import ContactError
-from microslip.pipeline import creep
+from microslip.pipeline import creep, marched
 from microslip.pipeline import ringing as module
 from microslip.pipeline.corrected import patient_motion
-from microslip.pipeline.creep import crept, raised_and_marched
+from microslip.pipeline.creep import crept
+from microslip.pipeline.marched import raised_and_marched
 from microslip.pipeline.walk import STEPS, Found, Lost, Target, watched
 
 LOAD, FREQUENCY = 40.0, 182.0
@@ -174,12 +175,13 @@ def test_where_raising_leads_elsewhere_a_motion_begins_at_rest_with_its_own_velo
     """It ends where a search from there does, whether or not the load was raised first."""
     settled = steady_state(scheme, FREQUENCY, LOAD, start=raised, tolerance=1e-7)
     Q = settled.amplitude
-    state = next(creep._own_starts(scheme, aimed(Q, settled)))
+    state = next(marched._own_starts(scheme, aimed(Q, settled)))
     one = watched(scheme, LOAD, state, 1)[0][0]
     assert abs(one) == pytest.approx(abs(Q), rel=0.5)  # it moves with that velocity, in phase
     assert abs(np.angle(one / Q)) < 0.5
     for cold in (True, False):
-        target = replace(aimed(Q, settled), cold=cold, expected=abs(Q) if not cold else 3 * abs(Q))
+        size = 3 * abs(Q) if cold else abs(Q)
+        target = replace(aimed(Q, settled), cold=cold, expected=size, most=size)
         (found,) = raised_and_marched(scheme.joint, [target])
         assert found.own
         assert abs(found.amplitude) == pytest.approx(abs(Q), rel=found.doubt + 1e-3)
@@ -190,7 +192,7 @@ def test_two_motions_on_the_branch_scatter_by_their_difference(scheme, raised, m
     settled = steady_state(scheme, FREQUENCY, LOAD, start=raised, tolerance=1e-5)
     state = raised_state(scheme, FREQUENCY, LOAD, 2)
     ends = [creep.Crept(Q, 0.0, 1e-4, state, 60, 60.0) for Q in (1.0 + 0j, 1.02 + 0j)]
-    monkeypatch.setattr(creep, "crept", lambda *arguments, **settings: ends.pop(0))
+    monkeypatch.setattr(marched, "crept", lambda *arguments, **settings: ends.pop(0))
     target = replace(aimed(1.0 + 0j, settled), cold=False)
     (found,) = raised_and_marched(scheme.joint, [target])
     assert found.scatter == pytest.approx(0.02, rel=0.03)
@@ -198,14 +200,16 @@ def test_two_motions_on_the_branch_scatter_by_their_difference(scheme, raised, m
 
 def aimed(Q, settled):
     """A motion to be marched from the guess, else from a state."""
-    return Target(3, FREQUENCY, LOAD, Q, starts=(((settled.end, 1.0),),), expected=abs(Q))
+    return Target(
+        3, FREQUENCY, LOAD, Q, starts=(((settled.end, 1.0),),), expected=abs(Q), most=abs(Q)
+    )
 
 
 def test_what_does_not_solve_is_said(scheme, monkeypatch):
     def unsolved(*arguments, **settings):
         raise ContactError("contact not solved at t = 1 s")
 
-    monkeypatch.setattr(creep, "raised_state", unsolved)
+    monkeypatch.setattr(marched, "raised_state", unsolved)
     (found,) = raised_and_marched(scheme.joint, [Target(3, FREQUENCY, LOAD, 0j)])
     assert isinstance(found, Lost)
     assert "not solved" in found.reason

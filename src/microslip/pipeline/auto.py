@@ -34,7 +34,7 @@ from microslip.describe.requests import (
     ResponseAnalysis,
 )
 from microslip.pipeline.band import Curve
-from microslip.pipeline.creep import raised_and_marched
+from microslip.pipeline.marched import raised_and_marched
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.search import Search, larger_sides
 from microslip.pipeline.walk import (
@@ -245,7 +245,8 @@ def _marched_target(search: Search, k: int) -> Target:
     marks = sorted(search.found)
     i = int(np.searchsorted(marks, k))
     beside = (k,) if k in search.found else tuple(marks[max(i - 1, 0) : i + 1])
-    begin, starts, expected = _from_beside(search, k, beside)
+    begin, starts, _ = _from_beside(search, k, beside)
+    sizes = [abs(search.found[j].amplitude) for j in beside] or [0.0]
     raised = not (starts and all(search.found[j].own for j in beside))
     return Target(
         k,
@@ -254,7 +255,8 @@ def _marched_target(search: Search, k: int) -> Target:
         0j if k in search.found else begin,
         starts,
         cold=raised,
-        expected=expected,
+        expected=min(sizes),
+        most=max(sizes),
         offset=_rest_at(search, k),
     )
 

@@ -26,29 +26,20 @@ decays with a time no longer than that. A faster decay says nothing: the first t
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
-from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.time.deviations import StateSpace
 from microslip.analyses.time.scheme import (
     ContactMemory,
     State,
     TimeScheme,
     contact_memory,
-    march,
-    prestressed_state,
-    time_scheme,
 )
-from microslip.analyses.time.starts import end_of, mixed, placed
-from microslip.analyses.time.steady import raised_state
-from microslip.errors import ContactError, JointOpensError, MicroslipError
-from microslip.numerics.execute import each, threads
-from microslip.pipeline.offset import BRANCH, QUIET, Looked, come_to_rest, slips, walks
+from microslip.errors import MicroslipError
+from microslip.pipeline.offset import QUIET, Looked, come_to_rest, elsewhere, slips, walks
 from microslip.pipeline.ringing import (
     BLOCKS,
     STEP,
@@ -59,16 +50,7 @@ from microslip.pipeline.ringing import (
     stays,
     stray_of,
 )
-from microslip.pipeline.walk import (
-    DOUBTFUL,
-    RAISED,
-    RAISED_AGAIN,
-    STEPS,
-    Found,
-    Lost,
-    Target,
-    watched,
-)
+from microslip.pipeline.walk import DOUBTFUL, STEPS, watched
 from microslip.typing import Array, Complex
 
 LEAP, FARTHEST = 60.0, 1280.0
@@ -148,7 +130,7 @@ def crept(
     state: State,
     blocks: int = BLOCKS,
     walk: Walk | None = None,
-    expected: float = 0.0,
+    sizes: tuple[float, float] = (0.0, 0.0),
 ) -> Crept:
     """March a motion, with leaps, to where it creeps no more.
 
@@ -164,8 +146,8 @@ def crept(
         Of cycles, at most.
     walk : Walk, optional
         Bodies that walk are brought to where they come to rest. That takes some hundred cycles.
-    expected : float
-        Size of the motions of the branch that matters; one that is on another after `LAST` blocks is left.
+    sizes : (float, float)
+        Least and largest of the branch that matters; a motion that is on another after `LAST` blocks is left.
 
     Raises
     ------
@@ -189,7 +171,7 @@ def crept(
         left = max(drifts[-LAST:]) * reached + stray
         if (
             count == blocks
-            or (count >= LAST and (left <= STILL or elsewhere(float(abs(end)), expected)))
+            or (count >= LAST and (left <= STILL or elsewhere(float(abs(end)), sizes)))
             or (stray > DOUBTFUL and stays(strays))
         ):
             break
@@ -345,102 +327,3 @@ def _next_leap(leap: float, now: _Drift) -> float:
     if now.alike > ALIKE and now.rate * (WINDOW + STEP) < SETTLES:
         return min(max(2 * leap, LEAP), FARTHEST)
     return 0.5 * leap if now.alike > 0 else 0.0
-
-
-def raised_and_marched(joint: PreparedJoint, targets: Sequence[Target]) -> Iterator[Found | Lost]:
-    """Where motions end after the load was raised from rest, in the order of the targets.
-
-    The first, third, ... of them after two ramps: what these differ by is the `scatter` of what is found.
-    That of the others is not known (nan), but where bodies have come to rest.
-    """
-
-    def work(task: tuple[Target, int]) -> Found | Lost:
-        target, ramps = task
-        try:
-            return _ended(joint, target, (RAISED, RAISED_AGAIN)[:ramps])
-        except MicroslipError as error:
-            return Lost(str(error), 0, opens=isinstance(error, JointOpensError))
-
-    return each(work, [(one, 2 - i % 2) for i, one in enumerate(targets)], threads())
-
-
-def _ended(joint: PreparedJoint, target: Target, ramps: Sequence[int]) -> Found:
-    """After the load was raised, or where that leads to another branch from the motion that is known."""
-    f = target.frequency
-    scheme = time_scheme(joint, 1 / (f * STEPS), frequency=f)
-    walk = Walk(target.offset)
-    ends = _raised_ends(scheme, target, ramps, walk) if target.cold else []
-    spent = sum(one.cycles for one in ends) + sum(ramps[: len(ends)])
-    own = bool(target.starts) and (not ends or elsewhere(abs(ends[0].amplitude), target.expected))
-    if own:
-        ends = _own_ends(scheme, target, walk)
-        spent += sum(one.cycles for one in ends)
-        # several motions may exist there: by how much two that stay differ is how well one is known
-        staying = [one for one in ends if not elsewhere(abs(one.amplitude), target.expected)]
-        ends = staying or ends[-1:]
-    ends.sort(key=lambda end: end.doubt)
-    # where bodies come to rest does not depend on how the load was raised
-    one, scatter = ends[0], 0.0 if ends[0].rest is not None else np.nan
-    if len(ends) > 1:
-        scatter = abs(abs(ends[1].amplitude) / abs(one.amplitude) - 1)
-    return Found(
-        one.amplitude,
-        abs(one.drift),
-        one.doubt,
-        end_of(one.state, 0.0, scheme, f),
-        spent,
-        scatter=float(scatter),
-        past=0.0,
-        rest=one.rest,
-        lasts=one.reached if one.rest is not None else 0.0,
-        own=own,
-    )
-
-
-def _own_ends(scheme: TimeScheme, target: Target, walk: Walk) -> list[Crept]:
-    """From the starts on the branch that is known; an error where none of them ends."""
-    ends, reason = list[Crept](), MicroslipError("no start")
-    for start in _own_starts(scheme, target):
-        try:
-            ends.append(crept(scheme, target.load, start, walk=walk))
-        except MicroslipError as error:
-            reason = error
-    if not ends:
-        raise reason
-    return ends
-
-
-def _raised_ends(
-    scheme: TimeScheme, target: Target, ramps: Sequence[int], walk: Walk
-) -> list[Crept]:
-    """After one ramp or two; after one where that tells enough."""
-    ends = list[Crept]()
-    for ramp in ramps:
-        state = raised_state(scheme, target.frequency, target.load, ramp)
-        ends.append(crept(scheme, target.load, state, walk=walk, expected=target.expected))
-        if ends[0].rest is not None or elsewhere(abs(ends[0].amplitude), target.expected):
-            break
-    return ends
-
-
-def _own_starts(scheme: TimeScheme, target: Target) -> Iterator[State]:
-    """On the branch that is known: rest with the velocity of a guess, if there is one, and from the start.
-
-    A motion that begins with those beside it keeps the tractions that the past has left in them, one that
-    begins at rest has others.
-    """
-    if target.guess:
-        steps = STEPS - round(float(-np.angle(target.guess)) % (2 * np.pi) / (2 * np.pi) * STEPS)
-        wave = target.load * np.sin(2 * np.pi * np.arange(-steps, 1) / STEPS)
-        rest = prestressed_state(scheme, abs(target.guess), 2 * np.pi * target.frequency)
-        kicked: State | None = None
-        with suppress(ContactError):
-            kicked = march(scheme, rest, wave).state
-        if kicked is not None:
-            yield kicked
-    yield placed(mixed(target.starts[0]), scheme, target.frequency, target.load)
-
-
-def elsewhere(size: float, expected: float) -> bool:
-    """Whether a size is that of another branch than one that is known, where one is."""
-    return expected > 0 and abs(np.log(size / expected)) > BRANCH

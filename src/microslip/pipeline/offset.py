@@ -141,6 +141,18 @@ def walks(rate: Array) -> bool:
     return bool(np.abs(rate - mean).max() <= RIGID * np.linalg.norm(mean))
 
 
+def elsewhere(size: float, sizes: tuple[float, float]) -> bool:
+    """Whether a size is that of another branch than one with these, the least and the largest, if any.
+
+    Examples
+    --------
+    >>> elsewhere(0.7, (0.5, 1.0)), elsewhere(0.7, (1.0, 1.0)), elsewhere(0.7, (0.0, 0.0))
+    (False, True, False)
+    """
+    least, most = sizes
+    return least > 0 and not least * np.exp(-BRANCH) <= size <= most * np.exp(BRANCH)
+
+
 def come_to_rest(
     look: Callable[[Array], Looked], begin: Looked, guess: Array | None
 ) -> Rest | None:

@@ -111,9 +111,9 @@ class Target:
         Index of the frequency that the first start is of; -1 where it is none.
     cold : bool
         Start from rest first; to be marched, after the load was raised.
-    expected : float
+    expected, most : float
         Size below which a motion from rest may be on a smaller branch than the states beside; of a motion to
-        be marched, the size on its branch, zero where none is known.
+        be marched, the least and the largest size of its branch about it, zero where none is known.
     offset : (d - 1,) array or None
         At which bodies that walk come to rest in motions beside it.
     """
@@ -126,6 +126,7 @@ class Target:
     origin: int = -1
     cold: bool = True
     expected: float = 0.0
+    most: float = 0.0
     offset: Array | None = None
 
 

@@ -1,0 +1,119 @@
+"""Where motions end after the load was raised from rest, or on the branch that is known.
+
+What is marched is `microslip.pipeline.creep`; here are the starts of it, and what two of them say together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+
+import numpy as np
+
+from microslip.analyses.prepared.joint import PreparedJoint
+from microslip.analyses.time.scheme import State, TimeScheme, march, prestressed_state, time_scheme
+from microslip.analyses.time.starts import end_of, mixed, placed
+from microslip.analyses.time.steady import raised_state
+from microslip.errors import ContactError, JointOpensError, MicroslipError
+from microslip.numerics.execute import each, threads
+from microslip.pipeline.creep import Crept, Walk, crept
+from microslip.pipeline.offset import elsewhere
+from microslip.pipeline.walk import RAISED, RAISED_AGAIN, STEPS, Found, Lost, Target
+
+
+def raised_and_marched(joint: PreparedJoint, targets: Sequence[Target]) -> Iterator[Found | Lost]:
+    """Where motions end after the load was raised from rest, in the order of the targets.
+
+    The first, third, ... of them after two ramps: what these differ by is the `scatter` of what is found.
+    That of the others is not known (nan), but where bodies have come to rest.
+    """
+
+    def work(task: tuple[Target, int]) -> Found | Lost:
+        target, ramps = task
+        try:
+            return _ended(joint, target, (RAISED, RAISED_AGAIN)[:ramps])
+        except MicroslipError as error:
+            return Lost(str(error), 0, opens=isinstance(error, JointOpensError))
+
+    return each(work, [(one, 2 - i % 2) for i, one in enumerate(targets)], threads())
+
+
+def _ended(joint: PreparedJoint, target: Target, ramps: Sequence[int]) -> Found:
+    """After the load was raised, or where that leads to another branch from the motion that is known."""
+    f = target.frequency
+    scheme = time_scheme(joint, 1 / (f * STEPS), frequency=f)
+    walk = Walk(target.offset)
+    sizes = target.expected, target.most
+    ends = _raised_ends(scheme, target, ramps, walk) if target.cold else []
+    spent = sum(one.cycles for one in ends) + sum(ramps[: len(ends)])
+    own = bool(target.starts) and (not ends or elsewhere(abs(ends[0].amplitude), sizes))
+    if own:
+        ends = _own_ends(scheme, target, walk)
+        spent += sum(one.cycles for one in ends)
+        # several motions may exist there: by how much two that stay differ is how well one is known
+        staying = [one for one in ends if not elsewhere(abs(one.amplitude), sizes)]
+        ends = staying or ends[-1:]
+    # bodies that stick beyond where others come to rest have been put there
+    ends = [one for one in ends if one.rest is not None] or ends
+    ends.sort(key=lambda end: end.doubt)
+    # where bodies come to rest does not depend on how the load was raised
+    one, scatter = ends[0], 0.0 if ends[0].rest is not None else np.nan
+    if len(ends) > 1:
+        scatter = abs(abs(ends[1].amplitude) / abs(one.amplitude) - 1)
+    return Found(
+        one.amplitude,
+        abs(one.drift),
+        one.doubt,
+        end_of(one.state, 0.0, scheme, f),
+        spent,
+        scatter=float(scatter),
+        past=0.0,
+        rest=one.rest,
+        lasts=one.reached if one.rest is not None else 0.0,
+        own=own,
+    )
+
+
+def _own_ends(scheme: TimeScheme, target: Target, walk: Walk) -> list[Crept]:
+    """From the starts on the branch that is known; an error where none of them ends."""
+    ends, reason = list[Crept](), MicroslipError("no start")
+    for start in _own_starts(scheme, target):
+        try:
+            ends.append(crept(scheme, target.load, start, walk=walk))
+        except MicroslipError as error:
+            reason = error
+    if not ends:
+        raise reason
+    return ends
+
+
+def _raised_ends(
+    scheme: TimeScheme, target: Target, ramps: Sequence[int], walk: Walk
+) -> list[Crept]:
+    """After one ramp or two; after one where that tells enough."""
+    ends = list[Crept]()
+    for ramp in ramps:
+        state = raised_state(scheme, target.frequency, target.load, ramp)
+        sizes = target.expected, target.most
+        ends.append(crept(scheme, target.load, state, walk=walk, sizes=sizes))
+        if ends[0].rest is not None or elsewhere(abs(ends[0].amplitude), sizes):
+            break
+    return ends
+
+
+def _own_starts(scheme: TimeScheme, target: Target) -> Iterator[State]:
+    """On the branch that is known: rest with the velocity of a guess, if there is one, and from the start.
+
+    A motion that begins with those beside it keeps the tractions that the past has left in them, one that
+    begins at rest has others.
+    """
+    if target.guess:
+        steps = STEPS - round(float(-np.angle(target.guess)) % (2 * np.pi) / (2 * np.pi) * STEPS)
+        wave = target.load * np.sin(2 * np.pi * np.arange(-steps, 1) / STEPS)
+        rest = prestressed_state(scheme, abs(target.guess), 2 * np.pi * target.frequency)
+        kicked: State | None = None
+        with suppress(ContactError):
+            kicked = march(scheme, rest, wave).state
+        if kicked is not None:
+            yield kicked
+    yield placed(mixed(target.starts[0]), scheme, target.frequency, target.load)
