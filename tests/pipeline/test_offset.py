@@ -6,14 +6,17 @@ import numpy as np
 import pytest
 
 import microslip
+from microslip.analyses.time.deviations import StateSpace
+from microslip.analyses.time.points import TimePoint
 from microslip.analyses.time.scheme import time_scheme
-from microslip.analyses.time.steady import raised_state
+from microslip.analyses.time.steady import drift_of, raised_state, steady_state
 from microslip.pipeline.creep import Walk, crept
 from microslip.pipeline.offset import LOOKS, Looked, come_to_rest, slips
+from microslip.pipeline.time import walking
 from microslip.pipeline.walk import STEPS, watched
 
 
-def walking(speed, size):
+def moving(speed, size):
     """A look at motions whose one number is the offset: how fast it moves on, and their size."""
 
     def look(vector):
@@ -30,7 +33,7 @@ def walking(speed, size):
 @pytest.mark.parametrize("power", [1.0, 2.0])
 def test_it_is_where_the_speed_falls_to_zero(guess, power):
     """However the speed falls, whatever is beyond, and whatever is known of others."""
-    look = walking(lambda u: 1e-4 * max(1 - u, 0.0) ** power, lambda u: 1 + 0.2 * u)
+    look = moving(lambda u: 1e-4 * max(1 - u, 0.0) ** power, lambda u: 1 + 0.2 * u)
     guess = None if guess is None else np.array([guess])
     rest = come_to_rest(look, look(np.array([0.0])), guess)
     assert rest is not None
@@ -38,27 +41,53 @@ def test_it_is_where_the_speed_falls_to_zero(guess, power):
     assert look.seen <= LOOKS + 1
 
 
+@pytest.mark.parametrize("guess", [None, 0.7, 1.0, 1.4])
+@pytest.mark.parametrize("bend", [-0.5, 0.0, 2.0])
+def test_it_is_where_they_would_walk_back_beyond(guess, bend):
+    """A root of the speed like any other; the state there is one between two that were looked at."""
+    look = moving(lambda u: 1e-4 * (1 - u) * (1 + bend * u * (1 - u)), lambda u: 1 + 0.2 * u)
+    rest = come_to_rest(look, look(np.array([0.0])), None if guess is None else np.array([guess]))
+    assert rest is not None
+    assert abs(abs(rest.amplitude) / 1.2 - 1) <= rest.apart <= 1e-3
+    assert abs(rest.vector[0] - 1.0) <= 7 * rest.apart  # the amplitude changes by a sixth of that
+    assert look.seen <= 12
+
+
+def test_what_creeps_on_unevenly_beyond_rest_does_not_walk():
+    """Pairs that stick give way a little: no mean of that is a walk."""
+
+    def look(vector):
+        one = walked(vector)
+        uneven = 1e-9 * np.array([[1.0], [0.2], [0.0]])
+        return one if one.rate.any() else one._replace(rate=uneven)
+
+    walked = moving(lambda u: 1e-4 * max(1 - u, 0.0), lambda u: 1 + 0.2 * u)
+    rest = come_to_rest(look, look(np.array([0.0])), np.array([1.4]))
+    assert rest is not None
+    assert abs(abs(rest.amplitude) / 1.2 - 1) <= rest.apart
+
+
 @pytest.mark.parametrize("top", [0.8, 0.9, 0.98])
 def test_amplitudes_that_agree_by_chance_tell_nothing(top):
     """The largest of all lies beside the offset at which they rest: some beyond agree with some before."""
-    look = walking(lambda u: 1e-4 * max(1 - u, 0.0), lambda u: 1.2 - 0.2 * (u - top) ** 2)
+    look = moving(lambda u: 1e-4 * max(1 - u, 0.0), lambda u: 1.2 - 0.2 * (u - top) ** 2)
     rest = come_to_rest(look, look(np.array([0.0])), None)
     assert rest is not None
     assert abs(abs(rest.amplitude) / look(np.array([1.0])).amplitude.real - 1) <= rest.apart
 
 
 def test_bodies_that_nothing_holds_do_not_come_to_rest():
-    look = walking(lambda u: 1e-4, lambda u: 1 + 1e-3 * u)
+    look = moving(lambda u: 1e-4, lambda u: 1 + 1e-3 * u)
     assert come_to_rest(look, look(np.array([0.0])), None) is None
 
 
 def test_a_fall_to_another_branch_is_no_rest():
-    look = walking(lambda u: 1e-4 * (1 - u), lambda u: 1.0 if u < 0.5 else 0.4)
+    look = moving(lambda u: 1e-4 * (1 - u), lambda u: 1.0 if u < 0.5 else 0.4)
     assert come_to_rest(look, look(np.array([0.0])), None) is None
 
 
 def test_bodies_that_rest_behind_where_they_walked_have_not_come_to_rest():
-    walked = walking(lambda u: 1e-4 if u < 0.5 else 0.0, lambda u: 1 + 1e-6 * u)
+    walked = moving(lambda u: 1e-4 if u < 0.5 else 0.0, lambda u: 1 + 1e-6 * u)
 
     def look(vector):
         one = walked(vector)
@@ -112,6 +141,73 @@ def test_a_walk_ends_where_marching_alone_leads(alone):
     assert found.rest[0] == pytest.approx(end, rel=0.02)
     assert found.doubt < 2e-3
     assert abs(found.amplitude) == pytest.approx(size[-100:].mean(), rel=found.doubt + 1e-3)
+
+
+def test_points_that_settle_while_the_bodies_walk_say_so(alone):
+    """By how much in a cycle, against the offsets of the motion marched alone."""
+    scheme, raised, _, offset = alone
+    steady = steady_state(scheme, FREQUENCY, LOAD, start=raised, tolerance=1e-4)
+    assert steady.converged
+    at = slips(steady.cycle.state.v, 2).mean()
+    after = int(np.argmin(np.abs(offset - at)))
+    marched = (offset[after + 10] - offset[after - 10]) / 20
+    assert drift_of(steady, 2) == pytest.approx(marched, rel=0.05)
+    (caution,) = walking([TimePoint(1.0, 0.5, steady)], 2)
+    assert "walk past each other at 1 of 1 points" in caution.reason
+    held = microslip.prepare(microslip.reference_joint(pairs=11))
+    held_scheme = time_scheme(held, 1 / (182.0 * STEPS), frequency=182.0)
+    sticks = steady_state(held_scheme, 182.0, 1e-3, tolerance=1e-6)
+    assert not list(walking([TimePoint(1.0, 0.5, sticks)], 2))
+
+
+RINGS = """
+[beams]
+length = "0.172683 m"
+thickness = "18.3554 mm"
+overlap_half_length = "24.4278 mm"
+[material]
+youngs_modulus = "1.1e11 Pa"
+poissons_ratio = 0.3402
+density = "4430 kg/m^3"
+[contact]
+friction = 0.41223
+pairs = 41
+[clamp]
+force = "10169.5 N/m"
+half_length = "14.7635 mm"
+[support]
+horizontal_spring = "1.56058e6 N/m/m"
+[damping]
+beta = "1.3904e-07 s"
+[load]
+moment = "2.3224 N*m/m"
+"""
+
+
+def test_a_walk_of_fifty_thousand_cycles_ends_where_the_bodies_neither_walk_on_nor_back():
+    """Weakly damped, so that what the moves stir rings on; on either side they walk towards that place."""
+    frequency, load = 457.66, 2.3224
+    joint = microslip.prepare(microslip.parse_joint(tomllib.loads(RINGS)))
+    scheme = time_scheme(joint, 1 / (frequency * STEPS), frequency=frequency)
+    raised = raised_state(scheme, frequency, load, 10)
+    before = np.abs(watched(scheme, load, raised, 240)[0])[-1]
+    found = crept(scheme, load, raised, walk=Walk())
+    assert found.rest is not None
+    assert abs(abs(found.amplitude) / before - 1) > 0.2, "far from where a search would end"
+    space = StateSpace(scheme, 2 * np.pi * frequency)
+    early = watched(scheme, load, raised, 240)[1][-41:]
+    way = (space.vector(early[-1]) - space.vector(early[0])) / 40
+    speed = slips(early[-1].v - early[0].v, 2).mean() / 40
+    assert speed * found.rest[0] > 0
+    rates, sizes = [], []
+    for share in (-0.1, 0.0, 0.1):
+        moved = space.vector(found.state) + share * found.rest[0] / speed * way
+        Q, states = watched(scheme, load, space.state(moved, found.state), 400)
+        rates.append(slips(states[-1].v - states[-101].v, 2).mean() / 100)
+        sizes.append(np.abs(Q[-100:]).mean())
+    assert rates[0] > 0 > rates[2], "it walks there from both sides"
+    assert abs(rates[1]) < 0.02 * min(rates[0], -rates[2])
+    assert sizes[1] == pytest.approx(abs(found.amplitude), rel=found.doubt + 1e-4)
 
 
 def test_what_is_known_of_others_shortens_the_search(alone):

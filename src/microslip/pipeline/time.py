@@ -7,11 +7,14 @@ from typing import Any
 
 import numpy as np
 
+from microslip.analyses.harmonic.starts import WALKS
 from microslip.analyses.reduced.response import Response
 from microslip.analyses.time.points import Request, TimePoint, steady_states
 from microslip.analyses.time.several import coexisting_states
+from microslip.analyses.time.steady import drift_of, walk_of
 from microslip.describe.requests import TimeAnalysis
-from microslip.errors import Failure
+from microslip.describe.units import readable
+from microslip.errors import Caution, Failure
 from microslip.pipeline.loads import loads_of_file
 from microslip.pipeline.outcome import Outcome, until_interrupted, value_of
 from microslip.pipeline.prepare import Assembly
@@ -43,7 +46,27 @@ def run_time_domain(
             progress.advance()
         progress.finish()
     found.sort(key=lambda p: (np.nan_to_num(p.rho), p.steady.load, p.steady.frequency))
-    return Outcome(tuple(found), tuple(failures), stop.is_set())
+    cautions = tuple(walking(found, assembly.prepared.model.dimension))
+    return Outcome(tuple(found), tuple(failures), stop.is_set(), cautions=cautions)
+
+
+def walking(points: Sequence[TimePoint], dimension: int) -> Iterator[Caution]:
+    """That bodies still walk past each other in motions that repeat otherwise.
+
+    Where soft supports hold them in the end, after thousands of cycles, the amplitude may be another.
+    """
+    walks = [abs(walk_of(p.steady, dimension)) if p.steady.converged else 0.0 for p in points]
+    if max(walks, default=0.0) <= WALKS:
+        return
+    steady = points[int(np.argmax(walks))].steady
+    drift = readable(abs(drift_of(steady, dimension)), "m", 3)
+    yield Caution(
+        "time",
+        f"{steady.frequency:.6g} Hz",
+        f"the bodies walk past each other at {sum(walk > WALKS for walk in walks)} of {len(points)} "
+        f"points, here by {drift} in each cycle: the vibration repeats, but moves on with them",
+        'method "auto" of [analysis.response] tells where they come to rest; stiffer supports hold them',
+    )
 
 
 def requests_of(assembly: Assembly, curves: Sequence[Response]) -> list[Request]:

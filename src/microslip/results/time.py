@@ -15,6 +15,7 @@ from microslip.analyses.time.history import nearest_pairs
 from microslip.analyses.time.points import TimePoint
 from microslip.analyses.time.readings import equivalent, harmonics_of, modal_force, phases
 from microslip.analyses.time.scheme import March
+from microslip.analyses.time.steady import drift_of
 from microslip.contact.fields import contact_fields
 from microslip.describe.outputs import PREFIX
 from microslip.numerics.fourier import without_drift
@@ -83,6 +84,7 @@ def time_row(run: Run, point: TimePoint) -> dict[str, Any]:
         "converged": steady.converged,
         "last_change": steady.change,
         "settling_error": point.error,
+        "walk_m_per_cycle": drift_of(steady, run.model.dimension),
         "stability": point.verdict,
         "largest_multiplier": largest_multiplier(point),
         "starts": list(point.pasts),
@@ -221,6 +223,7 @@ def _dataset(run: Run) -> xr.Dataset:
         "settling_error": scalar(
             "settling_error", "1", "by how much the state may be off the periodic one"
         ),
+        "walk": scalar("walk_m_per_cycle", "m", "drift of the bodies past each other per cycle"),
         "largest_multiplier": scalar(
             "largest_multiplier", "1", "largest modulus of a Floquet multiplier of the vibration"
         ),

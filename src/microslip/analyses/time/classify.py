@@ -131,7 +131,7 @@ def motion_of(
     tolerance : float
         Change over the size of the vibration at which it repeats.
     """
-    walk, open_share = walk_of(scheme, steady), _open_share(steady)
+    walk, open_share = walk_of(steady, scheme.joint.model.dimension), _open_share(steady)
     nothing = float("nan")
     if steady.converged:
         return Motion(

@@ -34,7 +34,14 @@ from microslip.errors import ContactError
 from microslip.numerics.fourier import harmonic
 from microslip.typing import Array, Complex
 
-__all__ = ["SteadyState", "raised_state", "steady_state", "vibration_weight", "walk_of"]
+__all__ = [
+    "SteadyState",
+    "drift_of",
+    "raised_state",
+    "steady_state",
+    "vibration_weight",
+    "walk_of",
+]
 
 CONFIRMED = 3.0
 """The cycle after the search may change by this many times the tolerance."""
@@ -279,17 +286,25 @@ def _sought(
     return confirmed(done.state, done.dissipated / share, change)
 
 
-def walk_of(scheme: TimeScheme, steady: SteadyState) -> float:
-    """Drift of the bodies past each other over the last cycle, over the range of the slip.
+def drift_of(steady: SteadyState, dimension: int) -> float:
+    """By how much the bodies move past each other over the last cycle, m.
 
-    Median over the pairs of the change of slip from start to end of the cycle, over the largest
-    range of a slip. Spatial pairs have one in each tangential direction: the length of both together.
+    Median over the pairs of the change of slip from start to end of the cycle. Spatial pairs have one in
+    each tangential direction: the length of both together.
     """
-    slip = by_pair(steady.cycle.v, scheme.joint.model.dimension)[..., 1:]
-    span = float(np.linalg.norm(np.ptp(slip, axis=0), axis=-1).max())
+    slip = _slip(steady, dimension)
     drift = np.median(slip[-1] - slip[0], axis=0)
-    size = float(drift[0] if len(drift) == 1 else np.linalg.norm(drift))
-    return size / span if span > 0 else 0.0
+    return float(drift[0] if len(drift) == 1 else np.linalg.norm(drift))
+
+
+def walk_of(steady: SteadyState, dimension: int) -> float:
+    """`drift_of` over the largest range of a slip."""
+    span = float(np.linalg.norm(np.ptp(_slip(steady, dimension), axis=0), axis=-1).max())
+    return drift_of(steady, dimension) / span if span > 0 else 0.0
+
+
+def _slip(steady: SteadyState, dimension: int) -> Array:
+    return np.asarray(by_pair(steady.cycle.v, dimension)[..., 1:])
 
 
 def thinned(cycle: March, factor: int) -> March:
