@@ -20,7 +20,7 @@ from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.steady import raised_state
 from microslip.pipeline import creep
 from microslip.pipeline.loads import loads_of_file
-from microslip.pipeline.offset import come_to_rest, slips
+from microslip.analyses.time.offset import come_to_rest, slips
 from microslip.pipeline.prepare import assemble
 from microslip.pipeline.walk import STEPS, watched
 

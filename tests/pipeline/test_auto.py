@@ -373,7 +373,7 @@ def test_a_dip_is_followed_once_from_either_side(refined, monkeypatch):
 def test_a_branch_is_followed_to_its_end_whatever_the_search_from_rest_finds(refined, monkeypatch):
     asked = []
     fold = joint_with_a_fold(asked)
-    found, lost, opens, spent, walks = held_to(fold, refined, monkeypatch, 141)
+    found, lost, opens, spent, walks, _ = held_to(fold, refined, monkeypatch, 141)
     k = np.arange(len(FOLD))
     true = np.where(k >= ENDS, branch("larger"), branch("smaller"))
     assert not lost

@@ -85,6 +85,9 @@ class Anchored(NamedTuple):
     walks : tuple of (float, float)
         Of bodies that have come to rest, how far they have walked past each other, m, and in how many cycles;
         a pair for each steady state.
+    walks_on : tuple of (float, float)
+        Of bodies that have not come to rest in the motion that is shown, by how much the amplitude changes
+        until they do, relative, and in how many cycles; a pair for each steady state.
     """
 
     response: Response
@@ -92,6 +95,7 @@ class Anchored(NamedTuple):
     opens: bool
     spent: str
     walks: tuple[tuple[float, float], ...] = ()
+    walks_on: tuple[tuple[float, float], ...] = ()
 
 
 def anchored_response(
@@ -137,7 +141,7 @@ def anchored_response(
     cycles = search.spent + search.marched
     spent = f"{search.count} steady states, {cycles} cycles and {search.seconds:.0f} s"
     said = _said(assembly, search, stop)
-    return Anchored(_response(search), said, search.opens, spent, search.walks)
+    return Anchored(_response(search), said, search.opens, spent, search.walks, search.walks_on)
 
 
 def _learn(assembly: Assembly, search: Search, targets: list[Target]) -> int:

@@ -29,6 +29,7 @@ from microslip.analyses.reduced.surface import (
     largest,
     load_surface,
 )
+from microslip.analyses.time.offset import BRANCH
 from microslip.analyses.time.readings import opening_of
 from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.steady import raised_state, steady_state
@@ -39,7 +40,6 @@ from microslip.numerics.fourier import harmonic, without_drift
 from microslip.pipeline.auto import AT_A_TIME
 from microslip.pipeline.band import Curve
 from microslip.pipeline.creep import crept
-from microslip.pipeline.offset import BRANCH
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.search import ACCURACY
 from microslip.pipeline.walk import (

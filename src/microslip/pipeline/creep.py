@@ -32,14 +32,27 @@ from typing import NamedTuple
 import numpy as np
 
 from microslip.analyses.time.deviations import StateSpace
+from microslip.analyses.time.offset import (
+    HORIZON,
+    NARROW,
+    QUIET,
+    Looked,
+    come_to_rest,
+    elsewhere,
+    slips,
+    walks,
+)
+from microslip.analyses.time.resting import CYCLES, at_phase_0, searched
 from microslip.analyses.time.scheme import (
     ContactMemory,
     State,
     TimeScheme,
     contact_memory,
 )
+from microslip.analyses.time.stability import settling_error, stability_of
+from microslip.analyses.time.starts import end_of
+from microslip.analyses.time.steady import steady_state
 from microslip.errors import MicroslipError
-from microslip.pipeline.offset import QUIET, Looked, come_to_rest, elsewhere, slips, walks
 from microslip.pipeline.ringing import (
     BLOCKS,
     STEP,
@@ -74,6 +87,10 @@ SETTLING = 4
 WALKS_AFTER, WALKS_AGAIN = 3, 2
 """Blocks until it is sought where bodies that walk come to rest, and times as many until that is tried again.
 """
+
+SOUGHT, KICK = 30, 1.01
+"""Cycles at most of a search where bodies rest; where what it finds is not known to be stable, the motion is
+marched from so many times its rates: what is not leaves."""
 
 TRIES = 3
 """Blocks at most until what a move has stirred is gone."""
@@ -113,6 +130,9 @@ class Crept(NamedTuple):
         Cycles that these stand for, leaps among them.
     rest : (d - 1,) array or None
         Offset at which bodies that walked past each other have come to rest.
+    ahead : float
+        Relative change of the amplitude until bodies do that have not by then: after
+        `microslip.analyses.time.offset.HORIZON` cycles.
     """
 
     amplitude: complex
@@ -122,6 +142,7 @@ class Crept(NamedTuple):
     cycles: int
     reached: float
     rest: Array | None = None
+    ahead: float = 0.0
 
 
 def crept(
@@ -177,7 +198,7 @@ def crept(
             break
         slip = np.array([slips(one.v, scheme.joint.model.dimension) for one in states])
         if count >= look and walk is not None and walks(_per_cycle(slip)):
-            found = _walked(scheme, load, state, space, memory, walk.offset)
+            found = _walked(scheme, load, states, Q, memory, walk.offset, reached)
             if isinstance(found, Crept):
                 return found._replace(cycles=found.cycles + count * block + lost)
             lost += found
@@ -210,54 +231,94 @@ def crept(
 def _walked(
     scheme: TimeScheme,
     load: float,
-    state: State,
-    space: StateSpace,
+    states: list[State],
+    Q: Complex,
     memory: ContactMemory,
     offset: Array | None,
+    reached: float,
 ) -> Crept | int:
-    """Where bodies that walk come to rest; where they do not, the cycles spent on that."""
+    """Where bodies that walk come to rest; where they do not, the cycles spent on that.
+
+    A motion is looked at by a search, and where that does not settle, or pairs do not move alike, marched.
+    """
     block, dimension = WINDOW + STEP, scheme.joint.model.dimension
-    spent, last = 0, [state]
+    frequency = 1 / (scheme.dt * STEPS)
+    space = StateSpace(scheme, 2 * np.pi * frequency)
+    spent, last = 0, [states[-1]]
+    begin = _looked(Q, states, space, dimension)
+    quiet = QUIET * float(np.linalg.norm(begin.rate.mean(axis=0)))
 
-    quiet = np.inf
-
-    def look(vector: Array, settle: int = 1) -> Looked:
+    def look(vector: Array) -> Looked:
         nonlocal spent
         start = space.state(vector, last[-1])
-        for _ in range(settle):
-            start = watched(scheme, load, start, block, memory=memory)[1][-1]
+        quick = searched(scheme, frequency, load, start, memory)
+        spent += CYCLES if quick is None else quick.cycles
+        if quick is not None and quick.looked.uneven <= quiet:
+            last.append(quick.state)
+            return quick.looked
+        start = watched(scheme, load, start, block, memory=memory)[1][-1]
+        spent += block
         for _ in range(TRIES):
             Q, states = watched(scheme, load, start, block, memory=memory)
-            spent += block
-            start = states[-1]
+            spent, start = spent + block, states[-1]
             found = _looked(Q, states, space, dimension)
             if found.uneven <= quiet:
                 break
-        spent += settle * block
         last.append(start)
         return found
 
-    begin = look(space.vector(state), settle=0)
-    if not walks(begin.rate):
-        return spent
-    quiet = QUIET * float(np.linalg.norm(begin.rate.mean(axis=0)))
     try:
         rest = come_to_rest(look, begin, offset)
     except MicroslipError:
         return spent
     if rest is None:
         return spent
-    start = space.state(rest.vector, last[-1])
-    end, doubt, more = rung_out(scheme, load, start, memory, abs(rest.amplitude), rest.stray)
+    size = abs(rest.amplitude)
+    start, ahead, apart = space.state(rest.vector, last[-1]), 0.0, rest.apart
+    there = rest.on_the_way(max(HORIZON - reached, 0.0))
+    if there is not None:
+        one = look(there[0])
+        size, ahead = abs(one.amplitude), size / abs(one.amplitude) - 1
+        rest = rest._replace(amplitude=one.amplitude)
+        start, apart = last[-1], apart + abs(size / abs(there[1]) - 1)
+    settled = _stable(scheme, load, start, size, memory)
+    if settled is None:
+        kicked = replace(start, rate=KICK * start.rate)
+        end, doubt, more = rung_out(scheme, load, kicked, memory, size, np.inf)
+    else:
+        end, doubt, more = settled
     return Crept(
         rest.amplitude,
         0.0,
-        rest.apart + doubt,
+        apart + doubt,
         end,
         spent + more,
         rest.cycles,
         rest.offset,
+        ahead,
     )
+
+
+def _stable(
+    scheme: TimeScheme, load: float, state: State, size: float, memory: ContactMemory
+) -> tuple[State, float, int] | None:
+    """The steady state where bodies rest, if it is stable: its state, how well it is known, cycles."""
+    frequency = 1 / (scheme.dt * STEPS)
+    try:
+        start = end_of(state, 0.0, scheme, frequency)
+        steady = steady_state(
+            scheme, frequency, load, start=start, max_cycles=SOUGHT, memory=memory
+        )
+        if not steady.converged:
+            return None
+        found = stability_of(scheme, steady, memory=memory)
+    except MicroslipError:
+        return None
+    moved = abs(abs(steady.amplitude) / size - 1)
+    if found.verdict != "stable" or moved > NARROW:
+        return None
+    doubt = settling_error(steady, found) + moved
+    return at_phase_0(scheme, steady, memory), doubt, steady.cycles + found.cycles
 
 
 def _per_cycle(values: Array) -> Array:

@@ -11,13 +11,13 @@ from contextlib import suppress
 import numpy as np
 
 from microslip.analyses.prepared.joint import PreparedJoint
+from microslip.analyses.time.offset import elsewhere
 from microslip.analyses.time.scheme import State, TimeScheme, march, prestressed_state, time_scheme
 from microslip.analyses.time.starts import end_of, mixed, placed
 from microslip.analyses.time.steady import raised_state
 from microslip.errors import ContactError, JointOpensError, MicroslipError
 from microslip.numerics.execute import each, threads
 from microslip.pipeline.creep import Crept, Walk, crept
-from microslip.pipeline.offset import elsewhere
 from microslip.pipeline.walk import RAISED, RAISED_AGAIN, STEPS, Found, Lost, Target
 
 
@@ -70,6 +70,7 @@ def _ended(joint: PreparedJoint, target: Target, ramps: Sequence[int]) -> Found:
         past=0.0,
         rest=one.rest,
         lasts=one.reached if one.rest is not None else 0.0,
+        ahead=one.ahead,
         own=own,
     )
 

@@ -14,6 +14,7 @@ from microslip.analyses.reduced.response import Response, forced_response, swept
 from microslip.analyses.reduced.sweep import OUTSIDE
 from microslip.analyses.reduced.trust import error_indicator
 from microslip.analyses.reduced.two_mode import two_mode_model
+from microslip.analyses.time.offset import HORIZON
 from microslip.brief import Brief
 from microslip.describe.requests import ResponseAnalysis
 from microslip.describe.units import readable
@@ -182,6 +183,14 @@ def _cautions(settings: ResponseAnalysis, case: Curve, auto: Anchored) -> list[C
         )
         advice = "stiffer supports hold them sooner; [analysis.time] has the motion on the way"
         found.append(Caution("response", place, reason, advice))
+    if auto.walks_on:
+        most = max(auto.walks_on, key=lambda one: abs(one[0]))
+        reason = (
+            f"the bodies walk past each other at {len(auto.walks_on)} of the frequencies sought for more "
+            f"than {HORIZON:.0f} cycles, after which the motion is shown: at one they come to rest after "
+            f"about {most[1]:.2g}, where the amplitude is {100 * most[0]:+.2g} % off"
+        )
+        found.append(Caution("response", place, reason, "stiffer supports hold them"))
     elsewhere = other_pasts(curve, settings.error)
     if len(elsewhere):
         reason = (

@@ -23,8 +23,8 @@ from microslip.analyses.reduced.anchors import (
 )
 from microslip.analyses.reduced.response import Response
 from microslip.analyses.reduced.surface import LoadSurface
+from microslip.analyses.time.offset import BRANCH
 from microslip.describe.requests import CYCLES_EACH, SECONDS_EACH
-from microslip.pipeline.offset import BRANCH
 from microslip.pipeline.walk import DOUBTFUL, FINE, TOLERANCE, Found, Lost, Target
 from microslip.typing import Array
 
@@ -75,8 +75,14 @@ class Search:
         return tuple(
             (float(np.linalg.norm(one.rest)), one.lasts)
             for one in self.found.values()
-            if one.rest is not None
+            if one.rest is not None and not one.ahead
         )
+
+    @property
+    def walks_on(self) -> tuple[tuple[float, float], ...]:
+        """Of bodies that walk on for long, by how much the amplitude changes until they rest, and in how many
+        cycles, one after another."""
+        return tuple((one.ahead, one.lasts) for one in self.found.values() if one.ahead)
 
     def held(self) -> Held:
         """The response through the anchors so far; of what may be on its way out nothing is known."""

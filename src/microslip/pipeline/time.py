@@ -9,6 +9,7 @@ import numpy as np
 
 from microslip.analyses.harmonic.starts import WALKS
 from microslip.analyses.reduced.response import Response
+from microslip.analyses.time.offset import HORIZON
 from microslip.analyses.time.points import Request, TimePoint, steady_states
 from microslip.analyses.time.several import coexisting_states
 from microslip.analyses.time.steady import drift_of, walk_of
@@ -51,22 +52,46 @@ def run_time_domain(
 
 
 def walking(points: Sequence[TimePoint], dimension: int) -> Iterator[Caution]:
-    """That bodies still walk past each other in motions that repeat otherwise.
+    """Where bodies have walked past each other until they came to rest, and where they go on."""
+    rested = [p for p in points if p.lasts and not p.ahead]
+    if rested:
+        far = max(rested, key=lambda point: point.walked)
+        yield Caution(
+            "time",
+            _place(far),
+            f"the bodies walk past each other at {len(rested)} of {len(points)} points, here by "
+            f"{readable(far.walked, 'm', 3)} in about {far.lasts:.2g} cycles, until soft supports hold them: "
+            "the motion is the one where they come to rest",
+            "stiffer supports hold them sooner; [[analysis.history]] marches the motion on the way",
+        )
+    ahead = [p for p in points if p.ahead]
+    if ahead:
+        most = max(ahead, key=lambda point: abs(point.ahead))
+        yield Caution(
+            "time",
+            _place(most),
+            f"the bodies walk past each other at {len(ahead)} of {len(points)} points for more than "
+            f"{HORIZON:.0f} cycles, after which the motion is shown: here they come to rest after about "
+            f"{most.lasts:.2g}, where the amplitude is {100 * most.ahead:+.2g} % off",
+            "stiffer supports hold them",
+        )
+    other = [p for p in points if p.settled and not p.lasts]
+    walks = [abs(walk_of(point.steady, dimension)) for point in other]
+    if max(walks, default=0.0) > WALKS:
+        worst = other[int(np.argmax(walks))]
+        drift = readable(abs(drift_of(worst.steady, dimension)), "m", 3)
+        yield Caution(
+            "time",
+            _place(worst),
+            f"the bodies walk past each other at {sum(walk > WALKS for walk in walks)} of {len(points)} "
+            f"points, here by {drift} in each cycle, and where they come to rest was not found: the "
+            "vibration repeats, but moves on with them",
+            "stiffer supports hold them; [[analysis.history]] marches the motion",
+        )
 
-    Where soft supports hold them in the end, after thousands of cycles, the amplitude may be another.
-    """
-    walks = [abs(walk_of(p.steady, dimension)) if p.steady.converged else 0.0 for p in points]
-    if max(walks, default=0.0) <= WALKS:
-        return
-    steady = points[int(np.argmax(walks))].steady
-    drift = readable(abs(drift_of(steady, dimension)), "m", 3)
-    yield Caution(
-        "time",
-        f"{steady.frequency:.6g} Hz",
-        f"the bodies walk past each other at {sum(walk > WALKS for walk in walks)} of {len(points)} "
-        f"points, here by {drift} in each cycle: the vibration repeats, but moves on with them",
-        'method "auto" of [analysis.response] tells where they come to rest; stiffer supports hold them',
-    )
+
+def _place(point: TimePoint) -> str:
+    return f"{point.steady.frequency:.6g} Hz"
 
 
 def requests_of(assembly: Assembly, curves: Sequence[Response]) -> list[Request]:

@@ -29,6 +29,7 @@ import numpy as np
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.time.classify import motion_of
 from microslip.analyses.time.readings import opening_of
+from microslip.analyses.time.resting import at_phase_0
 from microslip.analyses.time.scheme import (
     ContactMemory,
     State,
@@ -151,8 +152,9 @@ class Found:
         See `microslip.analyses.reduced.anchors.Anchor`; nan where they are not known.
     rest : (d - 1,) array or None
         Offset at which bodies that walked past each other have come to rest in it.
-    lasts : float
-        Cycles until they do, about.
+    lasts, ahead : float
+        Cycles until they do, about; the relative change of the amplitude until then, where they have not
+        within `microslip.analyses.time.offset.HORIZON` cycles: this is the motion after so many.
     own : bool
         Marched from the motion that was known there, as raising the load leads to another branch.
     """
@@ -168,6 +170,7 @@ class Found:
     past: float = float("nan")
     rest: Array | None = None
     lasts: float = 0.0
+    ahead: float = 0.0
     own: bool = False
 
 
@@ -362,7 +365,7 @@ def _searched(
 
 def _weighed(scheme: TimeScheme, target: Target, steady: SteadyState) -> Found:
     """What a search ended with and how well it is known; `cycles` are those spent here."""
-    state, spent, moved = _at_phase_0(scheme, steady), 0, 0.0
+    state, spent, moved = at_phase_0(scheme, steady), 0, 0.0
     slowest = float(np.abs(steady.multipliers).max(initial=0.0))
     if steady.converged:
         start = end_of(state, 0.0, scheme, target.frequency)
@@ -436,13 +439,3 @@ def watched(
         Q.append(harmonic(cycle.output[:, port], theta))
         ends.append(cycle.state)
     return np.array(Q), ends[1:]
-
-
-def _at_phase_0(scheme: TimeScheme, steady: SteadyState) -> State:
-    """The end of the last cycle, marched on to where the load passes through zero."""
-    left = -steady.phase % (2 * np.pi)
-    steps = round(left / (2 * np.pi) * STEPS)
-    if steps == 0:
-        return steady.cycle.state
-    theta = steady.phase + left * np.arange(steps + 1) / steps
-    return march(scheme, steady.cycle.state, steady.load * np.sin(theta)).state

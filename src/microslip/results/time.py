@@ -85,6 +85,9 @@ def time_row(run: Run, point: TimePoint) -> dict[str, Any]:
         "last_change": steady.change,
         "settling_error": point.error,
         "walk_m_per_cycle": drift_of(steady, run.model.dimension),
+        "walked_m": point.walked,
+        "walk_cycles": point.lasts,
+        "walk_ahead": point.ahead,
         "stability": point.verdict,
         "largest_multiplier": largest_multiplier(point),
         "starts": list(point.pasts),
@@ -224,6 +227,9 @@ def _dataset(run: Run) -> xr.Dataset:
             "settling_error", "1", "by how much the state may be off the periodic one"
         ),
         "walk": scalar("walk_m_per_cycle", "m", "drift of the bodies past each other per cycle"),
+        "walked": scalar("walked_m", "m", "drift of the bodies past each other until they rest"),
+        "walk_cycles": scalar("walk_cycles", "1", "cycles until they do, about"),
+        "walk_ahead": scalar("walk_ahead", "1", "relative change of the amplitude until they do"),
         "largest_multiplier": scalar(
             "largest_multiplier", "1", "largest modulus of a Floquet multiplier of the vibration"
         ),

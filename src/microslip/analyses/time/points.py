@@ -18,6 +18,7 @@ from microslip.analyses.time.classify import LONGEST, LOOKED, Motion, motion_of
 from microslip.analyses.time.floquet import Multipliers
 from microslip.analyses.time.leaving import leave
 from microslip.analyses.time.readings import opening_of, phases
+from microslip.analyses.time.resting import rested
 from microslip.analyses.time.scheme import (
     ContactMemory,
     State,
@@ -65,6 +66,8 @@ class Request:
         Matched poles; False for the error of the steps that Newmark's method has.
     classify : bool
         Say what a motion is that is not periodic; some hundred cycles more.
+    rests : bool
+        Find out where bodies that still walk past each other come to rest; some tens of cycles more.
     finer : bool
         Seek what does not settle, or is unstable, with more steps before it is called so.
     said : str
@@ -89,6 +92,7 @@ class Request:
     stability: bool = True
     matched: bool = True
     classify: bool = True
+    rests: bool = True
     finer: bool = True
     said: str = ""
     start: Start | None = None
@@ -128,6 +132,11 @@ class TimePoint:
     error : float
         By how much the state may be off the periodic one, over the size of the vibration; nan where
         not known.
+    walked, lasts, ahead : float
+        How far bodies that walk move past each other until they come to rest, m, in about how many cycles,
+        and by how much the amplitude still changes until then, relative, where they have not within
+        `microslip.analyses.time.offset.HORIZON` cycles: the motion is that after so many. Zero where they do
+        not walk.
     motion : Motion or None
         What it is, where the search ended without a periodic motion that lasts.
     pasts : tuple of str
@@ -144,6 +153,9 @@ class TimePoint:
     steady: SteadyState
     stability: Multipliers | None = None
     error: float = float("nan")
+    walked: float = 0.0
+    lasts: float = 0.0
+    ahead: float = 0.0
     motion: Motion | None = None
     pasts: tuple[str, ...] = ()
     left: TimePoint | None = None
@@ -270,8 +282,24 @@ def _searched(joint: PreparedJoint, request: Request) -> TimePoint:
         pasts=(request.past,),
         steps=request.steps,
     )
-    known = steady.converged and request.stability
-    return _judged(scheme, request, point, memory) if known else point
+    if not steady.converged:
+        return point
+    apart = 0.0
+    at_rest = rested(scheme, steady, request.tolerance, memory) if request.rests else None
+    if at_rest is not None:
+        _refuse_open(scheme, at_rest.steady, request)
+        there, apart = _spent(at_rest.steady, steady, at_rest.cycles), at_rest.apart
+        point = replace(
+            point,
+            steady=there,
+            walked=at_rest.walked,
+            lasts=at_rest.lasts,
+            ahead=at_rest.ahead,
+        )
+    if not request.stability:
+        return point
+    judged = _judged(scheme, request, point, memory)
+    return replace(judged, error=judged.error + apart)
 
 
 def _with_more_steps(

@@ -65,6 +65,10 @@ NEARLY = 10.0
 LOOKS = 20
 """Offsets at most."""
 
+HORIZON = 4000.0
+"""Cycles after which a motion counts, where its bodies have not come to rest by then: that may take hours,
+and lead farther than small displacements mean."""
+
 BRANCH = 0.3
 """Amplitudes that differ by more, in logarithm, are those of another branch."""
 
@@ -114,6 +118,8 @@ class Rest(NamedTuple):
         Mean of the pairs there.
     cycles : float
         That the walk takes there, by the secants.
+    looked : tuple of Looked
+        The motions that walk, in their order.
     """
 
     amplitude: complex
@@ -122,6 +128,39 @@ class Rest(NamedTuple):
     vector: Array
     offset: Array
     cycles: float
+    looked: tuple[Looked, ...]
+
+    def on_the_way(self, cycles: float = HORIZON) -> tuple[Array, complex] | None:
+        """State and amplitude after so many cycles from the first look; None where the bodies rest by then.
+
+        The speed is linear between two offsets. They rest where the amplitude is within `NARROW` of that.
+        """
+        begin = self.looked[0]
+        mean = begin.rate.mean(axis=0)
+        along = mean / np.linalg.norm(mean)
+        u = [float(one.offset.mean(axis=0) @ along) for one in self.looked]
+        g = [float(one.rate.mean(axis=0) @ along) for one in self.looked]
+        u, g = [*u, float(self.offset @ along)], [*g, 0.0]
+        vectors = [*(one.vector for one in self.looked), self.vector]
+        sizes = [*(one.amplitude for one in self.looked), self.amplitude]
+        for i in range(len(self.looked)):
+            way = u[i + 1] - u[i]
+            if way <= 0:
+                return None
+            slope = (g[i] - g[i + 1]) / way
+            lasts = np.log(g[i] / g[i + 1]) / slope if slope and g[i + 1] else way / g[i]
+            if g[i + 1] == 0:
+                lasts = np.inf
+            if cycles < lasts:
+                share = (
+                    -g[i] * np.expm1(-slope * cycles) / (slope * way) if slope else cycles / lasts
+                )
+                amplitude = (1 - share) * sizes[i] + share * sizes[i + 1]
+                if abs(abs(amplitude) / abs(self.amplitude) - 1) <= NARROW:
+                    return None
+                return (1 - share) * vectors[i] + share * vectors[i + 1], amplitude
+            cycles -= lasts
+        return None
 
 
 def slips(vector_v: Array, dimension: int) -> Array:
@@ -154,7 +193,10 @@ def elsewhere(size: float, sizes: tuple[float, float]) -> bool:
 
 
 def come_to_rest(
-    look: Callable[[Array], Looked], begin: Looked, guess: Array | None
+    look: Callable[[Array], Looked],
+    begin: Looked,
+    guess: Array | None = None,
+    narrow: float = NARROW,
 ) -> Rest | None:
     """Where a walk ends.
 
@@ -164,8 +206,10 @@ def come_to_rest(
         From a state to the motion after it has settled there.
     begin : Looked
         A motion that walks.
-    guess : (d - 1,) array or None
+    guess : (d - 1,) array, optional
         Offset at which motions beside it have come to rest.
+    narrow : float
+        Relative error of the amplitude at which it is known.
 
     Returns
     -------
@@ -207,16 +251,16 @@ def come_to_rest(
             if back:
                 on = left * speed(last) / (speed(last) - speed(resting))
                 apart = steepest * SURELY * min(on, left - on)
-                if apart <= NARROW and steepest * left <= NEARLY * NARROW:
-                    return _between(last, resting, on / left, apart, cycles, back=True)
+                if apart <= narrow and steepest * left <= NEARLY * NARROW:
+                    return _between(walking, resting, on / left, apart, cycles, back=True)
                 move = _crossing(on, left)
                 continue
-            if steepest * left <= NARROW:
-                return _between(last, resting, 0.5, steepest * left, cycles, back=False)
+            if steepest * left <= narrow:
+                return _between(walking, resting, 0.5, steepest * left, cycles, back=False)
         move = _secant(walking, at, speed)
         if resting is None:
             turn = _turn(walking[-2], walking[-1], at)
-            move *= 1 + BEYOND if move * turn > NARROW / CLOSE else CLOSE
+            move *= 1 + BEYOND if move * turn > narrow / CLOSE else CLOSE
             move = min(move, FARTHER * (at(last) - at(walking[-2])), AT_MOST / turn)
         else:
             inside = move <= left * (1 + STILL)
@@ -242,10 +286,15 @@ def _crossing(on: float, left: float) -> float:
 
 
 def _between(
-    last: Looked, resting: Looked, share: float, apart: float, cycles: float, back: bool
+    walking: list[Looked],
+    resting: Looked,
+    share: float,
+    apart: float,
+    cycles: float,
+    back: bool,
 ) -> Rest:
     """Where bodies come to rest between two offsets; in the state before where they stick beyond."""
-    on = share if back else 0.0
+    on, last = share if back else 0.0, walking[-1]
     return Rest(
         (1 - share) * last.amplitude + share * resting.amplitude,
         apart,
@@ -253,6 +302,7 @@ def _between(
         (1 - on) * last.vector + on * resting.vector,
         ((1 - on) * last.offset + on * resting.offset).mean(axis=0),
         cycles,
+        tuple(walking),
     )
 
 
