@@ -98,7 +98,7 @@ def test_steady_state_and_multipliers_are_those_of_the_planar_joint(small_refere
         steady = steady_state(scheme, frequency, load, tolerance=1e-6)
         assert steady.converged
         multipliers = floquet_multipliers(scheme, steady, count=4)
-        found.append((scheme, steady, multipliers, walk_of(steady, 3)))
+        found.append((scheme, steady, multipliers, walk_of(steady, scheme.joint.model.dimension)))
     (_, flat, stable, walk), (scheme, spatial, same, length) = found
     assert (spatial.cycle.status == SLIP).any()
     apart = 2 * CONFIRMED * 1e-6 / (1 - stable.largest)
