@@ -83,8 +83,8 @@ forced response by `method = "auto"`, defaults, against steady states of time in
 flanks and five frequencies at random, each after the load was raised from rest, and marched until its
 amplitude no longer drifts (`python benchmarks/population/auto.py`, {pairs} contact pairs). *Claimed*: the
 response states an error of at most 1 %; the rest is *flagged*. A motion that has not settled within 4000
-cycles is no truth; where it has stayed beside the one shown, how far from that its last hundred cycles are is
-counted apart.
+cycles is no truth, but what is shown of bodies that walk is the motion after so many; where it has stayed
+beside the one shown, how far from that its last hundred cycles are is counted apart.
 
 """
 

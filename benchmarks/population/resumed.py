@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 import json
 from collections.abc import Callable, Iterable, Iterator
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,7 @@ def study(doc: str, seeds: list[int], pairs: int, out: str) -> argparse.Argument
     parser = argparse.ArgumentParser(description=doc.splitlines()[0])
     parser.add_argument("--seeds", type=int, nargs="+", default=seeds)
     parser.add_argument("--count", type=int, default=20)
+    parser.add_argument("--first", type=int, default=0, help="number of the first of each")
     parser.add_argument("--pairs", type=int, default=pairs)
     parser.add_argument("--out", type=Path, default=Path(out))
     parser.add_argument("--page", type=Path)
@@ -31,7 +33,8 @@ def study(doc: str, seeds: list[int], pairs: int, out: str) -> argparse.Argument
 def drawn_joints(asked: argparse.Namespace) -> Iterator[tuple[str, int, str]]:
     """Name, seed of its own and text of every lap joint of the populations."""
     for seed in asked.seeds:
-        for number, text in enumerate(joints(seed, asked.count, asked.pairs)):
+        drawn = enumerate(joints(seed, asked.first + asked.count, asked.pairs))
+        for number, text in islice(drawn, asked.first, None):
             yield f"{seed}/{number:03d}", 1000 * seed + number, text
 
 
