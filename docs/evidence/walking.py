@@ -16,11 +16,11 @@ from pathlib import Path
 import numpy as np
 
 from microslip import parse_joint
+from microslip.analyses.time.offset import come_to_rest, slips
 from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.steady import raised_state
 from microslip.pipeline import creep
 from microslip.pipeline.loads import loads_of_file
-from microslip.analyses.time.offset import come_to_rest, slips
 from microslip.pipeline.prepare import assemble
 from microslip.pipeline.walk import STEPS, watched
 

@@ -19,7 +19,8 @@ from microslip.analyses.time.points import Request, steady_states
 from microslip.errors import InputError
 from microslip.pipeline import auto as method
 from microslip.pipeline.search import leaving
-from microslip.pipeline.walk import Found, Lost, sought
+from microslip.pipeline.targets import Found, Lost
+from microslip.pipeline.walk import sought
 
 FILE = coupled_document(41, load={"moment": ["90 N*m/m"]})
 

@@ -37,12 +37,8 @@ from microslip.pipeline.band import Curve
 from microslip.pipeline.marched import raised_and_marched
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.search import Search, larger_sides
-from microslip.pipeline.walk import (
-    TOLERANCE,
-    Target,
-    sought,
-    what_it_is,
-)
+from microslip.pipeline.targets import Target
+from microslip.pipeline.walk import TOLERANCE, sought, what_it_is
 from microslip.typing import Array
 
 FIRST = (0.0, -1.2, 1.2)

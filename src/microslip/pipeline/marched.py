@@ -18,7 +18,8 @@ from microslip.analyses.time.steady import raised_state
 from microslip.errors import ContactError, JointOpensError, MicroslipError
 from microslip.numerics.execute import each, threads
 from microslip.pipeline.creep import Crept, Walk, crept
-from microslip.pipeline.walk import RAISED, RAISED_AGAIN, STEPS, Found, Lost, Target
+from microslip.pipeline.targets import Found, Lost, Target
+from microslip.pipeline.walk import RAISED, RAISED_AGAIN, STEPS
 
 
 def raised_and_marched(joint: PreparedJoint, targets: Sequence[Target]) -> Iterator[Found | Lost]:

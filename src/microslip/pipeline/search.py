@@ -25,7 +25,8 @@ from microslip.analyses.reduced.response import Response
 from microslip.analyses.reduced.surface import LoadSurface
 from microslip.analyses.time.offset import BRANCH
 from microslip.describe.requests import CYCLES_EACH, SECONDS_EACH
-from microslip.pipeline.walk import DOUBTFUL, FINE, TOLERANCE, Found, Lost, Target
+from microslip.pipeline.targets import Found, Lost, Target
+from microslip.pipeline.walk import DOUBTFUL, FINE, TOLERANCE
 from microslip.typing import Array
 
 ACCURACY = 1e-3
@@ -98,7 +99,8 @@ class Search:
         beside one that does not may: each is known no better than the next are.
         """
         known = {k: replace(one, scatter=self.found[k].scatter) for k, one in self.anchors.items()}
-        walking = [k for k in known if k not in self.ended and known[k].change > FINE]
+        unknown = [k for k in known if k not in self.ended and self.found[k].rest is None]
+        walking = [k for k in unknown if known[k].change > FINE]
         for k in walking:
             known[k] = replace(known[k], doubt=max(known[k].doubt, self.moved))
         doubts = {k: known[k].doubt for k in sorted(known) if self.found[k].rest is not None}

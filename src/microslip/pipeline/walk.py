@@ -22,14 +22,14 @@ mean counts, with how far it strays and drifts as its doubt.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.time.classify import motion_of
 from microslip.analyses.time.readings import opening_of
-from microslip.analyses.time.resting import at_phase_0
+from microslip.analyses.time.resting import at_phase_0, rested
 from microslip.analyses.time.scheme import (
     ContactMemory,
     State,
@@ -43,6 +43,7 @@ from microslip.analyses.time.steady import SteadyState, raised_state, steady_sta
 from microslip.errors import JointOpensError, MicroslipError
 from microslip.numerics.execute import each, threads
 from microslip.numerics.fourier import harmonic
+from microslip.pipeline.targets import Found, Lost, Target
 from microslip.typing import Array, Complex
 
 STEPS = 150
@@ -95,106 +96,6 @@ TELLS = 3e-4
 """Change over a cycle below which a motion from another past tells of it, though it may not have settled."""
 
 
-@dataclass(frozen=True)
-class Target:
-    """A steady state to seek.
-
-    Attributes
-    ----------
-    point : int
-        Index of its frequency.
-    frequency, load : float
-    guess : complex
-        First harmonic of the modal coordinate to start from rest with.
-    starts : tuple of ((Start, float), ...)
-        Ends of others at phase 0 of the load and their shares, one mixture after another.
-    origin : int
-        Index of the frequency that the first start is of; -1 where it is none.
-    cold : bool
-        Start from rest first; to be marched, after the load was raised.
-    expected, most : float
-        Size below which a motion from rest may be on a smaller branch than the states beside; of a motion to
-        be marched, the least and the largest size of its branch about it, zero where none is known.
-    offset : (d - 1,) array or None
-        At which bodies that walk come to rest in motions beside it.
-    """
-
-    point: int
-    frequency: float
-    load: float
-    guess: complex
-    starts: tuple[tuple[tuple[Start, float], ...], ...] = ()
-    origin: int = -1
-    cold: bool = True
-    expected: float = 0.0
-    most: float = 0.0
-    offset: Array | None = None
-
-
-@dataclass(frozen=True)
-class Found:
-    """A steady state.
-
-    Attributes
-    ----------
-    amplitude : complex
-    change, doubt : float
-        See `microslip.analyses.reduced.anchors.Anchor`.
-    state : Start
-        At phase 0 of the load.
-    cycles : int
-        Spent.
-    fell : bool
-        A larger motion was sought first, and is not steady.
-    opens : bool
-        At some instant of that no pair touches.
-    scatter, past : float
-        See `microslip.analyses.reduced.anchors.Anchor`; nan where they are not known.
-    rest : (d - 1,) array or None
-        Offset at which bodies that walked past each other have come to rest in it.
-    lasts, ahead : float
-        Cycles until they do, about; the relative change of the amplitude until then, where they have not
-        within `microslip.analyses.time.offset.HORIZON` cycles: this is the motion after so many.
-    own : bool
-        Marched from the motion that was known there, as raising the load leads to another branch.
-    """
-
-    amplitude: complex
-    change: float
-    doubt: float
-    state: Start
-    cycles: int
-    fell: bool = False
-    opens: bool = False
-    scatter: float = float("nan")
-    past: float = float("nan")
-    rest: Array | None = None
-    lasts: float = 0.0
-    ahead: float = 0.0
-    own: bool = False
-
-
-@dataclass(frozen=True)
-class Lost:
-    """No steady state.
-
-    Attributes
-    ----------
-    reason : str
-    cycles : int
-        Spent.
-    steady : SteadyState or None
-        The motion that the search ended in.
-    opens : bool
-        At some instant of it no pair touches.
-    """
-
-    reason: str
-    cycles: int
-    steady: SteadyState | None = None
-    opens: bool = False
-
-
 def sought(joint: PreparedJoint, targets: Sequence[Target]) -> Iterator[Found | Lost]:
     """Steady states in the order of the targets."""
 
@@ -225,7 +126,7 @@ def seek(joint: PreparedJoint, target: Target) -> Found | Lost:
         return search.lost()
     fell = search.larger > np.exp(OTHER) * abs(found.amplitude)
     if found.doubt <= AGAIN:
-        found = search.meant(found)
+        found = search.at_rest(search.meant(found))
     return replace(found, cycles=search.spent, fell=fell, opens=search.opened)
 
 
@@ -304,6 +205,30 @@ class _Seeking:
             return replace(found, past=past, scatter=past)
         self.spent += answer.cycles
         return replace(answer, past=past, scatter=scatter)
+
+    def at_rest(self, found: Found) -> Found:
+        """The same where bodies that walk have come to rest, or are after `offset.HORIZON` cycles."""
+        scheme, frequency = self.scheme, self.target.frequency
+        try:
+            steady = _searched(scheme, self.target, found.state, TOLERANCE, ANOTHER)
+            self.spent += steady.cycles
+            there = rested(scheme, steady, TOLERANCE) if steady.converged else None
+            if there is None:
+                return found
+            self.spent += there.cycles
+            end = end_of(at_phase_0(scheme, there.steady), 0.0, scheme, frequency)
+        except MicroslipError:
+            return found
+        return replace(
+            found,
+            amplitude=there.steady.amplitude,
+            change=there.steady.change,
+            doubt=there.apart + LASTS * there.steady.change,
+            state=end,
+            rest=there.offset,
+            lasts=there.lasts,
+            ahead=there.ahead,
+        )
 
     def raised(self, found: Found, cycles: int) -> SteadyState | None:
         """The motion after the load was raised over so many cycles; None where that is another."""

@@ -42,8 +42,10 @@ class Rested(NamedTuple):
         Where they rest, or after `offset.HORIZON` cycles where they do not by then.
     apart : float
         By how much its amplitude may be off for the offset alone, relative.
+    offset : (d - 1,) array
+        Between the bodies where they rest, mean of the pairs, m.
     walked : float
-        How far they have walked, m.
+        How far they walk until then, m.
     lasts : float
         In how many cycles, about.
     ahead : float
@@ -54,6 +56,7 @@ class Rested(NamedTuple):
 
     steady: SteadyState
     apart: float
+    offset: Array
     walked: float
     lasts: float
     ahead: float
@@ -176,7 +179,7 @@ def rested(
     size, apart, ahead = abs(final.amplitude), rest.apart, 0.0
     if there is not None:
         ahead, apart = abs(rest.amplitude) / size - 1, apart + abs(size / abs(there[1]) - 1)
-    return Rested(final, apart, walked, rest.cycles, ahead, spent + final.cycles + 1)
+    return Rested(final, apart, rest.offset, walked, rest.cycles, ahead, spent + final.cycles + 1)
 
 
 def _looked(scheme: TimeScheme, steady: SteadyState, end: State) -> Looked:

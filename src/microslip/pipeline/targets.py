@@ -1,0 +1,109 @@
+"""Steady states to seek along a response, and what became of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from microslip.analyses.time.starts import Start
+from microslip.analyses.time.steady import SteadyState
+from microslip.typing import Array
+
+
+@dataclass(frozen=True)
+class Target:
+    """A steady state to seek.
+
+    Attributes
+    ----------
+    point : int
+        Index of its frequency.
+    frequency, load : float
+    guess : complex
+        First harmonic of the modal coordinate to start from rest with.
+    starts : tuple of ((Start, float), ...)
+        Ends of others at phase 0 of the load and their shares, one mixture after another.
+    origin : int
+        Index of the frequency that the first start is of; -1 where it is none.
+    cold : bool
+        Start from rest first; to be marched, after the load was raised.
+    expected, most : float
+        Size below which a motion from rest may be on a smaller branch than the states beside; of a motion to
+        be marched, the least and the largest size of its branch about it, zero where none is known.
+    offset : (d - 1,) array or None
+        At which bodies that walk come to rest in motions beside it.
+    """
+
+    point: int
+    frequency: float
+    load: float
+    guess: complex
+    starts: tuple[tuple[tuple[Start, float], ...], ...] = ()
+    origin: int = -1
+    cold: bool = True
+    expected: float = 0.0
+    most: float = 0.0
+    offset: Array | None = None
+
+
+@dataclass(frozen=True)
+class Found:
+    """A steady state.
+
+    Attributes
+    ----------
+    amplitude : complex
+    change, doubt : float
+        See `microslip.analyses.reduced.anchors.Anchor`.
+    state : Start
+        At phase 0 of the load.
+    cycles : int
+        Spent.
+    fell : bool
+        A larger motion was sought first, and is not steady.
+    opens : bool
+        At some instant of that no pair touches.
+    scatter, past : float
+        See `microslip.analyses.reduced.anchors.Anchor`; nan where they are not known.
+    rest : (d - 1,) array or None
+        Offset at which bodies that walked past each other have come to rest in it.
+    lasts, ahead : float
+        Cycles until they do, about; the relative change of the amplitude until then, where they have not
+        within `microslip.analyses.time.offset.HORIZON` cycles: this is the motion after so many.
+    own : bool
+        Marched from the motion that was known there, as raising the load leads to another branch.
+    """
+
+    amplitude: complex
+    change: float
+    doubt: float
+    state: Start
+    cycles: int
+    fell: bool = False
+    opens: bool = False
+    scatter: float = float("nan")
+    past: float = float("nan")
+    rest: Array | None = None
+    lasts: float = 0.0
+    ahead: float = 0.0
+    own: bool = False
+
+
+@dataclass(frozen=True)
+class Lost:
+    """No steady state.
+
+    Attributes
+    ----------
+    reason : str
+    cycles : int
+        Spent.
+    steady : SteadyState or None
+        The motion that the search ended in.
+    opens : bool
+        At some instant of it no pair touches.
+    """
+
+    reason: str
+    cycles: int
+    steady: SteadyState | None = None
+    opens: bool = False
