@@ -13,8 +13,9 @@ from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.steady import drift_of, raised_state, steady_state
 from microslip.pipeline import creep
 from microslip.pipeline.creep import Walk, crept
+from microslip.pipeline.targets import Found, Target
 from microslip.pipeline.time import walking
-from microslip.pipeline.walk import STEPS, watched
+from microslip.pipeline.walk import STEPS, seek, watched
 
 
 def moving(speed, size):
@@ -212,6 +213,21 @@ def test_a_long_walk_is_where_marching_alone_is_at_the_horizon(rings):
     assert abs(size[-1] / size[200] - 1) > 0.03, "it walks"
     assert abs(found.amplitude) == pytest.approx(size[-40:].mean(), rel=found.doubt + 5e-4)
     assert found.ahead > 0.1, "and far on"
+
+
+def test_a_search_along_a_response_ends_where_a_march_with_leaps_does(rings):
+    """Both look at the walk by searches, but meet it elsewhere: after 200 cycles, and after a few."""
+    scheme = time_scheme(rings[0].joint, 1 / (466.48 * STEPS), frequency=466.48)
+    raised = raised_state(scheme, 466.48, 2.3224, 10)
+    marched = crept(scheme, 2.3224, raised, walk=Walk())
+    found = seek(scheme.joint, Target(0, 466.48, 2.3224, 0j))
+    assert isinstance(found, Found)
+    assert found.rest is not None
+    assert marched.rest is not None
+    assert found.rest[0] == pytest.approx(marched.rest[0], rel=0.02)
+    assert found.ahead == pytest.approx(marched.ahead, rel=0.1)
+    apart = found.doubt + marched.doubt + 5e-4
+    assert abs(found.amplitude) == pytest.approx(abs(marched.amplitude), rel=apart)
 
 
 def test_a_long_walk_ends_where_the_bodies_neither_walk_on_nor_back(rings, monkeypatch):
