@@ -267,20 +267,28 @@ def _walked(
         last.append(start)
         return found
 
+    one = None
     try:
         rest = come_to_rest(look, begin, offset)
+        there = None if rest is None else rest.on_the_way(max(HORIZON - reached, 0.0))
+        if there is not None:
+            one = look(there[0])
     except MicroslipError:
         return spent
     if rest is None:
         return spent
-    size = abs(rest.amplitude)
-    start, ahead, apart = space.state(rest.vector, last[-1]), 0.0, rest.apart
-    there = rest.on_the_way(max(HORIZON - reached, 0.0))
-    if there is not None:
-        one = look(there[0])
+    start, size, ahead, apart = (
+        space.state(rest.vector, last[-1]),
+        abs(rest.amplitude),
+        0.0,
+        rest.apart,
+    )
+    if there is not None and one is not None:
         size, ahead = abs(one.amplitude), size / abs(one.amplitude) - 1
-        rest = rest._replace(amplitude=one.amplitude)
-        start, apart = last[-1], apart + abs(size / abs(there[1]) - 1)
+        missed = abs(size / abs(there[1]) - 1)
+        if missed > DOUBTFUL:
+            return spent
+        rest, start, apart = rest._replace(amplitude=one.amplitude), last[-1], apart + missed
     settled = _stable(scheme, load, start, size, memory)
     if settled is None:
         kicked = replace(start, rate=KICK * start.rate)

@@ -67,7 +67,8 @@ class Request:
     classify : bool
         Say what a motion is that is not periodic; some hundred cycles more.
     rests : bool
-        Find out where bodies that still walk past each other come to rest; some tens of cycles more.
+        Find out where bodies that still walk past each other come to rest, by searches; some tens of cycles
+        more.
     finer : bool
         Seek what does not settle, or is unstable, with more steps before it is called so.
     said : str
@@ -285,7 +286,8 @@ def _searched(joint: PreparedJoint, request: Request) -> TimePoint:
     if not steady.converged:
         return point
     apart = 0.0
-    at_rest = rested(scheme, steady, request.tolerance, memory) if request.rests else None
+    seeks = request.rests and request.accelerate
+    at_rest = rested(scheme, steady, request.tolerance, memory) if seeks else None
     if at_rest is not None:
         _refuse_open(scheme, at_rest.steady, request)
         there, apart = _spent(at_rest.steady, steady, at_rest.cycles), at_rest.apart
