@@ -16,9 +16,10 @@ from pathlib import Path
 import numpy as np
 
 from microslip import parse_joint
-from microslip.analyses.time.offset import come_to_rest, slips
+from microslip.analyses.time.offset import come_to_rest
 from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.steady import raised_state
+from microslip.contact.pairs import tangential_vectors
 from microslip.pipeline import creep
 from microslip.pipeline.loads import loads_of_file
 from microslip.pipeline.prepare import assemble
@@ -58,7 +59,9 @@ def main() -> None:
         end = creep.crept(scheme, load.amplitude, state, walk=creep.Walk())
         Q, states = watched(scheme, load.amplitude, state, CYCLES)
         print(f"\nend {abs(end.amplitude):.5e} ± {end.doubt:.1e}, {end.cycles} cycles; marched")
-        print(f"alone {abs(Q[-1]):.5e} at {np.mean(slips(states[-1].v, 2)):.4e} after {CYCLES}\n")
+        print(
+            f"alone {abs(Q[-1]):.5e} at {np.mean(tangential_vectors(states[-1].v, 2)):.4e} after {CYCLES}\n"
+        )
 
 
 if __name__ == "__main__":

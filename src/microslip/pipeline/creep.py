@@ -39,7 +39,6 @@ from microslip.analyses.time.offset import (
     Looked,
     come_to_rest,
     elsewhere,
-    slips,
     walks,
 )
 from microslip.analyses.time.resting import CYCLES, at_phase_0, searched
@@ -52,6 +51,7 @@ from microslip.analyses.time.scheme import (
 from microslip.analyses.time.stability import settling_error, stability_of
 from microslip.analyses.time.starts import end_of
 from microslip.analyses.time.steady import steady_state
+from microslip.contact.pairs import tangential_vectors
 from microslip.errors import MicroslipError
 from microslip.pipeline.ringing import (
     BLOCKS,
@@ -182,9 +182,9 @@ def crept(
     drifts, strays = list[float](), list[float]()
     for count in range(1, blocks + 1):
         Q, states = watched(scheme, load, state, block, memory=memory)
-        vectors, state = np.array([space.vector(one) for one in states]), states[-1]
+        seen, state = _looked(Q, states, space), states[-1]
         reached += block
-        begin, end = TAPER @ Q[:WINDOW], TAPER @ Q[STEP:]
+        begin, end = TAPER @ Q[:WINDOW], seen.amplitude
         own = float(abs(end) / abs(begin) - 1) / STEP
         stray = stray_of(Q, float(abs(end)))
         drifts.append(abs(own))
@@ -196,17 +196,15 @@ def crept(
             or (stray > DOUBTFUL and stays(strays))
         ):
             break
-        slip = np.array([slips(one.v, scheme.joint.model.dimension) for one in states])
-        if count >= look and walk is not None and walks(_per_cycle(slip)):
-            found = _walked(scheme, load, states, Q, memory, walk.offset, reached)
+        if count >= look and walk is not None and walks(seen.rate):
+            found = _walked(space, load, seen, state, memory, walk.offset, reached)
             if isinstance(found, Crept):
                 return found._replace(cycles=found.cycles + count * block + lost)
             lost += found
             look = WALKS_AGAIN * count
         if count >= blocks - SETTLING:
             continue
-        way = TAPER @ (vectors[STEP:] - vectors[:WINDOW]) / STEP
-        now = _Drift(state, way, space.measure(way), own)
+        now = _Drift(state, seen.way, space.measure(seen.way), own)
         off = leapt * abs(own - before.drift * before.kept(leapt + block)) if before else 0.0
         if before is not None and off > OFF:
             # the drift was another than it was to be: from where the leap began, shorter
@@ -229,10 +227,10 @@ def crept(
 
 
 def _walked(
-    scheme: TimeScheme,
+    space: StateSpace,
     load: float,
-    states: list[State],
-    Q: Complex,
+    begin: Looked,
+    state: State,
     memory: ContactMemory,
     offset: Array | None,
     reached: float,
@@ -241,30 +239,28 @@ def _walked(
 
     A motion is looked at by a search, and where that does not settle, or pairs do not move alike, marched.
     """
-    block, dimension = WINDOW + STEP, scheme.joint.model.dimension
+    block, scheme = WINDOW + STEP, space.scheme
     frequency = 1 / (scheme.dt * STEPS)
-    space = StateSpace(scheme, 2 * np.pi * frequency)
-    spent, last = 0, [states[-1]]
-    begin = _looked(Q, states, space, dimension)
+    spent, last = 0, state
     quiet = QUIET * float(np.linalg.norm(begin.rate.mean(axis=0)))
 
     def look(vector: Array) -> Looked:
-        nonlocal spent
-        start = space.state(vector, last[-1])
-        quick = searched(scheme, frequency, load, start, memory)
+        nonlocal spent, last
+        start = space.state(vector, last)
+        quick = searched(space, frequency, load, start, memory)
         spent += CYCLES if quick is None else quick.cycles
         if quick is not None and quick.looked.uneven <= quiet:
-            last.append(quick.state)
+            last = quick.state
             return quick.looked
         start = watched(scheme, load, start, block, memory=memory)[1][-1]
         spent += block
         for _ in range(TRIES):
             Q, states = watched(scheme, load, start, block, memory=memory)
             spent, start = spent + block, states[-1]
-            found = _looked(Q, states, space, dimension)
+            found = _looked(Q, states, space)
             if found.uneven <= quiet:
                 break
-        last.append(start)
+        last = start
         return found
 
     one = None
@@ -277,18 +273,14 @@ def _walked(
         return spent
     if rest is None:
         return spent
-    start, size, ahead, apart = (
-        space.state(rest.vector, last[-1]),
-        abs(rest.amplitude),
-        0.0,
-        rest.apart,
-    )
+    amplitude, start, ahead, apart = rest.amplitude, space.state(rest.vector, last), 0.0, rest.apart
     if there is not None and one is not None:
-        size, ahead = abs(one.amplitude), size / abs(one.amplitude) - 1
-        missed = abs(size / abs(there[1]) - 1)
+        missed = abs(abs(one.amplitude) / abs(there[1]) - 1)
         if missed > DOUBTFUL:
             return spent
-        rest, start, apart = rest._replace(amplitude=one.amplitude), last[-1], apart + missed
+        ahead = abs(rest.amplitude) / abs(one.amplitude) - 1
+        amplitude, start, apart = one.amplitude, last, apart + missed
+    size = abs(amplitude)
     settled = _stable(scheme, load, start, size, memory)
     if settled is None:
         kicked = replace(start, rate=KICK * start.rate)
@@ -296,7 +288,7 @@ def _walked(
     else:
         end, doubt, more = settled
     return Crept(
-        rest.amplitude,
+        amplitude,
         0.0,
         apart + doubt,
         end,
@@ -329,21 +321,15 @@ def _stable(
     return at_phase_0(scheme, steady, memory), doubt, steady.cycles + found.cycles
 
 
-def _per_cycle(values: Array) -> Array:
-    """By how much the values of a block of cycles change in one."""
-    return np.asarray(np.tensordot(TAPER, values[STEP:] - values[:WINDOW], 1) / STEP)
-
-
-def _looked(Q: Complex, states: list[State], space: StateSpace, dimension: int) -> Looked:
+def _looked(Q: Complex, states: list[State], space: StateSpace) -> Looked:
     """What a block of cycles says of a walk: means over its last window, and what they change by."""
-    slip = np.array([slips(one.v, dimension) for one in states])
+    dimension = space.scheme.joint.model.dimension
+    slip = np.array([tangential_vectors(one.v, dimension) for one in states])
     vectors = np.array([space.vector(one) for one in states])
-    end = complex(TAPER @ Q[STEP:])
     return Looked(
         offset=np.tensordot(TAPER, slip[STEP:], 1),
-        rate=_per_cycle(slip),
-        amplitude=end,
-        stray=stray_of(Q, abs(end)),
+        rate=np.tensordot(TAPER, slip[STEP:] - slip[:WINDOW], 1) / STEP,
+        amplitude=complex(TAPER @ Q[STEP:]),
         vector=TAPER @ vectors[STEP:],
         way=TAPER @ (vectors[STEP:] - vectors[:WINDOW]) / STEP,
     )

@@ -44,15 +44,14 @@ def _ended(joint: PreparedJoint, target: Target, ramps: Sequence[int]) -> Found:
     f = target.frequency
     scheme = time_scheme(joint, 1 / (f * STEPS), frequency=f)
     walk = Walk(target.offset)
-    sizes = target.expected, target.most
     ends = _raised_ends(scheme, target, ramps, walk) if target.cold else []
     spent = sum(one.cycles for one in ends) + sum(ramps[: len(ends)])
-    own = bool(target.starts) and (not ends or elsewhere(abs(ends[0].amplitude), sizes))
+    own = bool(target.starts) and (not ends or elsewhere(abs(ends[0].amplitude), target.sizes))
     if own:
         ends = _own_ends(scheme, target, walk)
         spent += sum(one.cycles for one in ends)
         # several motions may exist there: by how much two that stay differ is how well one is known
-        staying = [one for one in ends if not elsewhere(abs(one.amplitude), sizes)]
+        staying = [one for one in ends if not elsewhere(abs(one.amplitude), target.sizes)]
         ends = staying or ends[-1:]
     # bodies that stick beyond where others come to rest have been put there
     ends = [one for one in ends if one.rest is not None] or ends
@@ -96,9 +95,8 @@ def _raised_ends(
     ends = list[Crept]()
     for ramp in ramps:
         state = raised_state(scheme, target.frequency, target.load, ramp)
-        sizes = target.expected, target.most
-        ends.append(crept(scheme, target.load, state, walk=walk, sizes=sizes))
-        if ends[0].rest is not None or elsewhere(abs(ends[0].amplitude), sizes):
+        ends.append(crept(scheme, target.load, state, walk=walk, sizes=target.sizes))
+        if ends[0].rest is not None or elsewhere(abs(ends[0].amplitude), target.sizes):
             break
     return ends
 

@@ -44,6 +44,11 @@ class Target:
     most: float = 0.0
     offset: Array | None = None
 
+    @property
+    def sizes(self) -> tuple[float, float]:
+        """Least and largest on its branch; zero where none is known."""
+        return self.expected, self.most
+
 
 @dataclass(frozen=True)
 class Found:

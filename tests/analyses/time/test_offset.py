@@ -7,10 +7,11 @@ import pytest
 
 import microslip
 from microslip.analyses.time.deviations import StateSpace
-from microslip.analyses.time.offset import HORIZON, LOOKS, Looked, come_to_rest, slips
+from microslip.analyses.time.offset import HORIZON, LOOKS, Looked, come_to_rest
 from microslip.analyses.time.points import TimePoint
 from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.steady import drift_of, raised_state, steady_state
+from microslip.contact.pairs import tangential_vectors
 from microslip.pipeline import creep
 from microslip.pipeline.creep import Walk, crept
 from microslip.pipeline.targets import Found, Target
@@ -25,7 +26,7 @@ def moving(speed, size):
         look.seen += 1
         u = float(vector[0])
         rate = np.full((3, 1), speed(u))
-        return Looked(np.full((3, 1), u), rate, complex(size(u)), 0.0, vector, rate[0])
+        return Looked(np.full((3, 1), u), rate, complex(size(u)), vector, rate[0])
 
     look.seen = 0
     return look
@@ -142,7 +143,12 @@ def alone():
     scheme = time_scheme(joint, 1 / (FREQUENCY * STEPS), frequency=FREQUENCY)
     raised = raised_state(scheme, FREQUENCY, LOAD, 10)
     Q, states = watched(scheme, LOAD, raised, 2400)
-    return scheme, raised, np.abs(Q), np.array([slips(one.v, 2).mean() for one in states])
+    return (
+        scheme,
+        raised,
+        np.abs(Q),
+        np.array([tangential_vectors(one.v, 2).mean() for one in states]),
+    )
 
 
 def test_a_walk_ends_where_marching_alone_leads(alone):
@@ -162,7 +168,7 @@ def test_points_that_settle_while_the_bodies_walk_say_so(alone):
     scheme, raised, _, offset = alone
     steady = steady_state(scheme, FREQUENCY, LOAD, start=raised, tolerance=1e-4)
     assert steady.converged
-    at = slips(steady.cycle.state.v, 2).mean()
+    at = tangential_vectors(steady.cycle.state.v, 2).mean()
     after = int(np.argmin(np.abs(offset - at)))
     marched = (offset[after + 10] - offset[after - 10]) / 20
     assert drift_of(steady, 2) == pytest.approx(marched, rel=0.05)
@@ -242,13 +248,13 @@ def test_a_long_walk_ends_where_the_bodies_neither_walk_on_nor_back(rings, monke
     space = StateSpace(scheme, 2 * np.pi * frequency)
     early = watched(scheme, load, raised, 240)[1][-41:]
     way = (space.vector(early[-1]) - space.vector(early[0])) / 40
-    speed = slips(early[-1].v - early[0].v, 2).mean() / 40
+    speed = tangential_vectors(early[-1].v - early[0].v, 2).mean() / 40
     assert speed * found.rest[0] > 0
     rates, sizes = [], []
     for share in (-0.1, 0.0, 0.1):
         moved = space.vector(found.state) + share * found.rest[0] / speed * way
         Q, states = watched(scheme, load, space.state(moved, found.state), 400)
-        rates.append(slips(states[-1].v - states[-101].v, 2).mean() / 100)
+        rates.append(tangential_vectors(states[-1].v - states[-101].v, 2).mean() / 100)
         sizes.append(np.abs(Q[-100:]).mean())
     assert rates[0] > 0 > rates[2], "it walks there from both sides"
     beside = (

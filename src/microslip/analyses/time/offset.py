@@ -8,8 +8,8 @@ within some tens of cycles. So the motion is one of the offset u between the bod
 
 and comes to rest where g has fallen to zero. Beyond, they either walk back, so that u is a fixed point like
 any other but for its patience, or pairs that stick hold the bodies, wherever they are put. So that offset is
-sought from the side on which they walk: the state is moved along the walk, marched until what this has
-stirred is gone, and looked at; the next move is that of the secant. A state is moved along the line through
+sought from the side on which they walk: the state is moved along the walk, what this has stirred goes, and
+the motion there is looked at; the next move is that of the secant. A state is moved along the line through
 the two nearest that were looked at: what a motion changes by in a cycle is a walk while that is fast, and
 beside rest what is left of all else. Pairs that slip in every cycle keep nothing of how they were moved. The
 last offset at which the bodies walk and the first at which they do not bound the amplitude where they come to
@@ -24,7 +24,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from microslip.contact.pairs import by_pair
 from microslip.typing import Array
 
 RIGID = 0.05
@@ -83,8 +82,6 @@ class Looked(NamedTuple):
     rate : (m, d - 1) array
         By how much they change in a cycle.
     amplitude : complex
-    stray : float
-        How far cycles stray from it, relative, but for what it drifts.
     vector, way : arrays
         The state, and its change per cycle.
     """
@@ -92,7 +89,6 @@ class Looked(NamedTuple):
     offset: Array
     rate: Array
     amplitude: complex
-    stray: float
     vector: Array
     way: Array
 
@@ -100,6 +96,20 @@ class Looked(NamedTuple):
     def uneven(self) -> float:
         """By how much the rates of pairs differ from their mean."""
         return float(np.abs(self.rate - self.rate.mean(axis=0)).max())
+
+    @property
+    def along(self) -> Array:
+        """Unit vector, (d - 1,), of the walk."""
+        mean = self.rate.mean(axis=0)
+        return np.asarray(mean / np.linalg.norm(mean))
+
+    def at(self, along: Array) -> float:
+        """Mean offset along a walk."""
+        return float(self.offset.mean(axis=0) @ along)
+
+    def speed(self, along: Array) -> float:
+        """Mean rate along a walk."""
+        return float(self.rate.mean(axis=0) @ along)
 
 
 class Rest(NamedTuple):
@@ -110,8 +120,6 @@ class Rest(NamedTuple):
     amplitude : complex
     apart : float
         By how much its size may change, relative, from where they still walk to where they rest.
-    stray : float
-        How far cycles of the last motion that walks stray from it, relative.
     vector : array
         The state there, or the last one in which they walk where they stick beyond.
     offset : (d - 1,) array
@@ -124,7 +132,6 @@ class Rest(NamedTuple):
 
     amplitude: complex
     apart: float
-    stray: float
     vector: Array
     offset: Array
     cycles: float
@@ -135,12 +142,9 @@ class Rest(NamedTuple):
 
         The speed is linear between two offsets. They rest where the amplitude is within `NARROW` of that.
         """
-        begin = self.looked[0]
-        mean = begin.rate.mean(axis=0)
-        along = mean / np.linalg.norm(mean)
-        u = [float(one.offset.mean(axis=0) @ along) for one in self.looked]
-        g = [float(one.rate.mean(axis=0) @ along) for one in self.looked]
-        u, g = [*u, float(self.offset @ along)], [*g, 0.0]
+        along = self.looked[0].along
+        u = [*(one.at(along) for one in self.looked), float(self.offset @ along)]
+        g = [*(one.speed(along) for one in self.looked), 0.0]
         vectors = [*(one.vector for one in self.looked), self.vector]
         sizes = [*(one.amplitude for one in self.looked), self.amplitude]
         for i in range(len(self.looked)):
@@ -148,24 +152,16 @@ class Rest(NamedTuple):
             if way <= 0:
                 return None
             slope = (g[i] - g[i + 1]) / way
-            lasts = np.log(g[i] / g[i + 1]) / slope if slope and g[i + 1] else way / g[i]
-            if g[i + 1] == 0:
-                lasts = np.inf
+            lasts = _lasting(way, g[i], g[i + 1])
             if cycles < lasts:
-                share = (
-                    -g[i] * np.expm1(-slope * cycles) / (slope * way) if slope else cycles / lasts
-                )
+                there = -g[i] * np.expm1(-slope * cycles) / slope if slope else g[i] * cycles
+                share = there / way
                 amplitude = (1 - share) * sizes[i] + share * sizes[i + 1]
                 if abs(abs(amplitude) / abs(self.amplitude) - 1) <= NARROW:
                     return None
                 return (1 - share) * vectors[i] + share * vectors[i + 1], amplitude
             cycles -= lasts
         return None
-
-
-def slips(vector_v: Array, dimension: int) -> Array:
-    """Tangential components, (m, d - 1), of the relative displacements."""
-    return np.asarray(by_pair(vector_v, dimension)[..., 1:])
 
 
 def walks(rate: Array) -> bool:
@@ -216,14 +212,13 @@ def come_to_rest(
     Rest or None
         None where the bodies do not come to rest within `LOOKS` offsets, or what moves is no longer a walk.
     """
-    mean = begin.rate.mean(axis=0)
-    along = mean / np.linalg.norm(mean)
+    along = begin.along
 
     def at(one: Looked) -> float:
-        return float(one.offset.mean(axis=0) @ along)
+        return one.at(along)
 
     def speed(one: Looked) -> float:
-        return float(one.rate.mean(axis=0) @ along)
+        return one.speed(along)
 
     first = speed(begin)
     walking, resting, back = [begin], None, False
@@ -298,12 +293,18 @@ def _between(
     return Rest(
         (1 - share) * last.amplitude + share * resting.amplitude,
         apart,
-        last.stray,
         (1 - on) * last.vector + on * resting.vector,
         ((1 - on) * last.offset + on * resting.offset).mean(axis=0),
         cycles,
         tuple(walking),
     )
+
+
+def _lasting(way: float, first: float, last: float) -> float:
+    """Cycles of a way along which the speed changes linearly; endless where it falls to zero."""
+    if last == 0:
+        return np.inf
+    return way / first if first == last else way * float(np.log(first / last)) / (first - last)
 
 
 def _times(one: Looked, other: Looked) -> float:

@@ -66,9 +66,6 @@ class Request:
         Matched poles; False for the error of the steps that Newmark's method has.
     classify : bool
         Say what a motion is that is not periodic; some hundred cycles more.
-    rests : bool
-        Find out where bodies that still walk past each other come to rest, by searches; some tens of cycles
-        more.
     finer : bool
         Seek what does not settle, or is unstable, with more steps before it is called so.
     said : str
@@ -93,7 +90,6 @@ class Request:
     stability: bool = True
     matched: bool = True
     classify: bool = True
-    rests: bool = True
     finer: bool = True
     said: str = ""
     start: Start | None = None
@@ -286,8 +282,7 @@ def _searched(joint: PreparedJoint, request: Request) -> TimePoint:
     if not steady.converged:
         return point
     apart = 0.0
-    seeks = request.rests and request.accelerate
-    at_rest = rested(scheme, steady, request.tolerance, memory) if seeks else None
+    at_rest = rested(scheme, steady, request.tolerance, memory) if request.accelerate else None
     if at_rest is not None:
         _refuse_open(scheme, at_rest.steady, request)
         there, apart = _spent(at_rest.steady, steady, at_rest.cycles), at_rest.apart

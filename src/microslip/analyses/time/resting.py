@@ -12,10 +12,11 @@ from typing import NamedTuple
 import numpy as np
 
 from microslip.analyses.time.deviations import StateSpace
-from microslip.analyses.time.offset import Looked, come_to_rest, slips, walks
+from microslip.analyses.time.offset import Looked, come_to_rest, walks
 from microslip.analyses.time.scheme import ContactMemory, State, TimeScheme, contact_memory, march
 from microslip.analyses.time.starts import end_of
 from microslip.analyses.time.steady import SteadyState, steady_state, walk_of
+from microslip.contact.pairs import tangential_vectors
 from microslip.errors import ContactError
 from microslip.typing import Array
 
@@ -86,7 +87,7 @@ def at_phase_0(
 
 
 def searched(
-    scheme: TimeScheme,
+    space: StateSpace,
     frequency: float,
     load: float,
     state: State,
@@ -96,12 +97,14 @@ def searched(
 
     Parameters
     ----------
-    scheme : TimeScheme
+    space : StateSpace
+        Of the scheme.
     frequency, load : float
     state : State
         At phase 0 of the load.
     memory : ContactMemory
     """
+    scheme = space.scheme
     start = end_of(state, 0.0, scheme, frequency)
     try:
         steady = steady_state(
@@ -112,7 +115,7 @@ def searched(
         end = at_phase_0(scheme, steady, memory)
     except ContactError:
         return None
-    return AtOffset(_looked(scheme, steady, end), end, steady.cycles)
+    return AtOffset(_looked(space, steady, end), end, steady.cycles)
 
 
 def rested(
@@ -143,7 +146,7 @@ def rested(
 
     def look(vector: Array) -> Looked:
         nonlocal last, spent
-        found = searched(scheme, frequency, load, space.state(vector, last), memory)
+        found = searched(space, frequency, load, space.state(vector, last), memory)
         if found is None:
             raise ContactError("no steady motion at this offset")
         last, spent = found.state, spent + found.cycles
@@ -151,7 +154,7 @@ def rested(
 
     steps = len(steady.cycle.r) - 1
     wave = load * np.sin(2 * np.pi * np.arange(steps + 1) / steps)
-    begin = _looked(scheme, steady, last)
+    begin = _looked(space, steady, last)
     begin = begin._replace(
         way=space.vector(march(scheme, last, wave, memory=memory).state) - begin.vector
     )
@@ -182,20 +185,19 @@ def rested(
     return Rested(final, apart, rest.offset, walked, rest.cycles, ahead, spent + final.cycles + 1)
 
 
-def _looked(scheme: TimeScheme, steady: SteadyState, end: State) -> Looked:
-    """What a settled motion says of a walk; whether it stays is not known (its stray is infinite)."""
-    dimension = scheme.joint.model.dimension
-    vector = StateSpace(scheme, 2 * np.pi * steady.frequency).vector(end)
+def _looked(space: StateSpace, steady: SteadyState, end: State) -> Looked:
+    """What a settled motion says of a walk, but for the way, which one cycle does not tell from the rest."""
+    dimension = space.scheme.joint.model.dimension
+    vector = space.vector(end)
     return Looked(
-        offset=slips(end.v, dimension),
+        offset=tangential_vectors(end.v, dimension),
         rate=_rate(steady, dimension),
         amplitude=steady.amplitude,
-        stray=np.inf,
         vector=vector,
         way=np.zeros_like(vector),
     )
 
 
 def _rate(steady: SteadyState, dimension: int) -> Array:
-    slip = slips(steady.cycle.v, dimension)
+    slip = tangential_vectors(steady.cycle.v, dimension)
     return np.asarray(slip[-1] - slip[0])

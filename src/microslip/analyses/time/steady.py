@@ -29,7 +29,7 @@ from microslip.analyses.time.scheme import (
 from microslip.analyses.time.search import CYCLES, MARCHED, Search
 from microslip.analyses.time.starts import Start, end_of, placed
 from microslip.brief import Brief
-from microslip.contact.pairs import by_pair
+from microslip.contact.pairs import tangential_vectors
 from microslip.errors import ContactError
 from microslip.numerics.fourier import harmonic
 from microslip.typing import Array, Complex
@@ -292,19 +292,16 @@ def drift_of(steady: SteadyState, dimension: int) -> float:
     Median over the pairs of the change of slip from start to end of the cycle. Spatial pairs have one in
     each tangential direction: the length of both together.
     """
-    slip = _slip(steady, dimension)
+    slip = tangential_vectors(steady.cycle.v, dimension)
     drift = np.median(slip[-1] - slip[0], axis=0)
     return float(drift[0] if len(drift) == 1 else np.linalg.norm(drift))
 
 
 def walk_of(steady: SteadyState, dimension: int) -> float:
     """`drift_of` over the largest range of a slip."""
-    span = float(np.linalg.norm(np.ptp(_slip(steady, dimension), axis=0), axis=-1).max())
+    slip = tangential_vectors(steady.cycle.v, dimension)
+    span = float(np.linalg.norm(np.ptp(slip, axis=0), axis=-1).max())
     return drift_of(steady, dimension) / span if span > 0 else 0.0
-
-
-def _slip(steady: SteadyState, dimension: int) -> Array:
-    return np.asarray(by_pair(steady.cycle.v, dimension)[..., 1:])
 
 
 def thinned(cycle: March, factor: int) -> March:
