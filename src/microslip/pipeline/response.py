@@ -181,7 +181,9 @@ def _cautions(settings: ResponseAnalysis, case: Curve, auto: Anchored) -> list[C
             f"the bodies walk past each other at {len(auto.walks)} of the frequencies sought, by up to "
             f"{readable(far, 'm', 3)} in about {long:.2g} cycles; the response is where they come to rest"
         )
-        advice = "stiffer supports hold them sooner; [analysis.time] has the motion on the way"
+        advice = (
+            "stiffer supports hold them sooner; [[analysis.history]] marches the motion on the way"
+        )
         found.append(Caution("response", place, reason, advice))
     if auto.walks_on:
         most = max(auto.walks_on, key=lambda one: abs(one[0]))
