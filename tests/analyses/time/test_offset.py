@@ -8,7 +8,7 @@ import pytest
 import microslip
 from microslip.analyses.time.deviations import StateSpace
 from microslip.analyses.time.offset import HORIZON, LOOKS, Looked, come_to_rest
-from microslip.analyses.time.points import TimePoint
+from microslip.analyses.time.points import Request, TimePoint, steady_states
 from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.steady import drift_of, raised_state, steady_state
 from microslip.contact.pairs import tangential_vectors
@@ -219,6 +219,21 @@ def test_a_long_walk_is_where_marching_alone_is_at_the_horizon(rings):
     assert abs(size[-1] / size[200] - 1) > 0.03, "it walks"
     assert abs(found.amplitude) == pytest.approx(size[-40:].mean(), rel=found.doubt + 5e-4)
     assert found.ahead > 0.1, "and far on"
+
+
+def test_a_point_over_time_is_where_marching_alone_is_at_the_horizon(rings):
+    joint = rings[0].joint
+    request = Request(1.0, 466.48, 2.3224, None, 0j, past="raised")
+    (point,) = steady_states(joint, [request])
+    assert isinstance(point, TimePoint)
+    assert point.settled
+    scheme = time_scheme(joint, 1 / (466.48 * STEPS), frequency=466.48)
+    raised = raised_state(scheme, 466.48, 2.3224, 10)
+    size = np.abs(watched(scheme, 2.3224, raised, int(HORIZON))[0])
+    assert abs(size[-1] / size[200] - 1) > 0.01, "it walks"
+    assert abs(point.steady.amplitude) == pytest.approx(size[-40:].mean(), rel=1e-3)
+    assert point.ahead > 0.02, "and far on"
+    assert point.lasts > HORIZON
 
 
 def test_a_search_along_a_response_ends_where_a_march_with_leaps_does(rings):
