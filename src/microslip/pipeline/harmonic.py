@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -17,8 +17,10 @@ from microslip.analyses.harmonic.peaks import outputs_along
 from microslip.analyses.harmonic.points import HarmonicPoint
 from microslip.analyses.harmonic.problem import harmonic_problem
 from microslip.analyses.harmonic.response import HarmonicResponse, frequency_response
+from microslip.analyses.time.offset import HORIZON
 from microslip.brief import Brief
 from microslip.describe.requests import HarmonicAnalysis
+from microslip.describe.units import readable
 from microslip.errors import Caution, Failure, MicroslipError
 from microslip.numerics.execute import NotBegun, gather, threads
 from microslip.pipeline.loads import Load, loads_of_file
@@ -90,7 +92,7 @@ def run_harmonic(
             failures.append(Failure("harmonic", place, str(outcome)))
         else:
             found.append(outcome)
-            cautions += cut_off(place, outcome)
+            cautions += (*cut_off(place, outcome), *walking(place, outcome))
             failures += [_under(place, missed) for missed in outcome.response.failures]
     progress.finish()
     return Outcome(tuple(found), tuple(failures), stop.is_set(), cautions=tuple(cautions))
@@ -117,6 +119,36 @@ def cut_off(place: str, entry: HarmonicRun) -> tuple[Caution, ...]:
         reason = f"with {H} harmonic{'s' * (H > 1)} nothing shows what is left out"
     where = f"{place}, {worst.frequency:.6g} Hz"
     return (Caution("harmonic", where, reason, 'take harmonics = "adaptive", or more of them'),)
+
+
+def walking(place: str, entry: HarmonicRun) -> Iterator[Caution]:
+    """Where bodies have been brought on along their walk, and where they are as they were clamped."""
+    points = entry.points
+    brought = [p for p in points if p.problem.offset.any()]
+    if brought:
+        far = max(brought, key=lambda p: p.walked)
+        yield Caution(
+            "harmonic",
+            f"{place}, {far.frequency:.6g} Hz",
+            f"the bodies walk past each other at {len(brought)} of {len(points)} responses, here by "
+            f"{readable(far.walked, 'm', 3)} until soft supports hold them, or for {HORIZON:.0f} cycles: the "
+            "response is the one there",
+            "stiffer supports hold them sooner",
+        )
+    left = [p for p in points if p.walks and not p.problem.offset.any()]
+    if left:
+        fast = max(left, key=lambda p: abs(p.walk))
+        fixed = np.isnan(fast.error)
+        yield Caution(
+            "harmonic",
+            f"{place}, {fast.frequency:.6g} Hz",
+            f"the bodies walk past each other at {len(left)} of {len(points)} responses, here by "
+            f"{readable(abs(fast.walk), 'm', 3)} in each cycle; the response is the one where the clamp has "
+            "put them, and changes as they move on",
+            'harmonics = "adaptive" follows them to where they rest'
+            if fixed
+            else "stiffer supports hold them; [analysis.time] follows them to where they rest",
+        )
 
 
 CUT_OFF = 0.01

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from microslip.analyses.harmonic.starts import WALKS
+from microslip.analyses.harmonic.points import WALKS
 from microslip.analyses.reduced.response import Response
 from microslip.analyses.time.offset import HORIZON
 from microslip.analyses.time.points import Request, TimePoint, steady_states

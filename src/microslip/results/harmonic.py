@@ -86,6 +86,7 @@ def _row(
         "tail": point.tail,
         "estimated_error": point.error if np.isfinite(point.error) else None,
         "walk_m_per_cycle": point.walk,
+        "walked_m": point.walked,
         "residual_max": point.residual,
         "iterations": point.iterations,
         "seconds": point.seconds,
@@ -151,6 +152,11 @@ _COLUMNS = {
         "estimated relative error of the amplitude by the harmonics; nan where not asked for",
     ),
     "walk": ("walk_m_per_cycle", "m", "drift of the bodies past each other per cycle"),
+    "walked": (
+        "walked_m",
+        "m",
+        "where the bodies stand past each other, from where they were clamped",
+    ),
     "residual_max": ("residual_max", "1", "largest residual over the largest prestress reaction"),
     "seconds": ("seconds", "s", "time it took"),
 }

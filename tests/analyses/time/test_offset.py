@@ -4,6 +4,7 @@ import tomllib
 
 import numpy as np
 import pytest
+from walking_joints import WEAKLY_DAMPED
 
 import microslip
 from microslip.analyses.time.deviations import StateSpace
@@ -180,34 +181,10 @@ def test_points_that_settle_while_the_bodies_walk_say_so(alone):
     assert not list(walking([TimePoint(1.0, 0.5, sticks)], 2))
 
 
-RINGS = """
-[beams]
-length = "0.172683 m"
-thickness = "18.3554 mm"
-overlap_half_length = "24.4278 mm"
-[material]
-youngs_modulus = "1.1e11 Pa"
-poissons_ratio = 0.3402
-density = "4430 kg/m^3"
-[contact]
-friction = 0.41223
-pairs = 41
-[clamp]
-force = "10169.5 N/m"
-half_length = "14.7635 mm"
-[support]
-horizontal_spring = "1.56058e6 N/m/m"
-[damping]
-beta = "1.3904e-07 s"
-[load]
-moment = "2.3224 N*m/m"
-"""
-
-
 @pytest.fixture(scope="module")
 def rings():
     """A weakly damped joint whose bodies walk for 50,000 cycles: its scheme and raised state."""
-    joint = microslip.prepare(microslip.parse_joint(tomllib.loads(RINGS)))
+    joint = microslip.prepare(microslip.parse_joint(tomllib.loads(WEAKLY_DAMPED)))
     scheme = time_scheme(joint, 1 / (457.66 * STEPS), frequency=457.66)
     return scheme, raised_state(scheme, 457.66, 2.3224, 10)
 

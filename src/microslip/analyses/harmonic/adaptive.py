@@ -19,7 +19,7 @@ from microslip.analyses.harmonic.approach import approached
 from microslip.analyses.harmonic.climb import Climb
 from microslip.analyses.harmonic.levels import estimated_error, more_harmonics
 from microslip.analyses.harmonic.losses import Losses
-from microslip.analyses.harmonic.over_time import MotionBeside, OverTime
+from microslip.analyses.harmonic.over_time import OWN, MotionBeside, OverTime
 from microslip.analyses.harmonic.paths import EquationsAt, FrequencyPath
 from microslip.analyses.harmonic.points import PULL, HarmonicPoint, describe
 from microslip.analyses.harmonic.problem import HarmonicProblem, walking, with_harmonics
@@ -174,7 +174,8 @@ class Ladder:
         climb = Climb(
             [(point.harmonics, point.amplitude)], point, self._beside(point), steady, place
         )
-        climb.best = self._measured(point, climb)
+        self._bring_on(climb, began)
+        climb.best = self._measured(climb.last, climb)
         missed = self._one_by_one(climb, began)
         self._by_small_steps(climb, missed, began)
         self._confirmed(climb)
@@ -200,7 +201,7 @@ class Ladder:
             found = self._next(more, climb, began)
             found = self._alongside(more, climb, began) if found is None else found
             if found is not None:
-                self._reached(climb, found)
+                self._reached(climb, found, began)
                 continue
             missed.append(more)
             if climb.beside is None and len(missed) > MISSES:
@@ -227,7 +228,7 @@ class Ladder:
             found = None if climb.last is begun else self._next(more, climb, began)
             found = self._next_by_steps(more, climb, began) if found is None else found
             if found is not None:
-                self._reached(climb, found)
+                self._reached(climb, found, began)
 
     def _next_by_steps(
         self, new: HarmonicProblem, climb: Climb, began: float
@@ -242,15 +243,29 @@ class Ladder:
                 self.losses.add(new.harmonics)
         return None
 
-    def _reached(self, climb: Climb, found: HarmonicPoint) -> None:
+    def _reached(self, climb: Climb, found: HarmonicPoint, began: float) -> None:
         """Take down the answer of a level, with its error; it is the best where that is not larger."""
         climb.last = found
         climb.levels.append((found.harmonics, found.amplitude))
         if climb.beside is None and found.harmonics == COMPARED:
             climb.beside, climb.asked = self._beside(found), found.harmonics
-        found = self._measured(found, climb)
+            self._bring_on(climb, began)
+        found = self._measured(climb.last, climb)
         if climb.beside is None or not climb.best.error <= found.error:
             climb.best = found
+
+    def _bring_on(self, climb: Climb, began: float) -> None:
+        """Solve the last level once more where the bodies stand in the motion beside it."""
+        if climb.beside is None or climb.beside.elsewhere(climb.last) <= OWN:
+            return
+        new = with_harmonics(self.base.problem, climb.last.harmonics)
+        for start in starts_from_cycle(new, climb.beside.steady):
+            with suppress(ContinuationError):
+                found = self._from_start(start, climb.last.frequency, began, climb.last, True)
+                if not climb.left_by(found):
+                    climb.last = found
+                    climb.levels[-1] = found.harmonics, found.amplitude
+                    return
 
     def _confirmed(self, climb: Climb) -> bool:
         """Whether the best answer is good enough, also beside the motion from its own state."""
@@ -271,7 +286,7 @@ class Ladder:
         """With its error: by time integration, or by the levels up to it."""
         if climb.beside is None:
             return replace(point, error=estimated_error(climb.levels, point.tail))
-        return replace(point, error=climb.beside.error_of(point.amplitude))
+        return replace(point, error=climb.beside.error_of(point))
 
     def _next(self, new: HarmonicProblem, climb: Climb, began: float) -> HarmonicPoint | None:
         """The same response with other harmonics, by Newton's method from all starts.
@@ -398,6 +413,7 @@ class Ladder:
         return describe(equations, iterations, clock.perf_counter() - began)
 
 
-def _key(problem: HarmonicProblem) -> tuple[int, bool, float]:
+def _key(problem: HarmonicProblem) -> tuple[int, bool, float, bytes, bytes]:
     """What the problems of one response differ in."""
-    return problem.harmonics, problem.walks, problem.spring
+    places = problem.offset.tobytes(), problem.held.tobytes()
+    return problem.harmonics, problem.walks, problem.spring, *places

@@ -25,10 +25,12 @@ import numpy as np
 from microslip.analyses.harmonic.operator import linear_operator
 from microslip.analyses.harmonic.points import PULL, HarmonicPoint, distance
 from microslip.analyses.prepared.joint import PreparedJoint
+from microslip.analyses.time.resting import rested
 from microslip.analyses.time.scheme import State, TimeScheme, prestressed_state, time_scheme
 from microslip.analyses.time.starts import Start, end_of
 from microslip.analyses.time.steady import SteadyState, raised_state, steady_state
 from microslip.brief import Brief
+from microslip.contact.pairs import tangential_vectors
 from microslip.errors import ContactError
 from microslip.numerics.fourier import to_complex
 from microslip.typing import Array, Complex
@@ -71,14 +73,28 @@ class MotionBeside(Brief):
     steady : SteadyState
     own : float
         Relative error of its amplitude: `own_error` of the differences from half as many steps per cycle.
+    walked : float
+        How far the bodies have been brought on: until they rest, or after `offset.HORIZON` cycles, m.
+    changed : float
+        Relative change of the amplitude on that way.
     """
 
     steady: SteadyState
     own: float
+    walked: float = 0.0
+    changed: float = 0.0
 
-    def error_of(self, amplitude: complex) -> float:
-        """Relative error of an amplitude of harmonic balance."""
-        return distance(amplitude, self.steady.amplitude) + self.own
+    def error_of(self, point: HarmonicPoint) -> float:
+        """Relative error of the amplitude of a response, with what standing elsewhere makes of it."""
+        return distance(point.amplitude, self.steady.amplitude) + self.own + self.elsewhere(point)
+
+    def elsewhere(self, point: HarmonicPoint) -> float:
+        """What the amplitude changes by between where the bodies stand in a response, and in the motion."""
+        if self.walked == 0:
+            return 0.0
+        here = tangential_vectors(point.v[:, 0], point.problem.dimension).mean(axis=0)
+        away = here - _stands(self.steady, point)
+        return self.changed * float(np.linalg.norm(away)) / self.walked
 
     def tells(self, amplitude: complex) -> bool:
         """Whether an amplitude is farther off than the error of the motion itself."""
@@ -139,18 +155,28 @@ class OverTime:
         steps = len(known.steady.cycle.r) - 1
         scheme = self._scheme(point.frequency, steps)
         start = end_of(state_from_point(scheme, point), 0.0, scheme, point.frequency)
-        found, _ = self._settled(point, steps, start, CYCLES_MORE)
+        found, _ = self._settled(point.frequency, point.amplitude, steps, start, CYCLES_MORE)
         return known if found is None else MotionBeside(found, known.own)
 
     def _refined(self, point: HarmonicPoint, start: Start) -> MotionBeside | None:
         """The motion next to a response, from a start, with as many steps as it needs.
 
-        A coarse one that leaves the response does not say that finer ones do.
+        A coarse one that leaves the response does not say that finer ones do. Where the bodies of the first
+        that is found walk it is brought on to where they rest, or are after `offset.HORIZON` cycles, and the
+        others stay there.
         """
         found: SteadyState | None = None
         steps, changes, more = FEWEST, [np.inf], CYCLES_MORE
+        near, apart, way = point.amplitude, 0.0, (0.0, 0.0)
         while steps <= MOST_STEPS and own_error(changes) > OWN:
-            finer, lingers = self._settled(point, steps, start, more)
+            finer, lingers = self._settled(point.frequency, near, steps, start, more)
+            if finer is not None and found is None and _from_rest_first(point):
+                rest = rested(self._scheme(point.frequency, steps), finer, SETTLED_BESIDE)
+                if rest is not None:
+                    moved = _stands(rest.steady, point) - _stands(finer, point)
+                    changed = distance(rest.steady.amplitude, finer.amplitude)
+                    way = float(np.linalg.norm(moved)), changed
+                    finer, apart, near = rest.steady, rest.apart, rest.steady.amplitude
             more = 0 if lingers else more
             steps *= 2
             if finer is None and (found is not None or steps > LOOKED_FOR):
@@ -162,14 +188,14 @@ class OverTime:
             found, start = finer, finer.end
         if found is None or len(changes) == 1:
             return None
-        return MotionBeside(found, own_error(changes))
+        return MotionBeside(found, own_error(changes) + apart, *way)
 
     def _settled(
-        self, point: HarmonicPoint, steps: int, start: Start, more: int
+        self, frequency: float, near: complex, steps: int, start: Start, more: int
     ) -> tuple[SteadyState | None, bool]:
-        """The steady motion from a start; None where there is none, or it is not that of the response.
+        """The steady motion from a start; None where there is none, or its amplitude is not `near`.
 
-        One that is still next to the response after `CYCLES_BESIDE` has `more` cycles to settle in; with it
+        One that is still near that after `CYCLES_BESIDE` has `more` cycles to settle in; with it
         goes whether it has not settled in these either.
         """
         found: SteadyState | None = None
@@ -178,8 +204,8 @@ class OverTime:
                 break
             try:
                 found = steady_state(
-                    self._scheme(point.frequency, steps),
-                    point.frequency,
+                    self._scheme(frequency, steps),
+                    frequency,
                     self.load,
                     start=start if found is None else found.end,
                     tolerance=SETTLED_BESIDE,
@@ -188,13 +214,19 @@ class OverTime:
                 )
             except ContactError:
                 return None, False
-            if distance(found.amplitude, point.amplitude) > LEFT:
+            if distance(found.amplitude, near) > LEFT:
                 return None, False
         assert found is not None
         return (found, False) if found.converged else (None, more > 0)
 
     def _scheme(self, frequency: float, steps: int) -> TimeScheme:
         return time_scheme(self.joint, 1 / (frequency * steps), port=self.port, frequency=frequency)
+
+
+def _stands(steady: SteadyState, point: HarmonicPoint) -> Array:
+    """Where the bodies of a motion stand past each other, (d - 1,), mean over a cycle and the pairs, m."""
+    v = steady.cycle.v[:-1].mean(axis=0)
+    return np.asarray(tangential_vectors(v, point.problem.dimension).mean(axis=0))
 
 
 def _from_rest_first(point: HarmonicPoint) -> bool:

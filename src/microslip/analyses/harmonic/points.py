@@ -14,6 +14,9 @@ from microslip.contact.pairs import normal, tangential_vectors
 from microslip.numerics.fourier import to_complex
 from microslip.typing import Array, Complex, Status
 
+WALKS = 1e-4
+"""Drift of the slip per cycle, over its range, from which on bodies count as walking past each other."""
+
 PULL = 1e-4
 """`HarmonicPoint.pull` beyond which a joint is let go to walk."""
 
@@ -99,6 +102,19 @@ class HarmonicPoint(Brief):
         return float(np.angle(self.amplitude))
 
     @property
+    def walked(self) -> float:
+        """How far the bodies stand from where the clamp has put them, mean of the pairs, m."""
+        problem = self.problem
+        moved = self.v[:, 0] - problem.prestress.solution.v
+        return float(np.linalg.norm(tangential_vectors(moved, problem.dimension).mean(axis=0)))
+
+    @property
+    def walks(self) -> bool:
+        """Whether the bodies move on past each other by more than `WALKS` of the slip in each cycle."""
+        slip = tangential_vectors(np.abs(to_complex(self.v)[1]), self.problem.dimension)
+        return abs(self.walk) > WALKS * 2 * float(np.linalg.norm(slip, axis=-1).max())
+
+    @property
     def dissipated(self) -> float:
         """Friction work per cycle, J per metre of width."""
         return float(self.friction_work.sum())
@@ -128,8 +144,8 @@ def describe(equations: EquationsAt, iterations: int, seconds: float) -> Harmoni
     u, q = problem.split(point.w)
     r, v = problem.unfold(u), problem.unfold(point.v)
     output = operator.outputs(u, q, load)
-    rest = operator.outputs(*problem.split(problem.rest()), 0.0)
-    output[0] -= rest[0]
+    clamped, _ = problem.split(problem.rest())
+    output[0] -= operator.outputs(clamped, problem.rigid_modes @ problem.rest_place, 0.0)[0]
     h = np.arange(1, problem.harmonics + 1)[:, None]
     R, V = to_complex(r)[1:], to_complex(v)[1:]
     eta = operator.modes(u, q, load)[1:]

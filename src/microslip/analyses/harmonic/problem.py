@@ -74,6 +74,8 @@ class HarmonicProblem(Brief):
         How many of the last of them slide the bodies past each other.
     walks : bool
         Whether those unknowns are the changes of these motions per cycle, and not their means.
+    offset : (f,) array
+        Where the bodies then stand: mean amplitudes less those at prestress, in unknowns; zero in the others.
     """
 
     model: JointModel
@@ -92,6 +94,7 @@ class HarmonicProblem(Brief):
     held: Array
     rigid_modes: Array
     slides: int
+    offset: Array
     walks: bool = False
 
     @property
@@ -215,7 +218,7 @@ class HarmonicProblem(Brief):
         if not self.walks:
             return p
         out = p.copy()
-        out[self.walking] = self.rest_place[self.walking]
+        out[self.walking] = self.rest_place[self.walking] + self.offset[self.walking]
         return out
 
     def drift(self, p: Array) -> Array:
@@ -355,9 +358,10 @@ def state_equations(
         spread=np.stack(spread),
         gather=np.stack(gather),
         stiffness=eps[rows],
-        held=tangential_vectors(prestress.solution.v, model.dimension)[pairs],
+        held=_clamped(prestress, model.dimension)[pairs],
         rigid_modes=combinations / moved.max(axis=0, initial=1e-300),
         slides=slides,
+        offset=np.zeros(combinations.shape[1]),
     )
 
 
@@ -382,11 +386,20 @@ def _augmentation(dimension: int, residual: Array, stiffness: float | Array | No
 
 
 def walking(problem: HarmonicProblem, w: Array) -> tuple[HarmonicProblem, Array]:
-    """The same equations free to walk, and a guess: the walk that the supports have stopped."""
+    """The same equations free to walk, and a guess: the walk that the supports have stopped.
+
+    The bodies stand, and pairs that never slip stick, where the clamp has put them.
+    """
     away = w[-problem.slides :] - problem.rest_place[-problem.slides :]
     guess = w.copy()
     guess[-problem.slides :] = away / max(np.abs(away).max(), 1e-300) * WALK
-    return replace(problem, walks=True), guess
+    held = _clamped(problem.prestress, problem.dimension)[problem.pairs]
+    return replace(problem, walks=True, held=held), guess
+
+
+def _clamped(prestress: Prestress, dimension: int) -> Array:
+    """Tangential displacement of every pair where the clamp has put it, (m, d - 1), m."""
+    return tangential_vectors(prestress.solution.v, dimension)
 
 
 def pull(problem: HarmonicProblem, w: Array) -> float:

@@ -316,8 +316,9 @@ class _Search:
 
     def _doubts(self, point: HarmonicPoint, where: str) -> list[Failure]:
         """What is not right with a response."""
-        doubts = []
-        if point.pull > PULL:
+        doubts, adaptive = [], self.ladder.adaptive
+        measured = adaptive is not None and point.error <= adaptive.tolerance
+        if point.pull > PULL and not measured:
             doubts.append(
                 _failure(
                     where,

@@ -30,19 +30,16 @@ import numpy as np
 from microslip.analyses.harmonic.equations import contact_at, evaluate_at
 from microslip.analyses.harmonic.operator import linear_operator
 from microslip.analyses.harmonic.paths import FrequencyPath
-from microslip.analyses.harmonic.points import HarmonicPoint
+from microslip.analyses.harmonic.points import WALKS, HarmonicPoint
 from microslip.analyses.harmonic.problem import HarmonicProblem, softened
 from microslip.analyses.time.steady import SteadyState
 from microslip.brief import Brief
-from microslip.contact.pairs import tangential_vectors
+from microslip.contact.pairs import STICK, tangential_vectors
 from microslip.numerics.fourier import harmonic, to_real, without_drift
 from microslip.typing import Array
 
 FIRST_STEP = 1e-3
 """Relative residual to which the first step is solved."""
-
-WALKS = 1e-4
-"""Drift of the slip per cycle, over its range, from which on a steady cycle counts as walking."""
 
 SOFTEST = 1e-3
 """Least augmentation over the default."""
@@ -91,8 +88,13 @@ def first_step(path: FrequencyPath, start: Start, frequency: float) -> Array:
 
 
 def start_from_point(new: HarmonicProblem, point: HarmonicPoint) -> Start:
-    """Start of the same equations with other harmonics, or another augmentation."""
-    u, _ = point.problem.split(point.w)
+    """Start of the same equations with other harmonics, or another augmentation.
+
+    Its bodies stand where those of the response do.
+    """
+    old = point.problem
+    new = replace(new, walks=old.walks, offset=old.offset, held=old.held)
+    u, _ = old.split(point.w)
     x_old = u + new.stiffness[:, None] * point.v[new.rows]
     x = np.zeros(new.shape)
     keep = min(x.shape[1], x_old.shape[1])
@@ -105,6 +107,7 @@ def start_from_point(new: HarmonicProblem, point: HarmonicPoint) -> Start:
 def start_from_cycle(problem: HarmonicProblem, steady: SteadyState) -> Start:
     """Start from a steady cycle of time integration, free to walk where that walks.
 
+    Its bodies stand where those of the cycle do, and pairs that stick all through it are held there.
     Harmonics beyond a third of its steps are left at zero.
     """
     cycle = steady.cycle
@@ -119,14 +122,25 @@ def start_from_cycle(problem: HarmonicProblem, steady: SteadyState) -> Start:
     operator = linear_operator(problem, 2 * np.pi * steady.frequency)
     mean = v[:, 0] - operator.free(steady.load)[:, 0] + operator.flexibility(u)[:, 0]
     p = np.linalg.lstsq(problem.rigid_spread, mean, rcond=None)[0]
+    own, offset = slice(len(p) - problem.slides, None), np.zeros_like(p)
+    offset[own] = p[own] - problem.rest_place[own]
+    problem = replace(problem, held=_held(problem, offset, steady))
     if walks:
-        own = problem.walking
+        problem = replace(problem, offset=offset)
         sliding = problem.rigid_spread[:, own]
-        v[:, 0] -= sliding @ (p[own] - problem.rest_place[own])
         along = tangential_vectors(sliding.T, problem.dimension).reshape(problem.slides, -1)
         p[own] = np.linalg.solve(along @ along.T, along @ drift[problem.pairs].ravel())
     x = u + problem.stiffness[:, None] * v
     return Start(problem, np.concatenate([u.ravel(), p]), x, over_time=True)
+
+
+def _held(problem: HarmonicProblem, offset: Array, steady: SteadyState) -> Array:
+    """Where pairs stick that stick all through a cycle, (p, d - 1), m; others where the bodies take them."""
+    held = problem.held + tangential_vectors(problem.rigid_spread @ offset, problem.dimension)
+    sticks = (steady.cycle.status[:, problem.pairs] == STICK).all(axis=0)
+    slip = tangential_vectors(steady.cycle.v[:-1], problem.dimension).mean(axis=0)
+    held[sticks] = slip[problem.pairs[sticks]]
+    return held
 
 
 def flexibility_of_cycle(problem: HarmonicProblem, steady: SteadyState) -> float:

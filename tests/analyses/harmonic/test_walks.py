@@ -1,0 +1,109 @@
+"""Responses of joints whose bodies walk past each other: where these stand, and what is said of it."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from walking_joints import WEAKLY_DAMPED
+
+import microslip
+from microslip.analyses.harmonic.adaptive import Adaptive, Ladder
+from microslip.analyses.harmonic.over_time import OWN, OverTime
+from microslip.analyses.harmonic.paths import CONTROL, FrequencyPath
+from microslip.analyses.harmonic.points import describe, distance
+from microslip.analyses.harmonic.problem import harmonic_problem
+from microslip.analyses.harmonic.raising import raise_load
+from microslip.analyses.harmonic.starts import start_from_cycle, start_from_point
+from microslip.analyses.time.offset import HORIZON
+from microslip.analyses.time.scheme import time_scheme
+from microslip.analyses.time.steady import raised_state
+from microslip.contact.pairs import tangential_vectors
+from microslip.pipeline.walk import STEPS, watched
+
+FREQUENCY, LOAD = 466.48, 2.3224
+
+
+@pytest.fixture(scope="module")
+def ladder():
+    """From five harmonics on, beside time integration."""
+    joint = microslip.prepare(microslip.parse_joint(tomllib.loads(WEAKLY_DAMPED)))
+    path = FrequencyPath(harmonic_problem(joint), LOAD)
+    return Ladder(path, CONTROL, Adaptive(), OverTime(joint, LOAD))
+
+
+@pytest.fixture(scope="module")
+def clamped(ladder):
+    """The response that walks from where the clamp has put the bodies."""
+    w, _ = raise_load(ladder.base.problem, FREQUENCY, LOAD)
+    return ladder.least(ladder.base.problem, w, FREQUENCY)
+
+
+@pytest.fixture(scope="module")
+def grown(ladder, clamped):
+    return ladder.grown(clamped)
+
+
+@pytest.fixture(scope="module")
+def alone(ladder):
+    """Sizes over 4000 cycles marched alone from rest, and the mean offset of the bodies at their ends."""
+    joint = ladder.over_time.joint
+    scheme = time_scheme(joint, 1 / (FREQUENCY * STEPS), frequency=FREQUENCY)
+    raised = raised_state(scheme, FREQUENCY, LOAD, 10)
+    Q, states = watched(scheme, LOAD, raised, int(HORIZON))
+    return np.abs(Q), np.array([tangential_vectors(one.v, 2).mean() for one in states])
+
+
+def test_harmonics_are_grown_where_marching_alone_leads(grown, clamped, alone):
+    size, offset = alone
+    here = size[-40:].mean()
+    assert clamped.walks
+    assert not clamped.problem.offset.any()
+    assert abs(abs(clamped.amplitude) / here - 1) > 0.01, "the walk tells"
+    assert abs(abs(grown.amplitude) / here - 1) <= grown.error + 1e-3
+    assert grown.error <= Adaptive().tolerance
+    assert grown.walked == pytest.approx(abs(offset[-1]), rel=0.02)
+
+
+def test_the_walk_is_that_of_a_march(grown, clamped, alone):
+    """The speeds at both of its ends, by the means of a hundred cycles."""
+    _, offset = alone
+    early, late = ((offset[b] - offset[a]) / 100 for a, b in ((100, 200), (-101, -1)))
+    assert clamped.walk == pytest.approx(early, rel=0.1)
+    assert grown.walk == pytest.approx(late, rel=0.1)
+
+
+def test_standing_elsewhere_is_an_error(ladder, clamped, grown):
+    """Also where an amplitude is right by chance."""
+    beside = ladder.over_time.beside(clamped)
+    assert beside.walked == pytest.approx(grown.walked, rel=0.1)
+    assert beside.elsewhere(grown) <= OWN < 0.01 < beside.elsewhere(clamped)
+    right = replace(clamped, amplitude=beside.steady.amplitude)
+    assert beside.error_of(right) > 0.01
+    assert beside.error_of(clamped) >= distance(clamped.amplitude, grown.amplitude)
+
+
+def test_bodies_stand_as_they_did_with_other_harmonics(ladder, grown):
+    """In starts from the response, and in its state over time."""
+    start = start_from_point(harmonic_problem(ladder.over_time.joint, harmonics=9), grown)
+    np.testing.assert_array_equal(start.problem.offset, grown.problem.offset)
+    path = FrequencyPath(start.problem, LOAD)
+    again = describe(path.at(start.w, FREQUENCY), 0, 0.0)
+    assert again.walked == pytest.approx(grown.walked, rel=1e-3)
+    beside = ladder.over_time.beside(grown)
+    from_cycle = start_from_cycle(ladder.base.problem, beside.steady)
+    mean = tangential_vectors(beside.steady.cycle.v[:-1].mean(axis=0), 2).mean()
+    start = ladder.base.problem.prestress.solution.v
+    place = from_cycle.problem.rigid_spread @ from_cycle.problem.offset
+    assert tangential_vectors(place, 2).mean() == pytest.approx(
+        mean - tangential_vectors(start, 2).mean(), rel=0.05
+    )
+
+
+def test_outputs_count_from_where_the_clamp_has_put_the_bodies(grown, clamped):
+    """Their means differ by what the bodies have moved on, also those of the ports."""
+    moved = np.abs(grown.output[0] - clamped.output[0]).max()
+    assert moved > 1e-6
+    assert np.abs(clamped.output[0]).max() < 0.1 * moved
