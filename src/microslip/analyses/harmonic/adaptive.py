@@ -34,7 +34,8 @@ from microslip.numerics.continuation import ContinuationError, StepControl, solv
 from microslip.typing import Array
 
 COMPARED = 13
-"""Harmonics at which time integration is asked again, where it has left the response with the fewest."""
+"""Harmonics at which time integration is asked again, where it has left the response with the fewest; and
+once more beside that with the most."""
 
 NEWTON_STEPS, PATIENCE = 20, 5
 """Steps of Newton's method from a start whose contact states are known, before another is tried; of these,
@@ -171,12 +172,13 @@ class Ladder:
         """Add harmonics until the error is small, they are too many, or no answer is found."""
         if self.adaptive is None:
             return point
-        climb = Climb(
-            [(point.harmonics, point.amplitude)], point, self._beside(point), steady, place
-        )
-        self._bring_on(climb, began)
-        climb.best = self._measured(climb.last, climb)
+        climb = Climb([point], None, steady, place)
+        self._ask(climb, began)
         missed = self._one_by_one(climb, began)
+        if climb.beside is None and climb.last.harmonics > COMPARED:
+            self._ask(climb, began)
+            if climb.beside is not None:
+                missed = self._one_by_one(climb, began)
         self._by_small_steps(climb, missed, began)
         self._confirmed(climb)
         return climb.best
@@ -245,14 +247,22 @@ class Ladder:
 
     def _reached(self, climb: Climb, found: HarmonicPoint, began: float) -> None:
         """Take down the answer of a level, with its error; it is the best where that is not larger."""
-        climb.last = found
-        climb.levels.append((found.harmonics, found.amplitude))
+        climb.answers.append(found)
         if climb.beside is None and found.harmonics == COMPARED:
-            climb.beside, climb.asked = self._beside(found), found.harmonics
-            self._bring_on(climb, began)
-        found = self._measured(climb.last, climb)
+            self._ask(climb, began)
+            return
+        found = self._measured(found, climb)
         if climb.beside is None or not climb.best.error <= found.error:
             climb.best = found
+
+    def _ask(self, climb: Climb, began: float) -> None:
+        """Time integration for the motion beside the last answer; which is the best beside that."""
+        climb.beside, climb.asked = self._beside(climb.last), climb.last.harmonics
+        self._bring_on(climb, began)
+        climb.best = self._measured(climb.last, climb)
+        if climb.beside is not None:
+            measured = [self._measured(answer, climb) for answer in climb.answers]
+            climb.best = min(measured, key=lambda answer: answer.error)
 
     def _bring_on(self, climb: Climb, began: float) -> None:
         """Solve the last level once more where the bodies stand in the motion beside it."""
@@ -263,8 +273,7 @@ class Ladder:
             with suppress(ContinuationError):
                 found = self._from_start(start, climb.last.frequency, began, climb.last, True)
                 if not climb.left_by(found):
-                    climb.last = found
-                    climb.levels[-1] = found.harmonics, found.amplitude
+                    climb.answers[-1] = found
                     return
 
     def _confirmed(self, climb: Climb) -> bool:

@@ -19,10 +19,8 @@ class Climb:
 
     Attributes
     ----------
-    levels : list of (int, complex)
-        Harmonics and amplitude of the answers so far.
-    last : HarmonicPoint
-        The answer with the most harmonics.
+    answers : list of HarmonicPoint
+        With more and more harmonics, at least one.
     beside : MotionBeside or None
         The motion that time integration makes of it.
     steady : SteadyState or None
@@ -39,8 +37,7 @@ class Climb:
         Times that Newton's method has found no answer from any start.
     """
 
-    levels: list[tuple[int, complex]]
-    last: HarmonicPoint
+    answers: list[HarmonicPoint]
     beside: MotionBeside | None
     steady: SteadyState | None
     place: Place | None = None
@@ -50,6 +47,16 @@ class Climb:
         self.best = self.last
         self.asked = self.last.harmonics
         self.missed = 0
+
+    @property
+    def last(self) -> HarmonicPoint:
+        """The answer with the most harmonics."""
+        return self.answers[-1]
+
+    @property
+    def levels(self) -> list[tuple[int, complex]]:
+        """Harmonics and amplitude of the answers."""
+        return [(answer.harmonics, answer.amplitude) for answer in self.answers]
 
     @property
     def cycle(self) -> SteadyState | None:
