@@ -25,7 +25,7 @@ import numpy as np
 from microslip.analyses.harmonic.operator import linear_operator
 from microslip.analyses.harmonic.points import PULL, HarmonicPoint, distance
 from microslip.analyses.prepared.joint import PreparedJoint
-from microslip.analyses.time.resting import rested
+from microslip.analyses.time.resting import NARROW, rested
 from microslip.analyses.time.scheme import State, TimeScheme, prestressed_state, time_scheme
 from microslip.analyses.time.starts import Start, end_of
 from microslip.analyses.time.steady import SteadyState, raised_state, steady_state
@@ -76,7 +76,7 @@ class MotionBeside(Brief):
     walked : float
         How far the bodies have been brought on: until they rest, or after `offset.HORIZON` cycles, m.
     changed : float
-        Relative change of the amplitude on that way.
+        Relative change of the amplitude on that way, as far as it is known: less `resting.NARROW`.
     """
 
     steady: SteadyState
@@ -174,8 +174,8 @@ class OverTime:
                 rest = rested(self._scheme(point.frequency, steps), finer, SETTLED_BESIDE)
                 if rest is not None:
                     moved = _stands(rest.steady, point) - _stands(finer, point)
-                    changed = distance(rest.steady.amplitude, finer.amplitude)
-                    way = float(np.linalg.norm(moved)), changed
+                    changed = distance(rest.steady.amplitude, finer.amplitude) - NARROW
+                    way = float(np.linalg.norm(moved)), max(changed, 0.0)
                     finer, apart, near = rest.steady, rest.apart, rest.steady.amplitude
             more = 0 if lingers else more
             steps *= 2
