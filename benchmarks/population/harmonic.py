@@ -29,6 +29,7 @@ from microslip.analyses.harmonic.points import HarmonicPoint
 from microslip.analyses.harmonic.problem import harmonic_problem
 from microslip.analyses.harmonic.response import HarmonicResponse, frequency_response
 from microslip.analyses.prepared.joint import PreparedJoint
+from microslip.analyses.time.resting import rested
 from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.steady import SteadyState, raised_state, steady_state
 from microslip.describe.reading import parse_joint
@@ -36,6 +37,9 @@ from microslip.errors import MicroslipError
 from microslip.pipeline.prepare import assemble
 
 STEPS, RAISED, CYCLES = 500, 10, 400
+
+TOLERANCE = 1e-5
+"""Change per cycle of a motion whose bodies have been brought on."""
 
 FINEST, SURE = 4000, 5e-4
 """Steps per cycle at most, and change of the amplitude from half as many at which they are enough."""
@@ -78,10 +82,12 @@ def over_time(joint: PreparedJoint, point: HarmonicPoint) -> tuple[SteadyState, 
 
 
 def from_rest(joint: PreparedJoint, frequency: float, load: float) -> SteadyState:
-    """Time integration from rest, the load raised slowly."""
+    """Time integration from rest, the load raised slowly; bodies that walk at rest or on by 4000 cycles."""
     scheme = time_scheme(joint, 1 / (frequency * STEPS), frequency=frequency)
     start = raised_state(scheme, frequency, load, RAISED)
-    return steady_state(scheme, frequency, load, start=start, max_cycles=CYCLES)
+    found = steady_state(scheme, frequency, load, start=start, max_cycles=CYCLES)
+    at_rest = rested(scheme, found, TOLERANCE) if found.converged else None
+    return found if at_rest is None else at_rest.steady
 
 
 def compared(joint: PreparedJoint, point: HarmonicPoint) -> dict:
