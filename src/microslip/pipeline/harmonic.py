@@ -138,7 +138,7 @@ def walking(place: str, entry: HarmonicRun) -> Iterator[Caution]:
     left = [p for p in points if p.walks and not p.problem.offset.any()]
     if left:
         fast = max(left, key=lambda p: abs(p.walk))
-        fixed = np.isnan(fast.error)
+        fixed = all(np.isnan(p.error) for p in points)
         yield Caution(
             "harmonic",
             f"{place}, {fast.frequency:.6g} Hz",

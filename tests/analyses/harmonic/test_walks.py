@@ -107,3 +107,11 @@ def test_outputs_count_from_where_the_clamp_has_put_the_bodies(grown, clamped):
     moved = np.abs(grown.output[0] - clamped.output[0]).max()
     assert moved > 1e-6
     assert np.abs(clamped.output[0]).max() < 0.1 * moved
+
+
+def test_where_no_motion_stays_beside_a_walk_its_error_is_not_known(ladder, clamped, monkeypatch):
+    """Levels alone would state less than the walk changes."""
+    monkeypatch.setattr(OverTime, "beside", lambda *_: None)
+    assert np.isnan(ladder.grown(clamped).error)
+    levels = Ladder(ladder.base, CONTROL, Adaptive()).grown(clamped)
+    assert levels.error < 0.01

@@ -181,6 +181,9 @@ class Ladder:
                 missed = self._one_by_one(climb, began)
         self._by_small_steps(climb, missed, began)
         self._confirmed(climb)
+        if self.over_time is not None and climb.beside is None and climb.best.walks:
+            # levels say nothing of where its bodies are going
+            return replace(climb.best, error=float("nan"))
         return climb.best
 
     def _one_by_one(self, climb: Climb, began: float) -> list[HarmonicProblem]:

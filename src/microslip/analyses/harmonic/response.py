@@ -326,7 +326,15 @@ class _Search:
                     f"{point.pull:.1e} of the friction",
                 )
             )
-        if not self._accurate(point):
+        if adaptive is not None and point.walks and np.isnan(point.error):
+            doubts.append(
+                _failure(
+                    where,
+                    "the bodies walk past each other, and no motion over time stays beside the response: "
+                    "what its amplitude becomes as they move on is not known",
+                )
+            )
+        elif not self._accurate(point):
             said = (
                 f"with {point.harmonics} harmonics the estimated error of the amplitude is "
                 f"{point.error:.1e}"
