@@ -72,6 +72,17 @@ def tangential_vectors(x: NDArray[T], dimension: int = 3) -> NDArray[T]:
     return by_pair(x, dimension)[..., 1:]
 
 
+def mean_slip(v: Array, dimension: int) -> Array:
+    """Where bodies stand past each other, (d - 1,): mean over the pairs of relative displacements (d m,).
+
+    Examples
+    --------
+    >>> mean_slip(np.array([0.0, 1.0, 0.0, 3.0]), 2)
+    array([2.])
+    """
+    return np.asarray(tangential_vectors(v, dimension).mean(axis=0))
+
+
 def slip_history(v: Array, dimension: int) -> Array:
     """Tangential displacements at which pairs stick, to be changed from step to step.
 

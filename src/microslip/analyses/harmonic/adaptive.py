@@ -262,10 +262,9 @@ class Ladder:
         """Time integration for the motion beside the last answer; which is the best beside that."""
         climb.beside, climb.asked = self._beside(climb.last), climb.last.harmonics
         self._bring_on(climb, began)
-        climb.best = self._measured(climb.last, climb)
-        if climb.beside is not None:
-            measured = [self._measured(answer, climb) for answer in climb.answers]
-            climb.best = min(measured, key=lambda answer: answer.error)
+        known = climb.answers if climb.beside is not None else climb.answers[-1:]
+        measured = [self._measured(answer, climb) for answer in known]
+        climb.best = min(measured, key=lambda answer: answer.error)
 
     def _bring_on(self, climb: Climb, began: float) -> None:
         """Solve the last level once more where the bodies stand in the motion beside it."""

@@ -14,7 +14,8 @@ swamp W with their flexibility; their mean amplitudes q are unknowns of equilibr
 A joint that slips everywhere may *walk*: both halves of a cycle push the bodies past each other the same
 way, against weak supports alone, which would stop the walk only after an offset without meaning. Then the
 changes of v_t per cycle are the unknowns in place of the mean amplitudes of the sliding motions (one in the
-plane; two ways and a turn between two bodies in space), which stay at their prestress values (`walking`).
+plane; two ways and a turn between two bodies in space), which stay where they are (`walking`): at their
+prestress values, or `offset` from these.
 
 Unknowns are the coefficients of all reactions and q, and the equations of the reactions are
 

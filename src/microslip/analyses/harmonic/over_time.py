@@ -30,7 +30,7 @@ from microslip.analyses.time.scheme import State, TimeScheme, prestressed_state,
 from microslip.analyses.time.starts import Start, end_of
 from microslip.analyses.time.steady import SteadyState, raised_state, steady_state
 from microslip.brief import Brief
-from microslip.contact.pairs import tangential_vectors
+from microslip.contact.pairs import mean_slip
 from microslip.errors import ContactError
 from microslip.numerics.fourier import to_complex
 from microslip.typing import Array, Complex
@@ -92,8 +92,7 @@ class MotionBeside(Brief):
         """What the amplitude changes by between where the bodies stand in a response, and in the motion."""
         if self.walked == 0:
             return 0.0
-        here = tangential_vectors(point.v[:, 0], point.problem.dimension).mean(axis=0)
-        away = here - _stands(self.steady, point)
+        away = mean_slip(point.v[:, 0] - _mean(self.steady), point.problem.dimension)
         return self.changed * float(np.linalg.norm(away)) / self.walked
 
     def tells(self, amplitude: complex) -> bool:
@@ -167,16 +166,13 @@ class OverTime:
         """
         found: SteadyState | None = None
         steps, changes, more = FEWEST, [np.inf], CYCLES_MORE
-        near, apart, way = point.amplitude, 0.0, (0.0, 0.0)
+        near, brought = point.amplitude, None
         while steps <= MOST_STEPS and own_error(changes) > OWN:
             finer, lingers = self._settled(point.frequency, near, steps, start, more)
             if finer is not None and found is None and _from_rest_first(point):
-                rest = rested(self._scheme(point.frequency, steps), finer, SETTLED_BESIDE)
-                if rest is not None:
-                    moved = _stands(rest.steady, point) - _stands(finer, point)
-                    changed = distance(rest.steady.amplitude, finer.amplitude) - NARROW
-                    way = float(np.linalg.norm(moved)), max(changed, 0.0)
-                    finer, apart, near = rest.steady, rest.apart, rest.steady.amplitude
+                brought = self._brought_on(finer)
+                if brought is not None:
+                    finer, near = brought.steady, brought.steady.amplitude
             more = 0 if lingers else more
             steps *= 2
             if finer is None and (found is not None or steps > LOOKED_FOR):
@@ -188,15 +184,30 @@ class OverTime:
             found, start = finer, finer.end
         if found is None or len(changes) == 1:
             return None
-        return MotionBeside(found, own_error(changes) + apart, *way)
+        if brought is None:
+            return MotionBeside(found, own_error(changes))
+        return replace(brought, steady=found, own=own_error(changes) + brought.own)
+
+    def _brought_on(self, steady: SteadyState) -> MotionBeside | None:
+        """A motion with its bodies where they rest, or are after `offset.HORIZON` cycles.
+
+        Its own error is that of the place. None where they do not walk, or it was not found.
+        """
+        steps, dimension = len(steady.cycle.r) - 1, self.joint.model.dimension
+        rest = rested(self._scheme(steady.frequency, steps), steady, SETTLED_BESIDE)
+        if rest is None:
+            return None
+        way = mean_slip(_mean(rest.steady) - _mean(steady), dimension)
+        changed = distance(rest.steady.amplitude, steady.amplitude) - NARROW
+        return MotionBeside(rest.steady, rest.apart, float(np.linalg.norm(way)), max(changed, 0.0))
 
     def _settled(
         self, frequency: float, near: complex, steps: int, start: Start, more: int
     ) -> tuple[SteadyState | None, bool]:
         """The steady motion from a start; None where there is none, or its amplitude is not `near`.
 
-        One that is still near that after `CYCLES_BESIDE` has `more` cycles to settle in; with it
-        goes whether it has not settled in these either.
+        One that is still near that after `CYCLES_BESIDE` has `more` cycles to settle in; with it goes
+        whether it has not settled in these either.
         """
         found: SteadyState | None = None
         for cycles in (CYCLES_BESIDE, more):
@@ -223,10 +234,9 @@ class OverTime:
         return time_scheme(self.joint, 1 / (frequency * steps), port=self.port, frequency=frequency)
 
 
-def _stands(steady: SteadyState, point: HarmonicPoint) -> Array:
-    """Where the bodies of a motion stand past each other, (d - 1,), mean over a cycle and the pairs, m."""
-    v = steady.cycle.v[:-1].mean(axis=0)
-    return np.asarray(tangential_vectors(v, point.problem.dimension).mean(axis=0))
+def _mean(steady: SteadyState) -> Array:
+    """Relative displacements of a motion, (d m,), mean over its cycle, m."""
+    return np.asarray(steady.cycle.v[:-1].mean(axis=0))
 
 
 def _from_rest_first(point: HarmonicPoint) -> bool:

@@ -10,7 +10,7 @@ from microslip.analyses.harmonic.operator import LinearOperator
 from microslip.analyses.harmonic.paths import EquationsAt
 from microslip.analyses.harmonic.problem import HarmonicProblem, pull
 from microslip.brief import Brief
-from microslip.contact.pairs import normal, tangential_vectors
+from microslip.contact.pairs import mean_slip, normal, tangential_vectors
 from microslip.numerics.fourier import to_complex
 from microslip.typing import Array, Complex, Status
 
@@ -106,7 +106,7 @@ class HarmonicPoint(Brief):
         """How far the bodies stand from where the clamp has put them, mean of the pairs, m."""
         problem = self.problem
         moved = self.v[:, 0] - problem.prestress.solution.v
-        return float(np.linalg.norm(tangential_vectors(moved, problem.dimension).mean(axis=0)))
+        return float(np.linalg.norm(mean_slip(moved, problem.dimension)))
 
     @property
     def walks(self) -> bool:

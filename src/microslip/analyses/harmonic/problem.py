@@ -43,7 +43,7 @@ class HarmonicProblem(Brief):
     ----------
     model : JointModel
     prestress : Prestress
-        Its preload is held; its frictionless displacements are where stuck pairs stay.
+        Its preload is held.
     port : str
         Driven port, ``load sin(omega t)``.
     coordinate : str
@@ -65,7 +65,7 @@ class HarmonicProblem(Brief):
         Augmentation eps of each component, N/m (per metre of width in the plane); one for the tangential
         directions of a pair.
     held : (p, d - 1) array
-        Tangential displacement at which a pair sticks that never slips, m.
+        Tangential displacement at which a pair sticks that never slips, of prestress or of a motion, m.
     rigid_modes : (e, f) array
         Mean amplitudes of the e nearly rigid modes per unknown (of one newton): all of them, or the
         combinations that the half turn leaves as they are; without those of a free joint as a whole, whose

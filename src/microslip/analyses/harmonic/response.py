@@ -316,9 +316,8 @@ class _Search:
 
     def _doubts(self, point: HarmonicPoint, where: str) -> list[Failure]:
         """What is not right with a response."""
-        doubts, adaptive = [], self.ladder.adaptive
-        measured = adaptive is not None and point.error <= adaptive.tolerance
-        if point.pull > PULL and not measured:
+        doubts, adaptive = [], self.ladder.adaptive is not None
+        if point.pull > PULL and not (adaptive and self._accurate(point)):
             doubts.append(
                 _failure(
                     where,
@@ -326,7 +325,7 @@ class _Search:
                     f"{point.pull:.1e} of the friction",
                 )
             )
-        if adaptive is not None and point.walks and np.isnan(point.error):
+        if adaptive and point.walks and np.isnan(point.error):
             doubts.append(
                 _failure(
                     where,
