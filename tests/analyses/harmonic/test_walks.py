@@ -19,8 +19,8 @@ from microslip.analyses.harmonic.raising import raise_load
 from microslip.analyses.harmonic.starts import start_from_cycle, start_from_point
 from microslip.analyses.time.offset import HORIZON
 from microslip.analyses.time.scheme import time_scheme
-from microslip.analyses.time.steady import raised_state
-from microslip.contact.pairs import tangential_vectors
+from microslip.analyses.time.steady import raised_state, steady_state
+from microslip.contact.pairs import mean_slip, tangential, tangential_vectors
 from microslip.pipeline.walk import STEPS, watched
 
 FREQUENCY, LOAD = 466.48, 2.3224
@@ -99,6 +99,32 @@ def test_bodies_stand_as_they_did_with_other_harmonics(ladder, grown):
     place = from_cycle.problem.rigid_spread @ from_cycle.problem.offset
     assert tangential_vectors(place, 2).mean() == pytest.approx(
         mean - tangential_vectors(start, 2).mean(), rel=0.05
+    )
+
+
+def test_pairs_that_never_slip_stick_where_the_bodies_have_taken_them(ladder, clamped):
+    """As far on as the mean slip of the cycle that a start is made of."""
+    steady = ladder.over_time.beside(clamped).steady
+    start = start_from_cycle(ladder.base.problem, steady).problem
+    clamp = ladder.base.problem.prestress.solution.v
+    moved = mean_slip(steady.cycle.v[:-1].mean(axis=0) - clamp, 2)
+    assert abs(moved[0]) > 1e-4
+    way = start.held[:, 0] - tangential(clamp)[start.pairs]
+    np.testing.assert_allclose(way, moved[0], rtol=0.05)
+
+
+def test_pairs_that_stick_all_through_a_cycle_are_held_there(small_reference):
+    """Those of a small load: where they are at any time of the cycle."""
+    joint, load = small_reference.joint, 1e-4 * small_reference.moment
+    scheme = time_scheme(joint, 1 / (182.0 * STEPS), frequency=182.0)
+    raised = raised_state(scheme, 182.0, load, 10)
+    steady = steady_state(scheme, 182.0, load, start=raised, tolerance=1e-7)
+    problem = start_from_cycle(harmonic_problem(joint), steady).problem
+    slip = tangential(steady.cycle.v)[:, problem.pairs]
+    still = np.ptp(slip, axis=0) <= 1e-9 * np.abs(slip).max()
+    assert 0 < still.sum() < len(still)
+    np.testing.assert_allclose(
+        problem.held[still, 0], slip[7, still], atol=1e-9 * np.abs(slip).max()
     )
 
 
