@@ -29,7 +29,7 @@ from microslip.analyses.harmonic.points import HarmonicPoint
 from microslip.analyses.harmonic.problem import harmonic_problem
 from microslip.analyses.harmonic.response import HarmonicResponse, frequency_response
 from microslip.analyses.prepared.joint import PreparedJoint
-from microslip.analyses.time.resting import rested
+from microslip.analyses.time.resting import WalksOnError, rested
 from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.steady import SteadyState, raised_state, steady_state
 from microslip.describe.reading import parse_joint
@@ -87,7 +87,10 @@ def from_rest(joint: PreparedJoint, frequency: float, load: float) -> SteadyStat
     scheme = time_scheme(joint, 1 / (frequency * STEPS), frequency=frequency)
     start = raised_state(scheme, frequency, load, RAISED)
     found = steady_state(scheme, frequency, load, start=start, max_cycles=CYCLES)
-    at_rest = rested(scheme, found, TOLERANCE) if found.converged else None
+    try:
+        at_rest = rested(scheme, found, TOLERANCE, begin=start)
+    except WalksOnError:
+        return found
     return found if at_rest is None else at_rest.steady
 
 

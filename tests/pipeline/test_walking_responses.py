@@ -34,7 +34,7 @@ def adaptive():
 def test_given_harmonics_walk_from_where_the_clamp_has_put_the_bodies(fixed):
     cautions, (row,) = fixed
     (said,) = (each for each in cautions if "walk past each other" in each)
-    assert "in each cycle; the response is the one where the clamp has put them" in said
+    assert "in each cycle; the response is the one where they stand" in said
     assert 'harmonics = "adaptive" follows them' in said
     assert row["walked_m"] < 1e-6 < 1e3 * abs(row["walk_m_per_cycle"])
 

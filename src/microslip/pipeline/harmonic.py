@@ -92,7 +92,9 @@ def run_harmonic(
             failures.append(Failure("harmonic", place, str(outcome)))
         else:
             found.append(outcome)
-            cautions += (*cut_off(place, outcome), *walking(place, outcome))
+            adaptive = settings.harmonics == "adaptive"
+            cautions += () if adaptive else cut_off(place, outcome)
+            cautions += walking(place, outcome, adaptive)
             failures += [_under(place, missed) for missed in outcome.response.failures]
     progress.finish()
     return Outcome(tuple(found), tuple(failures), stop.is_set(), cautions=tuple(cautions))
@@ -103,7 +105,7 @@ def cut_off(place: str, entry: HarmonicRun) -> tuple[Caution, ...]:
 
     What adaptive points are off by is estimated, or measured, and stands beside them.
     """
-    given = [p for p in entry.points if np.isnan(p.error)]
+    given = entry.points
     short = [p for p in given if TAIL_SHARE * p.tail > CUT_OFF]
     if not short:
         return ()
@@ -121,34 +123,38 @@ def cut_off(place: str, entry: HarmonicRun) -> tuple[Caution, ...]:
     return (Caution("harmonic", where, reason, 'take harmonics = "adaptive", or more of them'),)
 
 
-def walking(place: str, entry: HarmonicRun) -> Iterator[Caution]:
-    """Where bodies have been brought on along their walk, and where they are as they were clamped."""
+def walking(place: str, entry: HarmonicRun, adaptive: bool) -> Iterator[Caution]:
+    """Where the bodies are not where they were clamped, and where they walk on from where they stand."""
     points = entry.points
-    brought = [p for p in points if p.problem.offset.any()]
-    if brought:
-        far = max(brought, key=lambda p: p.walked)
+    there = [p for p in points if _brought_on(p) or (not p.walks and p.walked > p.slip)]
+    if there:
+        far = max(there, key=lambda p: p.walked)
         yield Caution(
             "harmonic",
             f"{place}, {far.frequency:.6g} Hz",
-            f"the bodies walk past each other at {len(brought)} of {len(points)} responses, here by "
+            f"the bodies walk past each other at {len(there)} of {len(points)} responses, here by "
             f"{readable(far.walked, 'm', 3)} until soft supports hold them, or for {HORIZON:.0f} cycles: the "
             "response is the one there",
             "stiffer supports hold them sooner",
         )
-    left = [p for p in points if p.walks and not p.problem.offset.any()]
+    left = [p for p in points if p.walks and not _brought_on(p)]
     if left:
         fast = max(left, key=lambda p: abs(p.walk))
-        fixed = all(np.isnan(p.error) for p in points)
         yield Caution(
             "harmonic",
             f"{place}, {fast.frequency:.6g} Hz",
             f"the bodies walk past each other at {len(left)} of {len(points)} responses, here by "
-            f"{readable(abs(fast.walk), 'm', 3)} in each cycle; the response is the one where the clamp has "
-            "put them, and changes as they move on",
-            'harmonics = "adaptive" follows them to where they rest'
-            if fixed
-            else "stiffer supports hold them; [analysis.time] follows them to where they rest",
+            f"{readable(abs(fast.walk), 'm', 3)} in each cycle; the response is the one where they stand, "
+            "and changes as they move on",
+            "stiffer supports hold them; [analysis.time] follows them to where they rest"
+            if adaptive
+            else 'harmonics = "adaptive" follows them to where they rest',
         )
+
+
+def _brought_on(point: HarmonicPoint) -> bool:
+    """Whether the bodies of a response stand where a motion over time beside it has come to."""
+    return bool(point.problem.offset.any() and np.isfinite(point.error))
 
 
 CUT_OFF = 0.01

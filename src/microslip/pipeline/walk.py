@@ -212,7 +212,7 @@ class _Seeking:
         try:
             steady = _searched(scheme, self.target, found.state, TOLERANCE, ANOTHER)
             self.spent += steady.cycles
-            there = rested(scheme, steady, TOLERANCE) if steady.converged else None
+            there = rested(scheme, steady, TOLERANCE, begin=found.state)
             if there is None:
                 return found
             self.spent += there.cycles

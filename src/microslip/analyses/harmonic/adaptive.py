@@ -19,7 +19,7 @@ from microslip.analyses.harmonic.approach import approached
 from microslip.analyses.harmonic.climb import Climb
 from microslip.analyses.harmonic.levels import estimated_error, more_harmonics
 from microslip.analyses.harmonic.losses import Losses
-from microslip.analyses.harmonic.over_time import OWN, MotionBeside, OverTime
+from microslip.analyses.harmonic.over_time import OWN, MotionBeside, OverTime, supported
 from microslip.analyses.harmonic.paths import EquationsAt, FrequencyPath
 from microslip.analyses.harmonic.points import PULL, HarmonicPoint, describe
 from microslip.analyses.harmonic.problem import HarmonicProblem, walking, with_harmonics
@@ -181,7 +181,7 @@ class Ladder:
                 missed = self._one_by_one(climb, began)
         self._by_small_steps(climb, missed, began)
         self._confirmed(climb)
-        if self.over_time is not None and climb.beside is None and climb.best.walks:
+        if self.over_time is not None and climb.beside is None and supported(climb.best):
             # levels say nothing of where its bodies are going
             return replace(climb.best, error=float("nan"))
         return climb.best

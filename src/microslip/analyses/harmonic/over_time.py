@@ -25,8 +25,14 @@ import numpy as np
 from microslip.analyses.harmonic.operator import linear_operator
 from microslip.analyses.harmonic.points import PULL, HarmonicPoint, distance
 from microslip.analyses.prepared.joint import PreparedJoint
-from microslip.analyses.time.resting import NARROW, rested
-from microslip.analyses.time.scheme import State, TimeScheme, prestressed_state, time_scheme
+from microslip.analyses.time.resting import CLOSE, NARROW, rested
+from microslip.analyses.time.scheme import (
+    State,
+    TimeScheme,
+    contact_memory,
+    prestressed_state,
+    time_scheme,
+)
 from microslip.analyses.time.starts import Start, end_of
 from microslip.analyses.time.steady import SteadyState, raised_state, steady_state
 from microslip.brief import Brief
@@ -133,14 +139,16 @@ class OverTime:
         back for a long time. From rest there may be another motion; then from its own state.
         """
         scheme = self._scheme(point.frequency, FEWEST)
-        if _from_rest_first(point):
+        if supported(point):
             with suppress(ContactError):
                 state = raised_state(scheme, point.frequency, self.load, RAISED)
                 found = self._refined(point, end_of(state, 0.0, scheme, point.frequency))
                 if found is not None:
                     return found
         state = state_from_point(scheme, point)
-        return self._refined(point, end_of(state, 0.0, scheme, point.frequency))
+        with suppress(ContactError):
+            return self._refined(point, end_of(state, 0.0, scheme, point.frequency))
+        return None
 
     def again(self, point: HarmonicPoint, known: MotionBeside) -> MotionBeside:
         """The motion from the state of a response, where that of one with other harmonics is known.
@@ -149,30 +157,32 @@ class OverTime:
         and where it is one from rest. Bodies that slide sideways by little per cycle count as settled where
         their start has put them: from its own state, where the response has them.
         """
-        if _from_rest_first(point):
+        if supported(point):
             return known
         steps = len(known.steady.cycle.r) - 1
         scheme = self._scheme(point.frequency, steps)
         start = end_of(state_from_point(scheme, point), 0.0, scheme, point.frequency)
         found, _ = self._settled(point.frequency, point.amplitude, steps, start, CYCLES_MORE)
-        return known if found is None else MotionBeside(found, known.own)
+        return known if found is None else replace(known, steady=found)
 
     def _refined(self, point: HarmonicPoint, start: Start) -> MotionBeside | None:
         """The motion next to a response, from a start, with as many steps as it needs.
 
-        A coarse one that leaves the response does not say that finer ones do. Where the bodies of the first
-        that is found walk it is brought on to where they rest, or are after `offset.HORIZON` cycles, and the
-        others stay there.
+        A coarse one that leaves the response does not say that finer ones do. Where its bodies walk it is
+        brought on to where they rest, or are after `offset.HORIZON` cycles, and finer ones stay there.
         """
+        walking = supported(point)
         found: SteadyState | None = None
-        steps, changes, more = FEWEST, [np.inf], CYCLES_MORE
-        near, brought = point.amplitude, None
+        finer: SteadyState | None
+        brought: MotionBeside | None = None
+        near, steps, changes, more = point.amplitude, FEWEST, [np.inf], CYCLES_MORE
         while steps <= MOST_STEPS and own_error(changes) > OWN:
-            finer, lingers = self._settled(point.frequency, near, steps, start, more)
-            if finer is not None and found is None and _from_rest_first(point):
-                brought = self._brought_on(finer)
-                if brought is not None:
-                    finer, near = brought.steady, brought.steady.amplitude
+            if walking and found is None:
+                brought = self._brought_on(point, start, steps)
+            if brought is not None and found is None:
+                finer, lingers, near = brought.steady, False, brought.steady.amplitude
+            else:
+                finer, lingers = self._settled(point.frequency, near, steps, start, more)
             more = 0 if lingers else more
             steps *= 2
             if finer is None and (found is not None or steps > LOOKED_FOR):
@@ -188,13 +198,34 @@ class OverTime:
             return MotionBeside(found, own_error(changes))
         return replace(brought, steady=found, own=own_error(changes) + brought.own)
 
-    def _brought_on(self, steady: SteadyState) -> MotionBeside | None:
-        """A motion with its bodies where they rest, or are after `offset.HORIZON` cycles.
+    def _brought_on(self, point: HarmonicPoint, start: Start, steps: int) -> MotionBeside | None:
+        """The motion from a start with its bodies where they rest, or are after `offset.HORIZON` cycles.
 
-        Its own error is that of the place. None where they do not walk, or it was not found.
+        Its own error is that of the place. None where they do not walk, or the motion leaves the response
+        before they have.
+
+        Raises
+        ------
+        WalksOnError
+            Where that is not found.
         """
-        steps, dimension = len(steady.cycle.r) - 1, self.joint.model.dimension
-        rest = rested(self._scheme(steady.frequency, steps), steady, SETTLED_BESIDE)
+        scheme, dimension = self._scheme(point.frequency, steps), self.joint.model.dimension
+        memory = contact_memory(scheme)
+        try:
+            steady = steady_state(
+                scheme,
+                point.frequency,
+                self.load,
+                start=start,
+                tolerance=CLOSE,
+                max_cycles=CYCLES_BESIDE,
+                memory=memory,
+            )
+        except ContactError:
+            return None
+        if distance(steady.amplitude, point.amplitude) > LEFT:
+            return None
+        rest = rested(scheme, steady, SETTLED_BESIDE, memory, start)
         if rest is None:
             return None
         way = mean_slip(_mean(rest.steady) - _mean(steady), dimension)
@@ -239,8 +270,11 @@ def _mean(steady: SteadyState) -> Array:
     return np.asarray(steady.cycle.v[:-1].mean(axis=0))
 
 
-def _from_rest_first(point: HarmonicPoint) -> bool:
-    """Whether the supports would take the state of a response back for a long time."""
+def supported(point: HarmonicPoint) -> bool:
+    """Whether soft supports alone hold the bodies of a response, or nothing does.
+
+    From another place they would take them back for a long time.
+    """
     return point.pull > PULL or point.problem.walks
 
 

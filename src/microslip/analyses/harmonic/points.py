@@ -109,10 +109,15 @@ class HarmonicPoint(Brief):
         return float(np.linalg.norm(mean_slip(moved, problem.dimension)))
 
     @property
+    def slip(self) -> float:
+        """Range of the slip over a cycle, of its first harmonic, where that is largest, m."""
+        slip = tangential_vectors(np.abs(to_complex(self.v)[1]), self.problem.dimension)
+        return 2 * float(np.linalg.norm(slip, axis=-1).max())
+
+    @property
     def walks(self) -> bool:
         """Whether the bodies move on past each other by more than `WALKS` of the slip in each cycle."""
-        slip = tangential_vectors(np.abs(to_complex(self.v)[1]), self.problem.dimension)
-        return abs(self.walk) > WALKS * 2 * float(np.linalg.norm(slip, axis=-1).max())
+        return abs(self.walk) > WALKS * self.slip
 
     @property
     def dissipated(self) -> float:

@@ -325,20 +325,18 @@ class _Search:
                     f"{point.pull:.1e} of the friction",
                 )
             )
-        if adaptive and point.walks and np.isnan(point.error):
-            doubts.append(
-                _failure(
-                    where,
-                    "the bodies walk past each other, and no motion over time stays beside the response: "
-                    "what its amplitude becomes as they move on is not known",
-                )
+        elif adaptive and np.isnan(point.error):
+            said = (
+                "the bodies walk past each other, and no motion over time stays beside the response: "
+                "what its amplitude becomes as they move on is not known"
+                if point.walks
+                else f"the response with {point.harmonics} harmonics was not found with more"
             )
-        elif not self._accurate(point):
+            doubts.append(_failure(where, said))
+        if not self._accurate(point) and np.isfinite(point.error):
             said = (
                 f"with {point.harmonics} harmonics the estimated error of the amplitude is "
                 f"{point.error:.1e}"
-                if np.isfinite(point.error)
-                else f"the response with {point.harmonics} harmonics was not found with more"
             )
             doubts.append(_failure(where, said))
         return doubts

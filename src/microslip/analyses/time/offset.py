@@ -137,6 +137,20 @@ class Rest(NamedTuple):
     cycles: float
     looked: tuple[Looked, ...]
 
+    def knowing(self, *more: Looked) -> Rest:
+        """With more looks at the walk."""
+        along = self.looked[0].along
+        looked = sorted((*self.looked, *more), key=lambda one: one.at(along))
+        return self._replace(looked=tuple(looked))
+
+    def widest(self) -> Array:
+        """State half-way along the part of the walk that is known least, between two looks."""
+        along = self.looked[0].along
+        u = [*(one.at(along) for one in self.looked), float(self.offset @ along)]
+        vectors = [*(one.vector for one in self.looked), self.vector]
+        i = int(np.argmax(np.diff(u)))
+        return 0.5 * (vectors[i] + vectors[i + 1])
+
     def on_the_way(self, cycles: float = HORIZON) -> tuple[Array, complex] | None:
         """State and amplitude after so many cycles from the first look; None where the bodies rest by then.
 

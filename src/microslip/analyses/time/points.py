@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,7 +19,7 @@ from microslip.analyses.time.classify import LONGEST, LOOKED, Motion, motion_of
 from microslip.analyses.time.floquet import Multipliers
 from microslip.analyses.time.leaving import leave
 from microslip.analyses.time.readings import opening_of, phases
-from microslip.analyses.time.resting import rested
+from microslip.analyses.time.resting import Rested, WalksOnError, rested
 from microslip.analyses.time.scheme import (
     ContactMemory,
     State,
@@ -29,7 +30,7 @@ from microslip.analyses.time.scheme import (
     time_scheme,
 )
 from microslip.analyses.time.stability import settling_error, stability_of
-from microslip.analyses.time.starts import Start, placed
+from microslip.analyses.time.starts import Start, end_of, placed
 from microslip.analyses.time.steady import (
     CONFIRMED,
     SteadyState,
@@ -260,12 +261,13 @@ def _searched(joint: PreparedJoint, request: Request) -> TimePoint:
     """What a search ends in; where that is periodic, with its stability and error."""
     scheme = _scheme(joint, request)
     memory = contact_memory(scheme)
+    begin = _begin(scheme, request, memory)
     steady = steady_state(
         scheme,
         request.frequency,
         request.load,
         guess=request.guess,
-        start=_begin(scheme, request, memory),
+        start=begin,
         accelerate=request.accelerate,
         tolerance=request.tolerance,
         max_cycles=request.max_cycles,
@@ -279,10 +281,8 @@ def _searched(joint: PreparedJoint, request: Request) -> TimePoint:
         pasts=(request.past,),
         steps=request.steps,
     )
-    if not steady.converged:
-        return point
     apart = 0.0
-    at_rest = rested(scheme, steady, request.tolerance, memory) if request.accelerate else None
+    at_rest = _at_rest(scheme, request, steady, begin, memory)
     if at_rest is not None:
         _refuse_open(scheme, at_rest.steady, request)
         there, apart = _spent(at_rest.steady, steady, at_rest.cycles), at_rest.apart
@@ -293,10 +293,29 @@ def _searched(joint: PreparedJoint, request: Request) -> TimePoint:
             lasts=at_rest.lasts,
             ahead=at_rest.ahead,
         )
-    if not request.stability:
+    if not (request.stability and point.steady.converged):
         return point
     judged = _judged(scheme, request, point, memory)
     return replace(judged, error=judged.error + apart)
+
+
+def _at_rest(
+    scheme: TimeScheme,
+    request: Request,
+    steady: SteadyState,
+    begin: State | Start | None,
+    memory: ContactMemory,
+) -> Rested | None:
+    """Where the bodies of a motion come to rest, if they walk and that is found."""
+    if not request.accelerate:
+        return None
+    if begin is None:
+        guess = request.guess
+        state = prestressed_state(scheme, abs(guess), 2 * np.pi * request.frequency)
+        begin = end_of(state, float(-np.angle(guess)), scheme, request.frequency)
+    with suppress(WalksOnError):
+        return rested(scheme, steady, request.tolerance, memory, begin)
+    return None
 
 
 def _with_more_steps(

@@ -12,17 +12,20 @@ from typing import NamedTuple
 import numpy as np
 
 from microslip.analyses.time.deviations import StateSpace
-from microslip.analyses.time.offset import Looked, come_to_rest, walks
+from microslip.analyses.time.offset import SURELY, Looked, Rest, come_to_rest, walks
 from microslip.analyses.time.scheme import ContactMemory, State, TimeScheme, contact_memory, march
-from microslip.analyses.time.starts import end_of
+from microslip.analyses.time.starts import Start, end_of
 from microslip.analyses.time.steady import SteadyState, steady_state, walk_of
 from microslip.contact.pairs import tangential_vectors
 from microslip.errors import ContactError
 from microslip.typing import Array
 
-CYCLES, CLOSE = 16, 1e-4
-"""Cycles in which a search has to settle at an offset, and to what change: while the bodies walk the
-vibration changes with them, and no search ends below that."""
+CYCLES, STEADY, CLOSE = 16, 1e-5, 1e-4
+"""Cycles of a search at an offset, the change over one at which it ends before, and that to which it has to
+have come: while the bodies walk the vibration changes with them, and no search ends below that."""
+
+LONGER = 4
+"""Times as many cycles of a second search, from where the first has come to."""
 
 SLOW = 1e-6
 """Share of the slip that bodies move on by in a cycle below which they are at rest."""
@@ -30,8 +33,16 @@ SLOW = 1e-6
 NARROW = 1e-4
 """Relative error of the amplitude at which it is known where they come to rest."""
 
+REFINED = 4
+"""Times at most that bodies on the way are looked at where they are, and half-way along the part that is
+known least: how fast they are there tells how far they get."""
+
 FINAL = 50
 """Cycles at most of the search there."""
+
+
+class WalksOnError(ContactError):
+    """Bodies walk past each other, and where they come to rest is not found."""
 
 
 class Rested(NamedTuple):
@@ -65,11 +76,22 @@ class Rested(NamedTuple):
 
 
 class AtOffset(NamedTuple):
-    """The motion that a search has found at an offset, its state at phase 0 of the load, and its cycles."""
+    """The motion that a search has found at an offset.
+
+    Attributes
+    ----------
+    looked : Looked
+    state : State
+        At phase 0 of the load.
+    cycles : int
+    change : float
+        Relative change of the vibration over its last cycle.
+    """
 
     looked: Looked
     state: State
     cycles: int
+    change: float
 
 
 def at_phase_0(
@@ -90,8 +112,9 @@ def searched(
     space: StateSpace,
     frequency: float,
     load: float,
-    state: State,
+    begin: State | Start,
     memory: ContactMemory,
+    tolerance: float = STEADY,
 ) -> AtOffset | None:
     """The motion at the offset of a state, by a search; None where that does not settle.
 
@@ -100,22 +123,39 @@ def searched(
     space : StateSpace
         Of the scheme.
     frequency, load : float
-    state : State
-        At phase 0 of the load.
+    begin : State or Start
+        A state is one at phase 0 of the load.
     memory : ContactMemory
+    tolerance : float
+        Change at which it ends at first; then `CLOSE`.
     """
     scheme = space.scheme
-    start = end_of(state, 0.0, scheme, frequency)
+    start = begin if isinstance(begin, Start) else end_of(begin, 0.0, scheme, frequency)
+    spent = 0
     try:
-        steady = steady_state(
-            scheme, frequency, load, start=start, max_cycles=CYCLES, memory=memory
-        )
-        if steady.change > CLOSE:
-            return None
-        end = at_phase_0(scheme, steady, memory)
+        for cycles, enough in ((CYCLES, tolerance), (LONGER * CYCLES, CLOSE)):
+            steady = steady_state(
+                scheme,
+                frequency,
+                load,
+                start=start,
+                tolerance=enough,
+                max_cycles=cycles,
+                memory=memory,
+            )
+            start, spent = steady.end, spent + steady.cycles
+            if steady.change <= CLOSE or (enough == CLOSE and steady.converged):
+                end = at_phase_0(scheme, steady, memory)
+                return AtOffset(_looked(space, steady, end), end, spent, steady.change)
     except ContactError:
         return None
-    return AtOffset(_looked(space, steady, end), end, steady.cycles)
+    return None
+
+
+def _wave(steady: SteadyState) -> Array:
+    """The load over a cycle from phase 0."""
+    steps = len(steady.cycle.r) - 1
+    return np.asarray(steady.load * np.sin(2 * np.pi * np.arange(steps + 1) / steps))
 
 
 def rested(
@@ -123,26 +163,46 @@ def rested(
     steady: SteadyState,
     tolerance: float,
     memory: ContactMemory | None = None,
+    begin: State | Start | None = None,
 ) -> Rested | None:
-    """Where the bodies of a settled motion come to rest; None where they do not walk, or do not come to rest.
+    """Where the bodies of a motion come to rest; None where they do not walk, or nothing has settled.
 
     Parameters
     ----------
     scheme : TimeScheme
         The one the motion was found with.
     steady : SteadyState
+        What a search has ended with: a motion that walks need not have settled, since that changes it.
     tolerance : float
         Change over a cycle of the motion that is returned.
     memory : ContactMemory, optional
         As for `steady_state`.
+    begin : State or Start, optional
+        What the search has started from (a state is one at phase 0 of the load). A long one moves the bodies,
+        by as much as hundreds of cycles do; then the walk is counted from where a short one leads.
+
+    Raises
+    ------
+    WalksOnError
+        Where they walk, and where they come to rest is not found.
     """
-    dimension = scheme.joint.model.dimension
-    if abs(walk_of(steady, dimension)) <= SLOW or not walks(_rate(steady, dimension)):
+    if not _drifts(steady, scheme):
         return None
     memory = memory or contact_memory(scheme)
     frequency, load = steady.frequency, steady.load
     space = StateSpace(scheme, 2 * np.pi * frequency)
-    last, spent = at_phase_0(scheme, steady, memory), 0
+    short, spent = None, 0
+    if begin is not None and steady.cycles > CYCLES:
+        short = searched(space, frequency, load, begin, memory, CLOSE)
+    if short is not None:
+        first, last, spent, change = short.looked, short.state, short.cycles, short.change
+    elif steady.converged:
+        last = at_phase_0(scheme, steady, memory)
+        first, change = _looked(space, steady, last), steady.change
+    else:
+        return None
+    if not walks(first.rate):
+        return None
 
     def look(vector: Array) -> Looked:
         nonlocal last, spent
@@ -152,17 +212,24 @@ def rested(
         last, spent = found.state, spent + found.cycles
         return found.looked
 
-    steps = len(steady.cycle.r) - 1
-    wave = load * np.sin(2 * np.pi * np.arange(steps + 1) / steps)
-    begin = _looked(space, steady, last)
-    begin = begin._replace(
-        way=space.vector(march(scheme, last, wave, memory=memory).state) - begin.vector
-    )
     try:
-        rest = come_to_rest(look, begin, narrow=NARROW)
+        after = march(scheme, last, _wave(steady), memory=memory).state
+        first = first._replace(way=space.vector(after) - first.vector)
+        rest = come_to_rest(look, first, narrow=NARROW)
         if rest is None:
-            return None
-        there = rest.on_the_way()
+            raise WalksOnError("the bodies walk on, and where they come to rest is not found")
+        if change > CLOSE + SURELY * _by_the_walk(space, rest):
+            raise WalksOnError("the bodies walk on, and the vibration changes by more than that")
+        there, moved = rest.on_the_way(), 0.0
+        for _ in range(REFINED):
+            if there is None:
+                break
+            rest = rest.knowing(look(rest.widest()), look(there[0]))
+            before, there = there, rest.on_the_way()
+            amplitude = rest.amplitude if there is None else there[1]
+            moved = abs(abs(before[1]) / abs(amplitude) - 1)
+            if moved <= NARROW:
+                break
         vector = rest.vector if there is None else there[0]
         start = end_of(space.state(vector, last), 0.0, scheme, frequency)
         final = steady_state(
@@ -174,15 +241,33 @@ def rested(
             max_cycles=FINAL,
             memory=memory,
         )
-    except ContactError:
-        return None
+    except ContactError as error:
+        raise WalksOnError(f"the bodies walk on: {error}") from error
     if not final.converged:
-        return None
-    walked = float(np.linalg.norm(rest.offset - begin.offset.mean(axis=0)))
-    size, apart, ahead = abs(final.amplitude), rest.apart, 0.0
+        raise WalksOnError("the bodies walk on, and the vibration where they rest does not settle")
+    walked = float(np.linalg.norm(rest.offset - first.offset.mean(axis=0)))
+    size, apart, ahead = abs(final.amplitude), rest.apart + moved, 0.0
     if there is not None:
         ahead, apart = abs(rest.amplitude) / size - 1, apart + abs(size / abs(there[1]) - 1)
     return Rested(final, apart, rest.offset, walked, rest.cycles, ahead, spent + final.cycles + 1)
+
+
+def _by_the_walk(space: StateSpace, rest: Rest) -> float:
+    """Relative change of the vibration over a cycle that the first part of a walk makes."""
+    first = rest.looked[0]
+    other = rest.looked[1].vector if len(rest.looked) > 1 else rest.vector
+    to = (
+        rest.looked[1].at(first.along) if len(rest.looked) > 1 else float(rest.offset @ first.along)
+    )
+    way = to - first.at(first.along)
+    return space.change(first.vector, other) * first.speed(first.along) / way if way > 0 else 0.0
+
+
+def _drifts(steady: SteadyState, scheme: TimeScheme) -> bool:
+    """Whether the bodies of a motion may walk: that of one that has not settled says little."""
+    dimension = scheme.joint.model.dimension
+    moves = abs(walk_of(steady, dimension)) > SLOW
+    return moves and (not steady.converged or walks(_rate(steady, dimension)))
 
 
 def _looked(space: StateSpace, steady: SteadyState, end: State) -> Looked:
