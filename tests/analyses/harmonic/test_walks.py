@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from walking_joints import WEAKLY_DAMPED
+from walking_joints import WEAKLY_DAMPED, better_held, marched_alone
 
 import microslip
 from microslip.analyses.harmonic.adaptive import Adaptive, Ladder
@@ -17,11 +17,11 @@ from microslip.analyses.harmonic.points import describe, distance
 from microslip.analyses.harmonic.problem import harmonic_problem
 from microslip.analyses.harmonic.raising import raise_load
 from microslip.analyses.harmonic.starts import start_from_cycle, start_from_point
-from microslip.analyses.time.offset import HORIZON
+from microslip.analyses.time import resting
 from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.steady import raised_state, steady_state
 from microslip.contact.pairs import mean_slip, tangential, tangential_vectors
-from microslip.pipeline.walk import STEPS, watched
+from microslip.pipeline.walk import STEPS
 
 FREQUENCY, LOAD = 466.48, 2.3224
 
@@ -47,13 +47,9 @@ def grown(ladder, clamped):
 
 
 @pytest.fixture(scope="module")
-def alone(ladder):
+def alone():
     """Sizes over 4000 cycles marched alone from rest, and the mean offset of the bodies at their ends."""
-    joint = ladder.over_time.joint
-    scheme = time_scheme(joint, 1 / (FREQUENCY * STEPS), frequency=FREQUENCY)
-    raised = raised_state(scheme, FREQUENCY, LOAD, 10)
-    Q, states = watched(scheme, LOAD, raised, int(HORIZON))
-    return np.abs(Q), np.array([tangential_vectors(one.v, 2).mean() for one in states])
+    return marched_alone(WEAKLY_DAMPED, FREQUENCY, LOAD)
 
 
 def test_harmonics_are_grown_where_marching_alone_leads(grown, clamped, alone):
@@ -141,3 +137,38 @@ def test_where_no_motion_stays_beside_a_walk_its_error_is_not_known(ladder, clam
     assert np.isnan(ladder.grown(clamped).error)
     levels = Ladder(ladder.base, CONTROL, Adaptive()).grown(clamped)
     assert levels.error < 0.01
+
+
+@pytest.mark.parametrize("times", [8.0, 12.0])
+def test_it_is_where_marching_alone_leads_though_the_walk_keeps_searches_from_settling(times):
+    """A better held joint changes faster; what searches have moved its bodies by counts as walked."""
+    described = better_held(times)
+    joint = microslip.prepare(microslip.parse_joint(tomllib.loads(described)))
+    path = FrequencyPath(harmonic_problem(joint), LOAD)
+    w, _ = raise_load(path.problem, FREQUENCY, LOAD)
+    ladder = Ladder(path, CONTROL, Adaptive(), OverTime(joint, LOAD))
+    grown = ladder.grown(ladder.least(path.problem, w, FREQUENCY))
+    size, offset = marched_alone(described, FREQUENCY, LOAD)
+    here = size[-40:].mean()
+    assert abs(here / size[200] - 1) > 0.05, "the walk tells"
+    assert abs(abs(grown.amplitude) / here - 1) <= grown.error + 1e-3
+    assert grown.error <= Adaptive().tolerance
+    assert grown.walked == pytest.approx(abs(offset[-1]), rel=0.02)
+
+
+def test_a_walk_whose_end_is_not_found_states_no_error(ladder, clamped, monkeypatch):
+    monkeypatch.setattr(resting, "come_to_rest", lambda *_, **__: None)
+    assert ladder.over_time.beside(clamped) is None
+    assert np.isnan(ladder.grown(clamped).error)
+
+
+def test_asking_again_keeps_how_far_the_motion_has_walked(small_reference):
+    joint, load = small_reference.joint, 1e-4 * small_reference.moment
+    path = FrequencyPath(harmonic_problem(joint), load)
+    w, _ = raise_load(path.problem, 182.0, load)
+    point = Ladder(path, CONTROL, None).least(path.problem, w, 182.0)
+    over_time = OverTime(joint, load)
+    known = replace(over_time.beside(point), walked=1e-6, changed=0.01)
+    again = over_time.again(point, known)
+    assert again.steady is not known.steady
+    assert (again.walked, again.changed) == (1e-6, 0.01)

@@ -143,13 +143,14 @@ class Rest(NamedTuple):
         looked = sorted((*self.looked, *more), key=lambda one: one.at(along))
         return self._replace(looked=tuple(looked))
 
-    def widest(self) -> Array:
-        """State half-way along the part of the walk that is known least, between two looks."""
+    def widest(self, until: Looked) -> Array:
+        """State half-way between the two looks before one on the way that are farthest apart."""
         along = self.looked[0].along
-        u = [*(one.at(along) for one in self.looked), float(self.offset @ along)]
-        vectors = [*(one.vector for one in self.looked), self.vector]
-        i = int(np.argmax(np.diff(u)))
-        return 0.5 * (vectors[i] + vectors[i + 1])
+        walk = [*(one for one in self.looked if one.at(along) < until.at(along)), until]
+        if len(walk) < 2:
+            return until.vector
+        i = int(np.argmax(np.diff([one.at(along) for one in walk])))
+        return 0.5 * (walk[i].vector + walk[i + 1].vector)
 
     def on_the_way(self, cycles: float = HORIZON) -> tuple[Array, complex] | None:
         """State and amplitude after so many cycles from the first look; None where the bodies rest by then.

@@ -34,8 +34,8 @@ NARROW = 1e-4
 """Relative error of the amplitude at which it is known where they come to rest."""
 
 REFINED = 4
-"""Times at most that bodies on the way are looked at where they are, and half-way along the part that is
-known least: how fast they are there tells how far they get."""
+"""Times at most that bodies on the way are looked at where they are, and half-way along the part before that
+is known least: how fast they are there tells how far they get."""
 
 FINAL = 50
 """Cycles at most of the search there."""
@@ -224,7 +224,8 @@ def rested(
         for _ in range(REFINED):
             if there is None:
                 break
-            rest = rest.knowing(look(rest.widest()), look(there[0]))
+            here = look(there[0])
+            rest = rest.knowing(here, look(rest.widest(here)))
             before, there = there, rest.on_the_way()
             amplitude = rest.amplitude if there is None else there[1]
             moved = abs(abs(before[1]) / abs(amplitude) - 1)

@@ -1,0 +1,94 @@
+"""Where bodies that walk rest, from what a search has ended with: against marching alone."""
+
+import tomllib
+
+import numpy as np
+import pytest
+from walking_joints import better_held, marched_alone
+
+import microslip
+from microslip.analyses.time import resting
+from microslip.analyses.time.offset import Looked, Rest
+from microslip.analyses.time.points import Request, TimePoint, steady_states
+from microslip.analyses.time.resting import WalksOnError, rested
+from microslip.analyses.time.scheme import time_scheme
+from microslip.analyses.time.steady import raised_state, steady_state
+from microslip.contact.pairs import mean_slip
+from microslip.pipeline.walk import STEPS
+
+FREQUENCY, LOAD = 466.48, 2.3224
+
+
+@pytest.fixture(scope="module")
+def point():
+    """Of a joint whose walk changes its vibration so fast that no search settles."""
+    joint = microslip.prepare(microslip.parse_joint(tomllib.loads(better_held(8.0))))
+    (found,) = steady_states(joint, [Request(1.0, FREQUENCY, LOAD, None, 0j, past="raised")])
+    assert isinstance(found, TimePoint)
+    return found
+
+
+@pytest.fixture(scope="module")
+def fastest():
+    """A scheme of one that is held still better, its raised state, and what a long search ends with."""
+    joint = microslip.prepare(microslip.parse_joint(tomllib.loads(better_held(30.0))))
+    scheme = time_scheme(joint, 1 / (FREQUENCY * STEPS), frequency=FREQUENCY)
+    raised = raised_state(scheme, FREQUENCY, LOAD, 10)
+    return scheme, raised, steady_state(scheme, FREQUENCY, LOAD, start=raised, max_cycles=50)
+
+
+def test_points_are_where_marching_alone_leads(point):
+    """The bodies stand where they do, though searches of 400 cycles have moved them elsewhere."""
+    size, offset = marched_alone(better_held(8.0), FREQUENCY, LOAD)
+    assert abs(size[-1] / size[200] - 1) > 0.05, "it walks"
+    assert point.settled
+    assert abs(point.steady.amplitude) == pytest.approx(size[-40:].mean(), rel=1e-3)
+    place = mean_slip(point.steady.cycle.v[0], 2)[0]
+    assert place == pytest.approx(offset[-1], rel=0.02)
+    assert point.ahead > 0.02, "and far on"
+
+
+def test_what_a_search_has_ended_with_need_not_have_settled(fastest):
+    scheme, raised, steady = fastest
+    assert not steady.converged
+    assert rested(scheme, steady, 1e-5) is None
+    rest = rested(scheme, steady, 1e-5, begin=raised)
+    size, offset = marched_alone(better_held(30.0), FREQUENCY, LOAD)
+    assert rest.steady.converged
+    assert abs(rest.steady.amplitude) == pytest.approx(size[-40:].mean(), rel=3e-3)
+    assert mean_slip(rest.steady.cycle.v[0], 2)[0] == pytest.approx(offset[-1], rel=0.03)
+
+
+def test_a_vibration_that_changes_by_more_than_its_walk_has_not_settled(fastest, monkeypatch):
+    scheme, raised, steady = fastest
+    monkeypatch.setattr(resting, "_by_the_walk", lambda *_: 0.0)
+    with pytest.raises(WalksOnError, match="the vibration changes by more"):
+        rested(scheme, steady, 1e-5, begin=raised)
+
+
+def test_where_rest_is_not_found_that_is_said(fastest, monkeypatch):
+    scheme, raised, steady = fastest
+    monkeypatch.setattr(resting, "come_to_rest", lambda *_, **__: None)
+    with pytest.raises(WalksOnError, match="come to rest is not found"):
+        rested(scheme, steady, 1e-5, begin=raised)
+
+
+def test_more_looks_at_a_walk_tell_better_where_it_is():
+    """Of a speed that falls as a square does, u(n) = 1 - 1/(1 + c n); two ends alone are far off."""
+
+    def look(u):
+        rate = np.full((3, 1), 1e-4 * (1 - u) ** 2)
+        return Looked(np.full((3, 1), u), rate, complex(1 + 0.2 * u), np.array([u]), rate[0])
+
+    rest = Rest(1.2 + 0j, 0.0, np.array([1.0]), np.array([1.0]), 1e5, (look(0.0),))
+    exact, missed = 1 - 1 / 1.4, []
+    for _ in range(1 + resting.REFINED):
+        vector, amplitude = rest.on_the_way(4000.0)
+        assert abs(amplitude) == pytest.approx(1 + 0.2 * vector[0])
+        missed.append(abs(vector[0] / exact - 1))
+        here = look(float(vector[0]))
+        rest = rest.knowing(here, look(float(rest.widest(here)[0])))
+    assert missed[0] > 0.1
+    assert missed[-1] < 1e-3
+    offsets = [one.at(one.along) for one in rest.looked]
+    assert offsets == sorted(offsets)
