@@ -7,12 +7,13 @@ where they come to rest (`offset.py`), in some tens of cycles in all instead of 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from microslip.analyses.time.deviations import StateSpace
-from microslip.analyses.time.offset import SURELY, Looked, Rest, come_to_rest, walks
+from microslip.analyses.time.offset import SURELY, Looked, Rest, come_to_rest, elsewhere, walks
 from microslip.analyses.time.scheme import ContactMemory, State, TimeScheme, contact_memory, march
 from microslip.analyses.time.starts import Start, end_of
 from microslip.analyses.time.steady import SteadyState, steady_state, walk_of
@@ -191,18 +192,10 @@ def rested(
     memory = memory or contact_memory(scheme)
     frequency, load = steady.frequency, steady.load
     space = StateSpace(scheme, 2 * np.pi * frequency)
-    short, spent = None, 0
-    if begin is not None and steady.cycles > CYCLES:
-        short = searched(space, frequency, load, begin, memory, CLOSE)
-    if short is not None:
-        first, last, spent, change = short.looked, short.state, short.cycles, short.change
-    elif steady.converged:
-        last = at_phase_0(scheme, steady, memory)
-        first, change = _looked(space, steady, last), steady.change
-    else:
+    first = _begun(space, steady, memory, begin)
+    if first is None or not walks(first.looked.rate):
         return None
-    if not walks(first.rate):
-        return None
+    last, spent = first.state, first.cycles
 
     def look(vector: Array) -> Looked:
         nonlocal last, spent
@@ -214,23 +207,13 @@ def rested(
 
     try:
         after = march(scheme, last, _wave(steady), memory=memory).state
-        first = first._replace(way=space.vector(after) - first.vector)
-        rest = come_to_rest(look, first, narrow=NARROW)
+        way = space.vector(after) - first.looked.vector
+        rest = come_to_rest(look, first.looked._replace(way=way), narrow=NARROW)
         if rest is None:
             raise WalksOnError("the bodies walk on, and where they come to rest is not found")
-        if change > CLOSE + SURELY * _by_the_walk(space, rest):
+        if first.change > CLOSE + SURELY * _by_the_walk(space, rest):
             raise WalksOnError("the bodies walk on, and the vibration changes by more than that")
-        there, moved = rest.on_the_way(), 0.0
-        for _ in range(REFINED):
-            if there is None:
-                break
-            here = look(there[0])
-            rest = rest.knowing(here, look(rest.widest(here)))
-            before, there = there, rest.on_the_way()
-            amplitude = rest.amplitude if there is None else there[1]
-            moved = abs(abs(before[1]) / abs(amplitude) - 1)
-            if moved <= NARROW:
-                break
+        rest, there, moved = _followed(rest, look)
         vector = rest.vector if there is None else there[0]
         start = end_of(space.state(vector, last), 0.0, scheme, frequency)
         final = steady_state(
@@ -246,20 +229,53 @@ def rested(
         raise WalksOnError(f"the bodies walk on: {error}") from error
     if not final.converged:
         raise WalksOnError("the bodies walk on, and the vibration where they rest does not settle")
-    walked = float(np.linalg.norm(rest.offset - first.offset.mean(axis=0)))
+    walked = float(np.linalg.norm(rest.offset - first.looked.offset.mean(axis=0)))
     size, apart, ahead = abs(final.amplitude), rest.apart + moved, 0.0
     if there is not None:
         ahead, apart = abs(rest.amplitude) / size - 1, apart + abs(size / abs(there[1]) - 1)
     return Rested(final, apart, rest.offset, walked, rest.cycles, ahead, spent + final.cycles + 1)
 
 
+def _begun(
+    space: StateSpace, steady: SteadyState, memory: ContactMemory, begin: State | Start | None
+) -> AtOffset | None:
+    """The motion that a walk begins with: by a short search where the one that was made was long."""
+    own = None
+    if steady.converged:
+        end = at_phase_0(space.scheme, steady, memory)
+        own = AtOffset(_looked(space, steady, end), end, 0, steady.change)
+    if begin is None or steady.cycles <= CYCLES:
+        return own
+    short = searched(space, steady.frequency, steady.load, begin, memory, CLOSE)
+    size = abs(steady.amplitude)
+    if short is None or (own and elsewhere(abs(short.looked.amplitude), (size, size))):
+        return own
+    return short
+
+
+def _followed(
+    rest: Rest, look: Callable[[Array], Looked]
+) -> tuple[Rest, tuple[Array, complex] | None, float]:
+    """Where bodies are on the way, if they are, with more looks, and what the last have moved it by."""
+    there, moved = rest.on_the_way(), 0.0
+    for _ in range(REFINED):
+        if there is None:
+            break
+        here = look(there[0])
+        rest = rest.knowing(here, look(rest.widest(here)))
+        before, there = there, rest.on_the_way()
+        amplitude = rest.amplitude if there is None else there[1]
+        moved = abs(abs(before[1]) / abs(amplitude) - 1)
+        if moved <= NARROW:
+            break
+    return rest, there, moved
+
+
 def _by_the_walk(space: StateSpace, rest: Rest) -> float:
     """Relative change of the vibration over a cycle that the first part of a walk makes."""
-    first = rest.looked[0]
-    other = rest.looked[1].vector if len(rest.looked) > 1 else rest.vector
-    to = (
-        rest.looked[1].at(first.along) if len(rest.looked) > 1 else float(rest.offset @ first.along)
-    )
+    first, *more = rest.looked
+    other = more[0].vector if more else rest.vector
+    to = more[0].at(first.along) if more else float(rest.offset @ first.along)
     way = to - first.at(first.along)
     return space.change(first.vector, other) * first.speed(first.along) / way if way > 0 else 0.0
 
