@@ -66,13 +66,18 @@ def walking(points: Sequence[TimePoint], dimension: int) -> Iterator[Caution]:
         )
     ahead = [p for p in points if p.ahead]
     if ahead:
-        most = max(ahead, key=lambda point: abs(point.ahead))
+        most = max(ahead, key=lambda point: np.nan_to_num(abs(point.ahead)))
+        end = (
+            f"here they come to rest after about {most.lasts:.2g}, where the amplitude is "
+            f"{100 * most.ahead:+.2g} % off"
+            if np.isfinite(most.ahead)
+            else "where they come to rest was not found"
+        )
         yield Caution(
             "time",
             _place(most),
             f"the bodies walk past each other at {len(ahead)} of {len(points)} points for more than "
-            f"{HORIZON:.0f} cycles, after which the motion is shown: here they come to rest after about "
-            f"{most.lasts:.2g}, where the amplitude is {100 * most.ahead:+.2g} % off",
+            f"{HORIZON:.0f} cycles, after which the motion is shown: {end}",
             "stiffer supports hold them",
         )
     other = [p for p in points if p.settled and not p.lasts]

@@ -213,7 +213,7 @@ class _Seeking:
             steady = _searched(scheme, self.target, found.state, TOLERANCE, ANOTHER)
             self.spent += steady.cycles
             there = rested(scheme, steady, TOLERANCE, begin=found.state)
-            if there is None:
+            if there is None or there.offset is None:
                 return found
             self.spent += there.cycles
             end = end_of(at_phase_0(scheme, there.steady), 0.0, scheme, frequency)

@@ -4,16 +4,18 @@ import tomllib
 
 import numpy as np
 import pytest
-from walking_joints import better_held, marched_alone
+from walking_joints import WEAKLY_DAMPED, better_held, marched_alone
 
 import microslip
+from microslip.analyses.time import offset as offset_module
 from microslip.analyses.time import resting
-from microslip.analyses.time.offset import Looked, Rest
+from microslip.analyses.time.offset import Looked, Rest, as_far
 from microslip.analyses.time.points import Request, TimePoint, steady_states
 from microslip.analyses.time.resting import WalksOnError, rested
 from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.steady import raised_state, steady_state
 from microslip.contact.pairs import mean_slip
+from microslip.pipeline.time import walking
 from microslip.pipeline.walk import STEPS
 
 FREQUENCY, LOAD = 466.48, 2.3224
@@ -92,3 +94,33 @@ def test_more_looks_at_a_walk_tell_better_where_it_is():
     assert missed[-1] < 1e-3
     offsets = [one.at(one.along) for one in rest.looked]
     assert offsets == sorted(offsets)
+
+
+def test_where_rest_is_not_found_it_is_as_far_as_was_looked(monkeypatch):
+    """Three looks are enough for 4000 cycles of a walk that lasts 200,000."""
+    monkeypatch.setattr(offset_module, "LOOKS", 3)
+    joint = microslip.prepare(microslip.parse_joint(tomllib.loads(WEAKLY_DAMPED)))
+    (found,) = steady_states(joint, [Request(1.0, FREQUENCY, LOAD, None, 0j, past="raised")])
+    assert isinstance(found, TimePoint)
+    size, offset = marched_alone(WEAKLY_DAMPED, FREQUENCY, LOAD)
+    assert found.settled
+    assert abs(found.steady.amplitude) == pytest.approx(size[-40:].mean(), rel=1e-3)
+    assert mean_slip(found.steady.cycle.v[0], 2)[0] == pytest.approx(offset[-1], rel=0.02)
+    assert np.isinf(found.lasts)
+    (said,) = walking([found], 2)
+    assert "cycles, after which the motion is shown: where they come to rest was not" in said.reason
+
+
+@pytest.mark.parametrize("last", ["back", "still", "another"])
+def test_what_is_no_walk_of_the_same_motion_is_not_counted(last):
+    def look(u, speed=1e-4, size=1.0):
+        rate = np.full((3, 1), speed)
+        return Looked(np.full((3, 1), u), rate, complex(size), np.array([u]), rate[0])
+
+    bad = {"back": look(0.3), "still": look(0.9, 0.0), "another": look(0.9, size=0.5)}
+    far = as_far([look(0.0), look(0.2), look(0.5), bad[last], look(0.95)])
+    assert far is not None
+    vector, _ = far.on_the_way(4000.0)
+    assert vector[0] == pytest.approx(0.4)
+    assert far.on_the_way(6000.0) is None, "not seen"
+    assert as_far([look(0.0)]) is None

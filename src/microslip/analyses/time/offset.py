@@ -18,7 +18,7 @@ rest; where they walk back there, the speeds on both sides tell where between.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -128,6 +128,8 @@ class Rest(NamedTuple):
         That the walk takes there, by the secants.
     looked : tuple of Looked
         The motions that walk, in their order.
+    speed : float
+        Zero; at which they walk on where they do not rest there: it is as far as was looked (`as_far`).
     """
 
     amplitude: complex
@@ -136,6 +138,7 @@ class Rest(NamedTuple):
     offset: Array
     cycles: float
     looked: tuple[Looked, ...]
+    speed: float = 0.0
 
     def knowing(self, *more: Looked) -> Rest:
         """With more looks at the walk."""
@@ -159,7 +162,7 @@ class Rest(NamedTuple):
         """
         along = self.looked[0].along
         u = [*(one.at(along) for one in self.looked), float(self.offset @ along)]
-        g = [*(one.speed(along) for one in self.looked), 0.0]
+        g = [*(one.speed(along) for one in self.looked), self.speed]
         vectors = [*(one.vector for one in self.looked), self.vector]
         sizes = [*(one.amplitude for one in self.looked), self.amplitude]
         for i in range(len(self.looked)):
@@ -172,7 +175,7 @@ class Rest(NamedTuple):
                 there = -g[i] * np.expm1(-slope * cycles) / slope if slope else g[i] * cycles
                 share = there / way
                 amplitude = (1 - share) * sizes[i] + share * sizes[i + 1]
-                if abs(abs(amplitude) / abs(self.amplitude) - 1) <= NARROW:
+                if not self.speed and abs(abs(amplitude) / abs(self.amplitude) - 1) <= NARROW:
                     return None
                 return (1 - share) * vectors[i] + share * vectors[i + 1], amplitude
             cycles -= lasts
@@ -276,6 +279,28 @@ def come_to_rest(
             inside = move <= left * (1 + STILL)
             move = float(np.clip(move, *(left * WITHIN))) if inside else 0.5 * left
     return None
+
+
+def as_far(looked: Sequence[Looked]) -> Rest | None:
+    """What looks at a walk, in their order, say of it where its end is not known: as far as they go.
+
+    None where that is not farther than the first.
+    """
+    first = looked[0]
+    along, walking = first.along, [first]
+    for one in looked[1:]:
+        last = walking[-1]
+        goes_on = one.at(along) > last.at(along) and one.speed(along) > STILL * first.speed(along)
+        same = abs(np.log(_times(one, last))) <= BRANCH and walks(one.rate)
+        if not (goes_on and same):
+            break
+        walking.append(one)
+    *before, last = walking
+    if not before:
+        return None
+    place = last.offset.mean(axis=0)
+    speed = last.speed(along)
+    return Rest(last.amplitude, 0.0, last.vector, place, np.inf, tuple(before), speed)
 
 
 def _moved(known: list[Looked], to: float, at: Callable[[Looked], float], first: float) -> Array:

@@ -13,11 +13,19 @@ from typing import NamedTuple
 import numpy as np
 
 from microslip.analyses.time.deviations import StateSpace
-from microslip.analyses.time.offset import SURELY, Looked, Rest, come_to_rest, elsewhere, walks
+from microslip.analyses.time.offset import (
+    SURELY,
+    Looked,
+    Rest,
+    as_far,
+    come_to_rest,
+    elsewhere,
+    walks,
+)
 from microslip.analyses.time.scheme import ContactMemory, State, TimeScheme, contact_memory, march
 from microslip.analyses.time.starts import Start, end_of
 from microslip.analyses.time.steady import SteadyState, steady_state, walk_of
-from microslip.contact.pairs import tangential_vectors
+from microslip.contact.pairs import mean_slip, tangential_vectors
 from microslip.errors import ContactError
 from microslip.typing import Array
 
@@ -43,7 +51,7 @@ FINAL = 50
 
 
 class WalksOnError(ContactError):
-    """Bodies walk past each other, and where they come to rest is not found."""
+    """Bodies walk past each other, and where they come to rest is not found, nor where they are later."""
 
 
 class Rested(NamedTuple):
@@ -55,21 +63,21 @@ class Rested(NamedTuple):
         Where they rest, or after `offset.HORIZON` cycles where they do not by then.
     apart : float
         By how much its amplitude may be off for the offset alone, relative.
-    offset : (d - 1,) array
-        Between the bodies where they rest, mean of the pairs, m.
+    offset : (d - 1,) array or None
+        Between the bodies where they rest, mean of the pairs, m; None where that is not found.
     walked : float
-        How far they walk until then, m.
+        How far they walk until they rest, m; where that is not found, for `offset.HORIZON` cycles.
     lasts : float
-        In how many cycles, about.
+        In how many cycles, about; infinite where that is not found.
     ahead : float
-        Relative change of the amplitude until they rest; zero where they do.
+        Relative change of the amplitude until they rest; zero where they do, nan where that is not found.
     cycles : int
         Marched to find it.
     """
 
     steady: SteadyState
     apart: float
-    offset: Array
+    offset: Array | None
     walked: float
     lasts: float
     ahead: float
@@ -195,7 +203,7 @@ def rested(
     first = _begun(space, steady, memory, begin)
     if first is None or not walks(first.looked.rate):
         return None
-    last, spent = first.state, first.cycles
+    last, spent, seen = first.state, first.cycles, [first.looked]
 
     def look(vector: Array) -> Looked:
         nonlocal last, spent
@@ -203,14 +211,13 @@ def rested(
         if found is None:
             raise ContactError("no steady motion at this offset")
         last, spent = found.state, spent + found.cycles
+        seen.append(found.looked)
         return found.looked
 
     try:
         after = march(scheme, last, _wave(steady), memory=memory).state
         way = space.vector(after) - first.looked.vector
-        rest = come_to_rest(look, first.looked._replace(way=way), narrow=NARROW)
-        if rest is None:
-            raise WalksOnError("the bodies walk on, and where they come to rest is not found")
+        rest = _end(first.looked._replace(way=way), look, seen)
         if first.change > CLOSE + SURELY * _by_the_walk(space, rest):
             raise WalksOnError("the bodies walk on, and the vibration changes by more than that")
         rest, there, moved = _followed(rest, look)
@@ -226,13 +233,18 @@ def rested(
             memory=memory,
         )
     except ContactError as error:
-        raise WalksOnError(f"the bodies walk on: {error}") from error
+        raise WalksOnError(str(error)) from error
     if not final.converged:
         raise WalksOnError("the bodies walk on, and the vibration where they rest does not settle")
-    walked = float(np.linalg.norm(rest.offset - first.looked.offset.mean(axis=0)))
+    here = first.looked.offset.mean(axis=0)
     size, apart, ahead = abs(final.amplitude), rest.apart + moved, 0.0
     if there is not None:
         ahead, apart = abs(rest.amplitude) / size - 1, apart + abs(size / abs(there[1]) - 1)
+    if rest.speed:
+        place = mean_slip(final.cycle.state.v, scheme.joint.model.dimension)
+        walked = float(np.linalg.norm(place - here))
+        return Rested(final, apart, None, walked, np.inf, np.nan, spent + final.cycles + 1)
+    walked = float(np.linalg.norm(rest.offset - here))
     return Rested(final, apart, rest.offset, walked, rest.cycles, ahead, spent + final.cycles + 1)
 
 
@@ -251,6 +263,19 @@ def _begun(
     if short is None or (own and elsewhere(abs(short.looked.amplitude), (size, size))):
         return own
     return short
+
+
+def _end(begin: Looked, look: Callable[[Array], Looked], seen: list[Looked]) -> Rest:
+    """Where a walk ends; where that is not found, as far as it was seen: `offset.HORIZON` cycles at least."""
+    try:
+        rest = come_to_rest(look, begin, narrow=NARROW)
+    except ContactError:
+        rest = None
+    if rest is None:
+        rest = as_far(seen)
+        if rest is None or rest.on_the_way() is None:
+            raise WalksOnError("the bodies walk on, and where they come to rest is not found")
+    return rest
 
 
 def _followed(
