@@ -17,7 +17,7 @@ two solves with the same derivative ("block elimination"), so that a fold, where
 nothing special. Along a branch ``b`` changes little and dp is small: the last one is the guess of the
 next, and it is solved for as well as the step needs it. Derivatives may jump (friction, contact): tangents
 are only used to predict and to tell directions. A corner sharper than a right angle in this metric has no
-point ahead of it; the branch turns there (`steps.around_corner`).
+point ahead of it, and ends a branch.
 E. L. Allgower & K. Georg, Introduction to Numerical Continuation Methods (SIAM 2003).
 """
 
@@ -40,14 +40,6 @@ from microslip.numerics.newton import (
     size,
     unit_tangent,
 )
-from microslip.numerics.steps import (
-    BranchPoint,
-    advance,
-    around_corner,
-    goes_back,
-    step_onto,
-    step_within,
-)
 from microslip.typing import Array
 
 __all__ = [
@@ -69,6 +61,34 @@ __all__ = [
     "trace",
     "turned",
 ]
+
+
+@dataclass(frozen=True, repr=False)
+class BranchPoint(Brief):
+    """A solution with the direction in which its branch goes on.
+
+    Attributes
+    ----------
+    u : (n,) array
+    p : float
+    tangent_u : (n,) array
+    tangent_p : float
+        Unit tangent; ``tangent_p`` changes sign at a fold.
+    step : float
+        Length of the step to try next.
+    iterations : int
+        Newton steps it took.
+    error : float
+        Largest entry of F.
+    """
+
+    u: Array
+    p: float
+    tangent_u: Array
+    tangent_p: float
+    step: float
+    iterations: int
+    error: float
 
 
 @dataclass(frozen=True, repr=False)
@@ -134,6 +154,33 @@ def turned(point: BranchPoint) -> BranchPoint:
     return replace(point, tangent_u=-point.tangent_u, tangent_p=-point.tangent_p)
 
 
+def advance(
+    problem: Problem,
+    point: BranchPoint,
+    length: float,
+    control: StepControl,
+    before: BranchPoint | None = None,
+) -> BranchPoint:
+    """The point of the branch a step of given length along the tangent.
+
+    With the point before it, the tangent is taken to turn on as it has turned from there.
+
+    Raises
+    ------
+    ContinuationError
+        Where Newton's method does not get there, or turns back.
+    """
+    u = point.u + length * point.tangent_u
+    p = point.p + length * point.tangent_p
+    across = (point.tangent_u, point.tangent_p)
+    if before is not None:
+        bend_u, bend_p = _bend(problem, before, point, length)
+        u, p = u + bend_u, p + bend_p
+    x, p, equations, iterations, b = newton(problem, u, p, control, across)
+    t_u, t_p = unit_tangent(problem, equations, *across, b)
+    return BranchPoint(x, p, t_u, t_p, point.step, iterations, size(equations))
+
+
 def trace(
     problem: Problem,
     start: BranchPoint,
@@ -167,27 +214,19 @@ def trace(
     points = [start]
     ahead = np.unique(np.asarray(stops, dtype=float))
     step, trusted = min(start.step, control.largest), True
-    corner, reason = 0, ""
     while len(points) < control.max_points:
         here = points[-1]
         try:
             back = before if trusted else None
-            there = step_onto(problem, back, here, step, ahead, control)
-            there = there or step_within(problem, back, here, step, bounds, control)
+            there = _onto(problem, back, here, step, ahead, control)
+            there = there or _within(problem, back, here, step, bounds, control)
         except ContinuationError as error:
             step, trusted = 0.5 * step, False
-            if step >= control.smallest:
-                continue
-            around = around_corner(problem, here, control)
-            if around is None or not bounds[0] < around[1].p < bounds[1]:
+            if step < control.smallest:
                 return Branch(tuple(points), f"failed: {error}")
-            here, there = around
-            points[-1], step = here, here.step
-            corner, reason = len(points), str(error)
+            continue
         before, trusted = here, True
         step = min(control.largest, step * _growth(there.iterations, control))
-        if corner and goes_back(problem, points, there):
-            return Branch(tuple(points[:corner]), f"failed: {reason}")
         points.append(replace(there, step=step))
         stop = observe is not None and observe(points[-1])
         if there.p in bounds:
@@ -298,6 +337,106 @@ def crossings(points: Sequence[BranchPoint], p: float) -> list[tuple[Array, int]
             share = (p - a.p) / (b.p - a.p) if b.p != a.p else 0.0
             found.append((a.u + share * (b.u - a.u), i))
     return found
+
+
+def _within(
+    problem: Problem,
+    before: BranchPoint | None,
+    here: BranchPoint,
+    step: float,
+    bounds: tuple[float, float],
+    control: StepControl,
+) -> BranchPoint:
+    """Next point; a step across a bound ends on it."""
+    there = advance(problem, here, step, control, before)
+    low, high = bounds
+    if low < there.p < high:
+        return there
+    bound = low if there.p <= low else high
+    way = there.u - here.u, there.p - here.p
+    if inner(problem, *way, *way) > (FAR * step) ** 2 and way[1] * here.tangent_p < 0:
+        raise ContinuationError(f"no point ahead of p = {here.p:.6g}: the step ended behind it")
+    share = (bound - here.p) / (there.p - here.p)
+    u = here.u + share * (there.u - here.u)
+    return _land(problem, there, u, bound, control)
+
+
+BENT = 1.0
+"""Angle of a step beyond which its predictor is straight, rad: a corner, or a tight fold."""
+
+
+def _bend(
+    problem: Problem, before: BranchPoint, here: BranchPoint, length: float
+) -> tuple[Array | float, float]:
+    """How far a step leaves its tangent where that turns on as it has turned from the point before."""
+    turn, turn_p = here.tangent_u - before.tangent_u, here.tangent_p - before.tangent_p
+    way = inner(problem, here.u - before.u, here.p - before.p, here.tangent_u, here.tangent_p)
+    angle = np.sqrt(inner(problem, turn, turn_p, turn, turn_p))
+    if not (way > 0 and angle * length <= BENT * way):
+        return 0.0, 0.0
+    share = 0.5 * length**2 / way
+    return share * turn, share * turn_p
+
+
+def _bend_at(problem: Problem, before: BranchPoint, here: BranchPoint, p: float) -> Array | float:
+    """The same of u over p, at a given p."""
+    if before.tangent_p * here.tangent_p <= 0 or (p - here.p) * (here.p - before.p) <= 0:
+        return 0.0
+    slope = here.tangent_u / here.tangent_p
+    turn = 0.5 * (slope - before.tangent_u / before.tangent_p)
+    share = (p - here.p) / (here.p - before.p)
+    size = inner(problem, slope, 0.0, slope, 0.0)
+    if share**2 * inner(problem, turn, 0.0, turn, 0.0) > (0.5 * BENT) ** 2 * size:
+        return 0.0
+    return (p - here.p) * share * turn
+
+
+STEEP = 0.3
+"""Share of a step in p, squared, below which a branch is too steep to be solved at given p."""
+
+FAR = 2.0
+"""A step out of the range, against its tangent, that is so much longer than its length has jumped."""
+
+ASIDE = 0.5
+"""A point at given p is on another branch where it is so much farther away than predicted."""
+
+
+def _onto(
+    problem: Problem,
+    before: BranchPoint | None,
+    here: BranchPoint,
+    step: float,
+    stops: Array,
+    control: StepControl,
+) -> BranchPoint | None:
+    """The point on the first stop that a step would pass; None where there is none, or not found."""
+    end = here.p + step * here.tangent_p
+    between = stops[(stops > min(here.p, end)) & (stops < max(here.p, end))]
+    if len(between) == 0 or (here.tangent_p / problem.parameter_scale) ** 2 < STEEP:
+        return None
+    p = float(between[np.argmin(np.abs(between - here.p))])
+    length = (p - here.p) / here.tangent_p
+    straight = here.u + length * here.tangent_u
+    bend = 0.0 if before is None else _bend_at(problem, before, here, p)
+    try:
+        there = _land(problem, here, straight + bend, p, control)
+    except ContinuationError:
+        return None
+    aside = there.u - straight
+    turns = inner(problem, there.tangent_u, there.tangent_p, here.tangent_u, here.tangent_p)
+    if inner(problem, aside, 0.0, aside, 0.0) > (ASIDE * length) ** 2 or turns <= 0:
+        return None
+    return there
+
+
+def _land(
+    problem: Problem, beside: BranchPoint, u: Array, p: float, control: StepControl
+) -> BranchPoint:
+    """The point at a given p, in the direction of a point beside it."""
+    x, _, equations, iterations, _ = newton(problem, u, p, control, None)
+    guess = beside.tangent_u / beside.tangent_p if beside.tangent_p else None
+    t_u, t_p = unit_tangent(problem, equations, beside.tangent_u, beside.tangent_p, guess)
+    return BranchPoint(x, p, t_u, t_p, beside.step, iterations, size(equations))
 
 
 def _growth(iterations: int, control: StepControl) -> float:

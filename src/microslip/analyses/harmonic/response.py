@@ -10,12 +10,11 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from microslip.analyses.harmonic.adaptive import Adaptive, Ladder
-from microslip.analyses.harmonic.alongside import Place
 from microslip.analyses.harmonic.over_time import OverTime
 from microslip.analyses.harmonic.paths import (
     CONTROL,
@@ -24,10 +23,10 @@ from microslip.analyses.harmonic.paths import (
     LoadPath,
     frequency_scale,
 )
-from microslip.analyses.harmonic.points import PULL, HarmonicPoint, describe, distance
+from microslip.analyses.harmonic.points import HarmonicPoint, describe
 from microslip.analyses.harmonic.problem import HarmonicProblem
 from microslip.analyses.harmonic.raising import follow_frequency
-from microslip.analyses.time.steady import SteadyState
+from microslip.analyses.harmonic.seeking import Search, Way, failed
 from microslip.brief import Brief
 from microslip.errors import Failure, MicroslipError
 from microslip.numerics.continuation import (
@@ -38,11 +37,9 @@ from microslip.numerics.continuation import (
     crossings,
     first_point,
     fold,
-    inner,
     solve_at,
     trace,
 )
-from microslip.numerics.through import trace_through
 from microslip.typing import Array
 
 
@@ -72,14 +69,6 @@ class HarmonicResponse(Brief):
     problems: tuple[HarmonicProblem, ...]
     folds: tuple[HarmonicPoint, ...]
     failures: tuple[Failure, ...]
-
-
-@dataclass(frozen=True)
-class _Way:
-    """A branch over frequency and what it was followed with."""
-
-    path: FrequencyPath
-    branch: Branch
 
 
 def frequency_response(
@@ -142,10 +131,10 @@ def frequency_response(
         raise ContinuationError("; ".join(failure.reason for failure in failures))
     path = ways[0].path if ways else FrequencyPath(problem, load, frequency_scale(wanted))
     ladder = Ladder(path, control, adaptive, over_time)
-    search = _Search(ladder, ways)
+    search = Search(ladder, ways)
     for frequency in map(float, wanted):
         if stopped():
-            failures.append(_failure(f"load {load:.4g}", f"stopped before {frequency:.6g} Hz"))
+            failures.append(failed(f"load {load:.4g}", f"stopped before {frequency:.6g} Hz"))
             break
         search.at(frequency, (float(wanted.min()), float(wanted.max())), tell)
         if solved is not None:
@@ -163,10 +152,6 @@ def frequency_response(
     )
 
 
-def _failure(where: str, reason: str) -> Failure:
-    return Failure("harmonic", where, reason)
-
-
 def _ways(
     problem: HarmonicProblem,
     load: float,
@@ -174,175 +159,31 @@ def _ways(
     control: StepControl,
     tell: Callable[[BranchPoint], bool],
     stopped: Callable[[], bool],
-) -> tuple[list[_Way], list[Failure]]:
+) -> tuple[list[Way], list[Failure]]:
     """The branch from the first end, and that from the second where the first does not get there."""
     first, last = float(wanted[0]), float(wanted[-1])
-    ways: list[_Way] = []
+    ways: list[Way] = []
     failures: list[Failure] = []
     for begin, end in ((first, last), (last, first)):
         try:
-            way = _Way(
+            way = Way(
                 *follow_frequency(
                     problem, load, (begin, end), control=control, observe=tell, stops=wanted
                 )
             )
         except ContinuationError as error:
-            failures.append(_failure("", str(error)))
+            failures.append(failed("", str(error)))
             continue
         ways.append(way)
         if way.branch.ended != "range":
             where = f"branch at load {load:.4g} from {begin:.6g} Hz"
-            failures.append(_failure(where, way.branch.ended))
+            failures.append(failed(where, way.branch.ended))
         if way.branch.points[-1].p == end or stopped():
             break
     return ways, failures
 
 
-class _Search:
-    """Responses at one frequency after another.
-
-    Attributes
-    ----------
-    points : list of (int, float, HarmonicPoint)
-        Number of the branch, place along it, response.
-    failures : list of Failure
-    """
-
-    def __init__(
-        self,
-        ladder: Ladder,
-        ways: list[_Way],
-    ) -> None:
-        self.ladder, self.ways, self.over_time = ladder, ways, ladder.over_time
-        self.points: list[tuple[int, float, HarmonicPoint]] = []
-        self.failures: list[Failure] = []
-
-    def at(
-        self, frequency: float, band: tuple[float, float], tell: Callable[[BranchPoint], bool]
-    ) -> None:
-        """Look for all responses at a frequency."""
-        where = f"{frequency:.6g} Hz at load {self.ladder.base.load:.4g}"
-        before, known = len(self.failures), len(self.points)
-        self._on_branches(frequency, where)
-        new = self.points[known:]
-        if self.over_time is not None and not any(self._accurate(point) for _, _, point in new):
-            steady = self.over_time.from_rest(frequency)
-            if not any(_beside(point, steady) for _, _, point in new):
-                del self.points[known:]
-                try:
-                    self._from_rest(steady, band, [item[2] for item in new], tell)
-                except MicroslipError as error:
-                    reason = f"nor from a steady cycle of time integration: {error}"
-                    self.failures.append(_failure(where, reason))
-                    self.points += new
-                else:
-                    del self.failures[before:]
-                    for item in new:
-                        if np.isfinite(item[2].error):
-                            self._keep(*item)
-        for _, _, point in self.points[known:]:
-            self.failures += self._doubts(point, where)
-
-    def _on_branches(self, frequency: float, where: str) -> None:
-        """Responses wherever the branches pass a frequency."""
-        control = self.ladder.control
-        guesses = [
-            (number, place, guess)
-            for number, way in enumerate(self.ways)
-            for guess, place in crossings(way.branch.points, frequency)
-        ]
-        if not guesses:
-            self.failures.append(_failure(where, "not on the branch found"))
-        solved: list[HarmonicPoint] = []
-        for number, place, guess in guesses:
-            way = self.ways[number]
-            try:
-                try:
-                    least = self.ladder.least(way.path.problem, guess, frequency)
-                except ContinuationError:
-                    nearer = _along(way.path, way.branch, place, frequency, control)
-                    least = self.ladder.least(way.path.problem, nearer, frequency)
-            except ContinuationError as error:
-                self.failures.append(_failure(where, str(error)))
-                continue
-            if any(_same(least, other) for other in solved):
-                continue
-            solved.append(least)
-            share = abs(frequency - way.branch.points[place].p)
-            here = Place(way.path, way.branch, place, frequency)
-            self._keep(number, place + share / (share + 1), self.ladder.grown(least, here))
-
-    def _from_rest(
-        self,
-        steady: SteadyState,
-        band: tuple[float, float],
-        known: Sequence[HarmonicPoint],
-        tell: Callable[[BranchPoint], bool],
-    ) -> None:
-        """The response next to a steady cycle of time integration, and the branch that it is on."""
-        frequency = steady.frequency
-        least, point = self.ladder.solve_from_cycle(steady)
-        path = FrequencyPath(least.problem, least.load, self.ladder.base.parameter_scale)
-        start = first_point(path, least.w, frequency, self.ladder.control)
-        branch, place = Branch((start,), "points"), 0
-        few = least.harmonics == self.ladder.base.problem.harmonics
-        if few and not self._followed(start) and not any(_same(point, old) for old in known):
-            branch, place = trace_through(path, start, band, self.ladder.control, tell)
-        self.ways.append(_Way(path, branch))
-        self._keep(len(self.ways) - 1, float(place), point)
-
-    def _followed(self, start: BranchPoint) -> bool:
-        """Whether a branch passes so close by that it is the one through a point."""
-        for way in self.ways:
-            if way.branch.points[0].u.shape != start.u.shape:
-                continue
-            for guess, _ in crossings(way.branch.points, start.p):
-                away = guess - start.u
-                if inner(way.path, away, 0.0, away, 0.0) < CLOSE**2:
-                    return True
-        return False
-
-    def _keep(self, number: int, place: float, point: HarmonicPoint) -> None:
-        for index, (_, _, old) in enumerate(self.points):
-            if _same(point, old):
-                if point.error < old.error:
-                    self.points[index] = (number, place, point)
-                return
-        self.points.append((number, place, point))
-
-    def _accurate(self, point: HarmonicPoint) -> bool:
-        adaptive = self.ladder.adaptive
-        return adaptive is None or point.error <= adaptive.tolerance
-
-    def _doubts(self, point: HarmonicPoint, where: str) -> list[Failure]:
-        """What is not right with a response."""
-        doubts, adaptive = [], self.ladder.adaptive is not None
-        if point.pull > PULL and not (adaptive and self._accurate(point)):
-            doubts.append(
-                _failure(
-                    where,
-                    "the joint walks, and no steady walk was found; its supports hold it with "
-                    f"{point.pull:.1e} of the friction",
-                )
-            )
-        elif adaptive and np.isnan(point.error):
-            said = (
-                "the bodies walk past each other, and no motion over time stays beside the response: "
-                "what its amplitude becomes as they move on is not known"
-                if point.walks
-                else f"the response with {point.harmonics} harmonics was not found with more"
-            )
-            doubts.append(_failure(where, said))
-        if not self._accurate(point) and np.isfinite(point.error):
-            said = (
-                f"with {point.harmonics} harmonics the estimated error of the amplitude is "
-                f"{point.error:.1e}"
-            )
-            doubts.append(_failure(where, said))
-        return doubts
-
-
-def _folds(ways: Sequence[_Way], control: StepControl) -> tuple[list[HarmonicPoint], list[Failure]]:
+def _folds(ways: Sequence[Way], control: StepControl) -> tuple[list[HarmonicPoint], list[Failure]]:
     folds, failures = [], []
     for way in ways:
         for index in way.branch.folds:
@@ -351,50 +192,8 @@ def _folds(ways: Sequence[_Way], control: StepControl) -> tuple[list[HarmonicPoi
                 folds.append(describe(way.path.at(turn.u, turn.p), turn.iterations, 0.0))
             except ContinuationError as error:
                 near = way.branch.points[index].p
-                failures.append(_failure(f"fold near {near:.6g} Hz", str(error)))
+                failures.append(failed(f"fold near {near:.6g} Hz", str(error)))
     return folds, failures
-
-
-def _along(
-    path: FrequencyPath, branch: Branch, place: int, frequency: float, control: StepControl
-) -> Array:
-    """Unknowns at a frequency that the branch passes after a point, in smaller steps than before.
-
-    Raises
-    ------
-    ContinuationError
-        Where those do not get there.
-    """
-    start = branch.points[place]
-    near = replace(start, step=0.1 * start.step)
-    bounds = (min(start.p, frequency), max(start.p, frequency))
-    way = trace(path, near, bounds, control)
-    if way.points[-1].p != frequency:
-        raise ContinuationError(f"the branch after {start.p:.6g} Hz was not found again")
-    return way.points[-1].u
-
-
-CLOSE = 0.1
-"""Distance from a branch within which a point is on it, in largest reactions of the prestress."""
-
-SAME = 1e-4
-"""Relative difference of two answers of the same response, beside what their errors allow."""
-
-
-def _beside(point: HarmonicPoint, steady: SteadyState) -> bool:
-    """Whether a steady motion is that of a response, as far as the error of that says."""
-    return steady.converged and distance(point.amplitude, steady.amplitude) <= point.error
-
-
-def _same(one: HarmonicPoint, other: HarmonicPoint) -> bool:
-    """The same response, found twice."""
-    if one.frequency != other.frequency:
-        return False
-    allowed = SAME + sum(e for e in (one.error, other.error) if np.isfinite(e))
-    if one.harmonics == other.harmonics:
-        size = np.abs(other.output[1]).max()
-        return bool(np.abs(one.output[1] - other.output[1]).max() <= allowed * size)
-    return bool(abs(one.amplitude - other.amplitude) <= allowed * abs(other.amplitude))
 
 
 def amplitude_sweep(
@@ -419,19 +218,19 @@ def amplitude_sweep(
     branch = trace(path, start, (0.0, float(wanted.max())), control)
     failures = []
     if branch.ended != "range":
-        failures.append(_failure(f"branch at {frequency:.6g} Hz", branch.ended))
+        failures.append(failed(f"branch at {frequency:.6g} Hz", branch.ended))
     points = []
     for load in wanted:
         guesses = crossings(branch.points, float(load))
         if not guesses:
             where = f"load {load:.4g} at {frequency:.6g} Hz"
-            failures.append(_failure(where, "not on the branch found"))
+            failures.append(failed(where, "not on the branch found"))
         for guess, _ in guesses:
             began = clock.perf_counter()
             try:
                 _, equations, iterations = solve_at(path, guess, float(load), control)
             except ContinuationError as error:
-                failures.append(_failure(f"load {load:.4g} at {frequency:.6g} Hz", str(error)))
+                failures.append(failed(f"load {load:.4g} at {frequency:.6g} Hz", str(error)))
                 continue
             assert isinstance(equations, EquationsAt)
             points.append(describe(equations, iterations, clock.perf_counter() - began))
