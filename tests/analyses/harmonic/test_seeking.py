@@ -39,7 +39,8 @@ def search(small_reference, whole):
         parts = (branch.points[:turn], branch.points[turn:])
         far = max(parts, key=lambda part: _apart(path, part, rest))
         ways = [Way(path, Branch(tuple(far), ended))]
-        return Search(Ladder(path, CONTROL, Adaptive(), over_time), ways), rest
+        ladder = Ladder(path, CONTROL, Adaptive(), over_time)
+        return Search(ladder, ways, BAND, lambda _: False), rest
 
     return of
 
@@ -52,7 +53,7 @@ def _apart(path, points, rest):
 
 def test_a_branch_that_ended_early_may_lack_the_motion_from_rest(search):
     found, rest = search("failed: a corner")
-    found.at(FREQUENCY, BAND, lambda _: False)
+    found.at(FREQUENCY)
     sizes = [abs(point.amplitude) for _, _, point in found.points]
     assert len(sizes) > 1
     assert min(abs(size / abs(rest.amplitude) - 1) for size in sizes) < 5e-3
@@ -61,7 +62,7 @@ def test_a_branch_that_ended_early_may_lack_the_motion_from_rest(search):
 
 def test_branches_that_were_followed_to_their_ends_are_believed(search):
     found, _ = search("range")
-    found.at(FREQUENCY, BAND, lambda _: False)
+    found.at(FREQUENCY)
     assert len(found.points) == 1
 
 
@@ -72,12 +73,12 @@ def test_a_motion_from_rest_without_a_response_is_said(search, monkeypatch):
         raise MicroslipError("no number of harmonics")
 
     monkeypatch.setattr(Ladder, "solve_from_cycle", none)
-    found.at(FREQUENCY, BAND, lambda _: False)
+    found.at(FREQUENCY)
     assert len(found.points) == 1
     (failure,) = found.failures
     assert "from rest there is another motion, for which no response was found" in failure.reason
     found, _ = search("failed: a corner")
     unsettled = replace(rest, converged=False)
     monkeypatch.setattr(OverTime, "from_rest", lambda *_: unsettled)
-    found.at(FREQUENCY, BAND, lambda _: False)
+    found.at(FREQUENCY)
     assert not found.failures

@@ -131,12 +131,12 @@ def frequency_response(
         raise ContinuationError("; ".join(failure.reason for failure in failures))
     path = ways[0].path if ways else FrequencyPath(problem, load, frequency_scale(wanted))
     ladder = Ladder(path, control, adaptive, over_time)
-    search = Search(ladder, ways)
+    search = Search(ladder, ways, (float(wanted.min()), float(wanted.max())), tell)
     for frequency in map(float, wanted):
         if stopped():
             failures.append(failed(f"load {load:.4g}", f"stopped before {frequency:.6g} Hz"))
             break
-        search.at(frequency, (float(wanted.min()), float(wanted.max())), tell)
+        search.at(frequency)
         if solved is not None:
             solved(frequency)
     points = sorted(search.points, key=lambda item: item[:2])

@@ -48,6 +48,16 @@ def failed(where: str, reason: str) -> Failure:
 class Search:
     """Responses at one frequency after another.
 
+    Parameters
+    ----------
+    ladder : Ladder
+    ways : list of Way
+        The branches from the ends of the band; those through motions from rest are added.
+    band : (float, float)
+        Least and greatest frequency, Hz.
+    tell : callable
+        Called with every new point of a branch; it stops where that returns True.
+
     Attributes
     ----------
     points : list of (int, float, HarmonicPoint)
@@ -59,15 +69,16 @@ class Search:
         self,
         ladder: Ladder,
         ways: list[Way],
+        band: tuple[float, float],
+        tell: Callable[[BranchPoint], bool],
     ) -> None:
         self.ladder, self.ways, self.over_time = ladder, ways, ladder.over_time
+        self.band, self.tell = band, tell
         self.points: list[tuple[int, float, HarmonicPoint]] = []
         self.failures: list[Failure] = []
         self.complete = all(way.branch.ended == "range" for way in ways)
 
-    def at(
-        self, frequency: float, band: tuple[float, float], tell: Callable[[BranchPoint], bool]
-    ) -> None:
+    def at(self, frequency: float) -> None:
         """Look for all responses at a frequency."""
         where = f"{frequency:.6g} Hz at load {self.ladder.base.load:.4g}"
         before, known = len(self.failures), len(self.points)
@@ -75,20 +86,13 @@ class Search:
         new = self.points[known:]
         if self.over_time is not None:
             if not any(self._accurate(point) for _, _, point in new):
-                self._instead(frequency, band, tell, before, known)
+                self._instead(frequency, where, before, known)
             elif self.ladder.adaptive is not None and not self.complete:
-                self._besides(frequency, band, tell, where, [item[2] for item in new])
+                self._besides(frequency, where, [item[2] for item in new])
         for _, _, point in self.points[known:]:
             self.failures += self._doubts(point, where)
 
-    def _instead(
-        self,
-        frequency: float,
-        band: tuple[float, float],
-        tell: Callable[[BranchPoint], bool],
-        before: int,
-        known: int,
-    ) -> None:
+    def _instead(self, frequency: float, where: str, before: int, known: int) -> None:
         """The response beside the motion from rest in place of those that are not accurate, from `known` on.
 
         With it go what was not found, from `before` on.
@@ -99,9 +103,8 @@ class Search:
             return
         del self.points[known:]
         try:
-            self._from_rest(steady, band, [item[2] for item in new], tell)
+            self._from_rest(steady, [item[2] for item in new])
         except MicroslipError as error:
-            where = f"{frequency:.6g} Hz at load {self.ladder.base.load:.4g}"
             reason = f"nor from a steady cycle of time integration: {error}"
             self.failures.append(failed(where, reason))
             self.points += new
@@ -111,21 +114,14 @@ class Search:
             if np.isfinite(item[2].error):
                 self._keep(*item)
 
-    def _besides(
-        self,
-        frequency: float,
-        band: tuple[float, float],
-        tell: Callable[[BranchPoint], bool],
-        where: str,
-        known: Sequence[HarmonicPoint],
-    ) -> None:
+    def _besides(self, frequency: float, where: str, known: Sequence[HarmonicPoint]) -> None:
         """The response beside the motion from rest, where that is another than those that are known."""
         assert self.over_time is not None
         try:
             steady = self.over_time.from_rest(frequency)
             near = [distance(point.amplitude, steady.amplitude) for point in known]
             if steady.converged and min(near) > LEFT:
-                self._from_rest(steady, band, known, tell)
+                self._from_rest(steady, known)
         except MicroslipError as error:
             reason = f"from rest there is another motion, for which no response was found: {error}"
             self.failures.append(failed(where, reason))
@@ -159,13 +155,7 @@ class Search:
             here = Place(way.path, way.branch, place, frequency)
             self._keep(number, place + share / (share + 1), self.ladder.grown(least, here))
 
-    def _from_rest(
-        self,
-        steady: SteadyState,
-        band: tuple[float, float],
-        known: Sequence[HarmonicPoint],
-        tell: Callable[[BranchPoint], bool],
-    ) -> None:
+    def _from_rest(self, steady: SteadyState, known: Sequence[HarmonicPoint]) -> None:
         """The response next to a steady cycle of time integration, and the branch that it is on."""
         frequency = steady.frequency
         least, point = self.ladder.solve_from_cycle(steady)
@@ -174,7 +164,7 @@ class Search:
         branch, place = Branch((start,), "points"), 0
         few = least.harmonics == self.ladder.base.problem.harmonics
         if few and not self._followed(start) and not any(_same(point, old) for old in known):
-            branch, place = trace_through(path, start, band, self.ladder.control, tell)
+            branch, place = trace_through(path, start, self.band, self.ladder.control, self.tell)
         self.ways.append(Way(path, branch))
         self._keep(len(self.ways) - 1, float(place), point)
 
