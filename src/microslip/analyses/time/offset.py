@@ -247,9 +247,9 @@ def come_to_rest(
         last = walking[-1]
         known = [*walking, resting] if back and resting is not None else walking
         one = look(_moved(known[-2:], at(last) + move, at, first))
-        if abs(np.log(_times(one, last))) > BRANCH or one.uneven > RIGID * first:
+        if _of_another_branch(one, last) or one.uneven > RIGID * first:
             return None
-        if speed(one) > STILL * first and walks(one.rate):
+        if _walks_on(one, along, first):
             cycles += move / max(speed(last), speed(one))
             walking.append(one)
         else:
@@ -290,9 +290,8 @@ def as_far(looked: Sequence[Looked]) -> Rest | None:
     along, walking = first.along, [first]
     for one in looked[1:]:
         last = walking[-1]
-        goes_on = one.at(along) > last.at(along) and one.speed(along) > STILL * first.speed(along)
-        same = abs(np.log(_times(one, last))) <= BRANCH and walks(one.rate)
-        if not (goes_on and same):
+        farther = one.at(along) > last.at(along) and _walks_on(one, along, first.speed(along))
+        if not farther or _of_another_branch(one, last):
             break
         walking.append(one)
     *before, last = walking
@@ -345,6 +344,16 @@ def _lasting(way: float, first: float, last: float) -> float:
     if last == 0:
         return np.inf
     return way / first if first == last else way * float(np.log(first / last)) / (first - last)
+
+
+def _walks_on(one: Looked, along: Array, first: float) -> bool:
+    """Whether bodies still move on along a walk that was so fast at first."""
+    return one.speed(along) > STILL * first and walks(one.rate)
+
+
+def _of_another_branch(one: Looked, last: Looked) -> bool:
+    size = abs(last.amplitude)
+    return elsewhere(abs(one.amplitude), (size, size))
 
 
 def _times(one: Looked, other: Looked) -> float:

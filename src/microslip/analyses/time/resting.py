@@ -161,12 +161,6 @@ def searched(
     return None
 
 
-def _wave(steady: SteadyState) -> Array:
-    """The load over a cycle from phase 0."""
-    steps = len(steady.cycle.r) - 1
-    return np.asarray(steady.load * np.sin(2 * np.pi * np.arange(steps + 1) / steps))
-
-
 def rested(
     scheme: TimeScheme,
     steady: SteadyState,
@@ -214,8 +208,10 @@ def rested(
         seen.append(found.looked)
         return found.looked
 
+    steps = len(steady.cycle.r) - 1
+    wave = load * np.sin(2 * np.pi * np.arange(steps + 1) / steps)
     try:
-        after = march(scheme, last, _wave(steady), memory=memory).state
+        after = march(scheme, last, wave, memory=memory).state
         way = space.vector(after) - first.looked.vector
         rest = _end(first.looked._replace(way=way), look, seen)
         if first.change > CLOSE + SURELY * _by_the_walk(space, rest):
@@ -236,16 +232,16 @@ def rested(
         raise WalksOnError(str(error)) from error
     if not final.converged:
         raise WalksOnError("the bodies walk on, and the vibration where they rest does not settle")
-    here = first.looked.offset.mean(axis=0)
     size, apart, ahead = abs(final.amplitude), rest.apart + moved, 0.0
     if there is not None:
         ahead, apart = abs(rest.amplitude) / size - 1, apart + abs(size / abs(there[1]) - 1)
-    if rest.speed:
+    place = rest.offset
+    offset: Array | None = place
+    if rest.speed:  # where they rest is not known
         place = mean_slip(final.cycle.state.v, scheme.joint.model.dimension)
-        walked = float(np.linalg.norm(place - here))
-        return Rested(final, apart, None, walked, np.inf, np.nan, spent + final.cycles + 1)
-    walked = float(np.linalg.norm(rest.offset - here))
-    return Rested(final, apart, rest.offset, walked, rest.cycles, ahead, spent + final.cycles + 1)
+        offset, ahead = None, np.nan
+    walked = float(np.linalg.norm(place - first.looked.offset.mean(axis=0)))
+    return Rested(final, apart, offset, walked, rest.cycles, ahead, spent + final.cycles + 1)
 
 
 def _begun(
