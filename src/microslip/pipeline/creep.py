@@ -41,7 +41,7 @@ from microslip.analyses.time.offset import (
     elsewhere,
     walks,
 )
-from microslip.analyses.time.resting import CYCLES, at_phase_0, searched
+from microslip.analyses.time.resting import IN_VAIN, at_phase_0, searched
 from microslip.analyses.time.scheme import (
     ContactMemory,
     State,
@@ -248,7 +248,7 @@ def _walked(
         nonlocal spent, last
         start = space.state(vector, last)
         quick = searched(space, frequency, load, start, memory)
-        spent += CYCLES if quick is None else quick.cycles
+        spent += IN_VAIN if quick is None else quick.cycles
         if quick is not None and quick.looked.uneven <= quiet:
             last = quick.state
             return quick.looked

@@ -66,6 +66,13 @@ def test_branches_that_were_followed_to_their_ends_are_believed(search):
     assert len(found.points) == 1
 
 
+def test_no_branch_at_all_is_not_all_of_them(whole):
+    path, branch = whole
+    ladder = Ladder(path, CONTROL, Adaptive())
+    assert not Search(ladder, [], BAND, lambda _: False).complete
+    assert Search(ladder, [Way(path, Branch(branch.points, "range"))], BAND, bool).complete
+
+
 def test_a_motion_from_rest_without_a_response_is_said(search, monkeypatch):
     found, rest = search("failed: a corner")
 

@@ -76,7 +76,7 @@ class Search:
         self.band, self.tell = band, tell
         self.points: list[tuple[int, float, HarmonicPoint]] = []
         self.failures: list[Failure] = []
-        self.complete = all(way.branch.ended == "range" for way in ways)
+        self.complete = bool(ways) and all(way.branch.ended == "range" for way in ways)
 
     def at(self, frequency: float) -> None:
         """Look for all responses at a frequency."""

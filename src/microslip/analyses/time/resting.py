@@ -36,6 +36,9 @@ have come: while the bodies walk the vibration changes with them, and no search 
 LONGER = 4
 """Times as many cycles of a second search, from where the first has come to."""
 
+IN_VAIN = (1 + LONGER) * CYCLES
+"""Cycles that both take where neither settles."""
+
 SLOW = 1e-6
 """Share of the slip that bodies move on by in a cycle below which they are at rest."""
 
