@@ -40,11 +40,14 @@ def fastest():
 
 
 def test_points_are_where_marching_alone_leads(point):
-    """The bodies stand where they do, though searches of 400 cycles have moved them elsewhere."""
+    """The bodies stand where they do, though searches of 400 cycles have moved them elsewhere.
+
+    Without looks on the way, where their speed falls, they are 7e-4 off.
+    """
     size, offset = marched_alone(better_held(8.0), FREQUENCY, LOAD)
     assert abs(size[-1] / size[200] - 1) > 0.05, "it walks"
     assert point.settled
-    assert abs(point.steady.amplitude) == pytest.approx(size[-40:].mean(), rel=1e-3)
+    assert abs(point.steady.amplitude) == pytest.approx(size[-40:].mean(), rel=3e-4)
     place = mean_slip(point.steady.cycle.v[0], 2)[0]
     assert place == pytest.approx(offset[-1], rel=0.02)
     assert point.ahead > 0.02, "and far on"
