@@ -26,7 +26,8 @@ from threadpoolctl import threadpool_limits
 
 from microslip import Failure, load_joint
 from microslip.analyses.time.floquet import floquet_multipliers
-from microslip.analyses.time.points import Request, steady_states
+from microslip.analyses.time.point import Request
+from microslip.analyses.time.points import steady_states
 from microslip.analyses.time.scheme import march, time_scheme
 from microslip.analyses.time.steady import steady_state
 from microslip.contact.pairs import STICK, touches

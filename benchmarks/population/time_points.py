@@ -25,7 +25,8 @@ from resumed import keep_row, kept_rows
 
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.time.classify import motion_of
-from microslip.analyses.time.points import Request, solve_request
+from microslip.analyses.time.point import Request
+from microslip.analyses.time.points import solve_request
 from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.steady import steady_state
 from microslip.describe.reading import parse_joint

@@ -21,7 +21,8 @@ from microslip.analyses.harmonic.adaptive import Adaptive
 from microslip.analyses.harmonic.points import HarmonicPoint
 from microslip.analyses.harmonic.problem import harmonic_problem
 from microslip.analyses.harmonic.response import frequency_response
-from microslip.analyses.time.points import Request, TimePoint, steady_states
+from microslip.analyses.time.point import Request, TimePoint
+from microslip.analyses.time.points import steady_states
 from microslip.pipeline.prepare import Assembly, assemble
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "lap_joint.toml"

@@ -24,7 +24,8 @@ from microslip.analyses.reduced.trust import error_indicator
 from microslip.analyses.reduced.two_mode import TwoModeModel, two_mode_model
 from microslip.analyses.statics.cycle import quasi_static_cycle
 from microslip.analyses.statics.held import hold_mode
-from microslip.analyses.time.points import Request, steady_states
+from microslip.analyses.time.point import Request
+from microslip.analyses.time.points import steady_states
 from microslip.numerics.execute import each, threads
 from microslip.pipeline.prepare import Assembly, assemble
 

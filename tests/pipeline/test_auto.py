@@ -15,7 +15,8 @@ from microslip.analyses.reduced.response import forced_response
 from microslip.analyses.reduced.sweep import CONVERGED
 from microslip.analyses.reduced.two_mode import two_mode_model
 from microslip.analyses.statics.held import hold_mode
-from microslip.analyses.time.points import Request, steady_states
+from microslip.analyses.time.point import Request
+from microslip.analyses.time.points import steady_states
 from microslip.errors import InputError
 from microslip.pipeline import auto as method
 from microslip.pipeline.search import leaving

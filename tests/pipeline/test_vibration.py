@@ -9,7 +9,7 @@ from mesh_files import plates_document
 
 from microslip.analyses.harmonic.problem import harmonic_problem
 from microslip.analyses.harmonic.response import frequency_response
-from microslip.analyses.time.points import TimePoint
+from microslip.analyses.time.point import TimePoint
 from microslip.analyses.time.readings import phases
 from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.steady import steady_state

@@ -11,7 +11,7 @@ from conftest import with_value
 from matplotlib.collections import PolyCollection
 from mesh_files import plates_document
 
-from microslip.analyses.time.points import TimePoint
+from microslip.analyses.time.point import TimePoint
 from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.steady import steady_state
 from microslip.describe.reading import parse_joint

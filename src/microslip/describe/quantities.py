@@ -50,6 +50,14 @@ def _one_or_more(value: Any) -> tuple[Any, ...]:
     return values
 
 
+def _harmonics(value: Any) -> Any:
+    """A number of harmonics, or the word that leaves it open."""
+    number = isinstance(value, int) and not isinstance(value, bool)
+    if value != "adaptive" and not (number and 1 <= value <= 101):
+        raise ValueError('must be a whole number from 1 to 101, or "adaptive"')
+    return value
+
+
 def list_of_sections(most: int, allowed: str) -> BeforeValidator:
     """Reader of a list of sections, of which one ``[section]`` makes a list of one.
 
@@ -136,6 +144,7 @@ Frequencies = Annotated[
     OneOrMore,
 ]
 Drive = Literal["load", "moment", "mode"]
+Harmonics = Annotated[int | Literal["adaptive"], BeforeValidator(_harmonics)]
 StepsPerCycle = Annotated[Count, Field(ge=20, le=100_000)]
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import keyword
 from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar
 
-from pydantic import BaseModel, BeforeValidator, Field, model_validator
+from pydantic import BaseModel, Field, model_validator
 from pydantic.fields import FieldInfo
 
 from microslip.describe.band import AscendingBand, check_ascending
@@ -20,6 +20,7 @@ from microslip.describe.quantities import (
     Drive,
     Forces,
     Frequency,
+    Harmonics,
     Moments,
     Number,
     OneOrMore,
@@ -43,14 +44,6 @@ SAMPLES_OF_A_HARMONIC = 4
 """Samples per period of the highest harmonic that the contact laws need at least."""
 
 
-def _harmonics(value: Any) -> Any:
-    """A number of harmonics, or the word that leaves it open."""
-    number = isinstance(value, int) and not isinstance(value, bool)
-    if value != "adaptive" and not (number and 1 <= value <= 101):
-        raise ValueError('must be a whole number from 1 to 101, or "adaptive"')
-    return value
-
-
 LISTS = ("moment_over_clamp_force_length", "moment", "force", "acceleration", "pressure")
 """Keys that can list the amplitudes of cycles."""
 
@@ -67,7 +60,6 @@ BackboneMethods = Annotated[tuple[BackboneMethod, ...], OneOrMore]
 TimeStart = Literal["raised", "rest", "reduced", "below", "above"]
 TimeStarts = Annotated[tuple[TimeStart, ...], OneOrMore]
 ModeNumbers = Annotated[tuple[Annotated[Count, Field(ge=1, le=2000)], ...], OneOrMore]
-Harmonics = Annotated[int | Literal["adaptive"], BeforeValidator(_harmonics)]
 
 
 class CycleAnalysis(Section):
@@ -258,7 +250,10 @@ class TimeAnalysis(AscendingBand):
     section: ClassVar[str] = "analysis.time"
 
     steps: StepsPerCycle = 150
-    """Time steps per cycle. Accuracy goes with the square of it, time in proportion."""
+    """Time steps per cycle that a steady state is sought with. Time goes in proportion."""
+    step_refinement: bool = Field(default=True, strict=True)
+    """A steady state is sought on from there with four times the steps: how much the steps matter is
+    known, and that is little. Half as much time again; without it nothing says what the steps do."""
     positions: Positions | None = None
     """Where slip and gap are reported, from the middle of the overlap; the edge of the clamp where
     left out. Results only."""

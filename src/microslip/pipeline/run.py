@@ -19,7 +19,7 @@ from microslip.analyses.reduced.response import Response
 from microslip.analyses.reduced.table import EquivalentTable
 from microslip.analyses.statics.cycle import Cycle
 from microslip.analyses.time.history import History
-from microslip.analyses.time.points import TimePoint
+from microslip.analyses.time.point import TimePoint
 from microslip.describe.joint import Joint
 from microslip.errors import Caution, Failure, InputError, MicroslipError
 from microslip.model.geometry import Geometry

@@ -10,7 +10,8 @@ import numpy as np
 from microslip.analyses.harmonic.points import WALKS
 from microslip.analyses.reduced.response import Response
 from microslip.analyses.time.offset import HORIZON
-from microslip.analyses.time.points import Request, TimePoint, steady_states
+from microslip.analyses.time.point import Request, TimePoint
+from microslip.analyses.time.points import steady_states
 from microslip.analyses.time.several import coexisting_states
 from microslip.analyses.time.steady import drift_of, walk_of
 from microslip.describe.requests import TimeAnalysis
@@ -21,6 +22,12 @@ from microslip.pipeline.outcome import Outcome, until_interrupted, value_of
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.progress import Progress
 from microslip.pipeline.response import Responses
+
+REFINEMENT = 4
+"""So many times the steps for what the steps do."""
+
+STEPS_ERROR = 3e-3
+"""Error of the steps, relative, from which on it is worth a word: that asked of adaptive harmonics."""
 
 
 def run_time_domain(
@@ -47,8 +54,10 @@ def run_time_domain(
             progress.advance()
         progress.finish()
     found.sort(key=lambda p: (np.nan_to_num(p.rho), p.steady.load, p.steady.frequency))
-    cautions = tuple(walking(found, assembly.prepared.model.dimension))
-    return Outcome(tuple(found), tuple(failures), stop.is_set(), cautions=cautions)
+    cautions = list(walking(found, assembly.prepared.model.dimension))
+    if settings.step_refinement:
+        cautions += stepping(found, settings.steps)
+    return Outcome(tuple(found), tuple(failures), stop.is_set(), cautions=tuple(cautions))
 
 
 def walking(points: Sequence[TimePoint], dimension: int) -> Iterator[Caution]:
@@ -92,6 +101,32 @@ def walking(points: Sequence[TimePoint], dimension: int) -> Iterator[Caution]:
             f"points, here by {drift} in each cycle, and where they come to rest was not found: the "
             "vibration repeats, but moves on with them",
             "stiffer supports hold them; [[analysis.history]] marches the motion",
+        )
+
+
+def stepping(points: Sequence[TimePoint], steps: int) -> Iterator[Caution]:
+    """Where the time steps matter, and where it is not known whether they do."""
+    settled = [p for p in points if p.settled]
+    off = [p for p in settled if p.steps_error > STEPS_ERROR]
+    if off:
+        worst = max(off, key=lambda point: point.steps_error)
+        yield Caution(
+            "time",
+            _place(worst),
+            f"time steps put the amplitude off by more than {100 * STEPS_ERROR:g} % at {len(off)} of "
+            f"{len(points)} points, here by up to {100 * worst.steps_error:.2g} % with {worst.steps} "
+            "per cycle",
+            f"take steps = {2 * steps} or more",
+        )
+    unknown = [p for p in settled if not np.isfinite(p.steps_error)]
+    if unknown:
+        first = unknown[0]
+        yield Caution(
+            "time",
+            _place(first),
+            f"what the time steps do to the motion is not known at {len(unknown)} of {len(points)} points: "
+            f"with {REFINEMENT} times {first.steps} per cycle none is found beside it",
+            f"take steps = {2 * steps} or more",
         )
 
 
@@ -148,6 +183,7 @@ def _request(
         tolerance=settings.tolerance,
         max_cycles=settings.max_cycles,
         accelerate=settings.search == "accelerated",
+        refinement=REFINEMENT if settings.step_refinement else 1,
         said=assembly.joint.driven.load.named(load),
     )
 

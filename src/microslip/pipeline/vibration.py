@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from microslip.analyses.harmonic.points import HarmonicPoint
-from microslip.analyses.time.points import TimePoint
+from microslip.analyses.time.point import TimePoint
 from microslip.analyses.time.readings import harmonics_of, phases
 from microslip.brief import Brief
 from microslip.contact.fields import ContactFields, contact_fields

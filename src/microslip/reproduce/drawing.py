@@ -11,7 +11,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from microslip.analyses.statics.cycle import Cycle
-from microslip.analyses.time.points import phases
+from microslip.analyses.time.readings import phases
 from microslip.analyses.time.steady import SteadyState
 from microslip.contact.pairs import normal, tangential
 from microslip.model.joint import JointModel

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from microslip.analyses.reduced.response import Response, forced_response
 from microslip.analyses.reduced.sweep import CONVERGED
 from microslip.analyses.reduced.two_mode import two_mode_model
-from microslip.analyses.time.points import TimePoint
+from microslip.analyses.time.point import TimePoint
 from microslip.reproduce.peaks import time_domain_peak
 from microslip.reproduce.plate import Number, Plate, Trend
 from microslip.reproduce.settings import PAPER_RHO

@@ -9,7 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from microslip.analyses.statics.cycle import quasi_static_cycle
-from microslip.analyses.time.points import Request, solve_request
+from microslip.analyses.time.point import Request
+from microslip.analyses.time.points import solve_request
 from microslip.errors import Failure, MicroslipError
 from microslip.numerics.execute import each, threads
 from microslip.pipeline.prepare import Assembly, assemble

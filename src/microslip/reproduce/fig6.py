@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip.analyses.time.points import Request, phases, solve_request
+from microslip.analyses.time.point import Request
+from microslip.analyses.time.points import solve_request
+from microslip.analyses.time.readings import phases
 from microslip.analyses.time.steady import SteadyState
 from microslip.errors import Failure, MicroslipError
 from microslip.numerics.execute import each, threads

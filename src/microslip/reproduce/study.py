@@ -17,7 +17,7 @@ from microslip.analyses.reduced.response import Response, forced_response
 from microslip.analyses.reduced.table import EquivalentTable, equivalent_table
 from microslip.analyses.reduced.two_mode import two_mode_model
 from microslip.analyses.statics.cycle import Cycle, quasi_static_cycle
-from microslip.analyses.time.points import Request, TimePoint
+from microslip.analyses.time.point import Request, TimePoint
 from microslip.analyses.time.readings import equivalent
 from microslip.describe.lap import LapJoint
 from microslip.describe.reading import load_joint

@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from microslip.analyses.time.history import nearest_pairs
-from microslip.analyses.time.points import TimePoint
+from microslip.analyses.time.point import TimePoint
 from microslip.analyses.time.readings import equivalent, harmonics_of, modal_force, phases
 from microslip.analyses.time.scheme import March
 from microslip.analyses.time.steady import drift_of
@@ -92,6 +92,7 @@ def time_row(run: Run, point: TimePoint) -> dict[str, Any]:
         "largest_multiplier": largest_multiplier(point),
         "starts": list(point.pasts),
         "steps_per_cycle": point.steps,
+        "steps_error": point.steps_error,
         "residual_max": float(cycle.residual.max()),
         "unsolved_steps": 0,
         "seconds": steady.seconds,
@@ -225,6 +226,11 @@ def _dataset(run: Run) -> xr.Dataset:
         "last_change": scalar("last_change", "1", "change of the state over the last cycle"),
         "settling_error": scalar(
             "settling_error", "1", "by how much the state may be off the periodic one"
+        ),
+        "steps_error": scalar(
+            "steps_error",
+            "1",
+            "by how much the time steps may put the first harmonic off, relative",
         ),
         "walk": scalar("walk_m_per_cycle", "m", "drift of the bodies past each other per cycle"),
         "walked": scalar("walked_m", "m", "drift of the bodies past each other until they rest"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
@@ -286,13 +287,14 @@ def time_table(found: Summary) -> Iterator[Table]:
 
 
 def _settled(row: Summary, rows: list[Summary]) -> str:
-    """Cycles to a steady state; what it is where it is none that lasts, and steps where it needs more."""
+    """Cycles to a steady state; what it is where it is none that lasts; steps where most take others."""
     said = [str(row["cycles"])]
     if not row["converged"]:
         said.append("not steady")
     elif row.get("stability") == "unstable":
         said.append("unstable")
-    if row.get("steps_per_cycle", 0) > min(other.get("steps_per_cycle", 0) for other in rows):
+    usual = Counter(other.get("steps_per_cycle", 0) for other in rows).most_common(1)[0][0]
+    if row.get("steps_per_cycle", 0) != usual:
         said.append(f"{row['steps_per_cycle']} steps")
     return ", ".join(said)
 

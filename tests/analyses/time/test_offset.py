@@ -9,7 +9,8 @@ from walking_joints import WEAKLY_DAMPED
 import microslip
 from microslip.analyses.time.deviations import StateSpace
 from microslip.analyses.time.offset import HORIZON, LOOKS, Looked, come_to_rest
-from microslip.analyses.time.points import Request, TimePoint, steady_states
+from microslip.analyses.time.point import Request, TimePoint
+from microslip.analyses.time.points import steady_states
 from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.steady import drift_of, raised_state, steady_state
 from microslip.contact.pairs import tangential_vectors

@@ -12,7 +12,8 @@ import scipy.sparse.linalg as spla
 from conftest import FRICTION
 
 from microslip.analyses.time import poles
-from microslip.analyses.time.points import Request, solve_request, steady_states
+from microslip.analyses.time.point import Request
+from microslip.analyses.time.points import solve_request, steady_states
 from microslip.analyses.time.readings import (
     equivalent,
     harmonics_of,
@@ -235,7 +236,7 @@ def test_a_motion_that_settles_while_it_is_looked_at(small_reference, monkeypatc
     found = solved(small_reference, frequency, 2e-4)
     early = {"max_cycles": 3, "accelerate": False}
     assert solved(small_reference, frequency, 2e-4, **early).motion.kind == "periodic"
-    monkeypatch.setattr("microslip.analyses.time.points.LOOKED", 3)
+    monkeypatch.setattr("microslip.analyses.time.point.LOOKED", 3)
     later = solved(small_reference, frequency, 2e-4, **early)
     assert later.settled
     assert later.motion is None

@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from microslip.analyses.time.points import Request, solve_request
+from microslip.analyses.time.point import Request
+from microslip.analyses.time.points import solve_request
 from microslip.analyses.time.several import SAME, coexisting_states, distinct
 from microslip.errors import Failure
 

@@ -9,7 +9,8 @@ import pytest
 
 from microslip.analyses.time.deviations import StateSpace
 from microslip.analyses.time.floquet import floquet_multipliers
-from microslip.analyses.time.points import Request, solve_request
+from microslip.analyses.time.point import Request
+from microslip.analyses.time.points import solve_request
 from microslip.analyses.time.scheme import march, time_scheme
 from microslip.analyses.time.stability import settling_error, stability_of
 from microslip.analyses.time.steady import steady_state

@@ -10,7 +10,8 @@ import microslip
 from microslip.analyses.time import offset as offset_module
 from microslip.analyses.time import resting
 from microslip.analyses.time.offset import Looked, Rest, as_far
-from microslip.analyses.time.points import Request, TimePoint, steady_states
+from microslip.analyses.time.point import Request, TimePoint
+from microslip.analyses.time.points import steady_states
 from microslip.analyses.time.resting import WalksOnError, rested
 from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.steady import raised_state, steady_state

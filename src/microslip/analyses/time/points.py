@@ -7,17 +7,17 @@ slowly*: prestress, from which quasi-static cycles load as well, and then more a
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from microslip.analyses.prepared.joint import PreparedJoint
-from microslip.analyses.time.classify import LONGEST, LOOKED, Motion, motion_of
-from microslip.analyses.time.floquet import Multipliers
+from microslip.analyses.time.classify import LONGEST, LOOKED, motion_of
+from microslip.analyses.time.deviations import Derivative
 from microslip.analyses.time.leaving import leave
+from microslip.analyses.time.point import Request, TimePoint
 from microslip.analyses.time.readings import opening_of, phases
 from microslip.analyses.time.resting import Rested, WalksOnError, rested
 from microslip.analyses.time.scheme import (
@@ -34,141 +34,14 @@ from microslip.analyses.time.starts import Start, end_of, placed
 from microslip.analyses.time.steady import (
     CONFIRMED,
     SteadyState,
+    linearised_state,
     raised_state,
     steady_state,
     thinned,
 )
+from microslip.analyses.time.step_refinement import with_finer_steps
 from microslip.errors import Failure, JointOpensError, MicroslipError
 from microslip.numerics.execute import Executor, each, threads
-
-
-@dataclass(frozen=True)
-class Request:
-    """One steady state to find.
-
-    Attributes
-    ----------
-    rho : float
-        A label; nan where the load was not given by it.
-    friction : float or None
-        Coefficient of friction of all pairs; None leaves them the joint's own.
-    frequency, load : float
-        Hz, amplitude of the driving load.
-    guess : complex
-        First harmonic of the modal coordinate to start from.
-    steps, max_cycles : int
-        `max_cycles` of the search; see `patient`.
-    tolerance : float
-    accelerate : bool
-    stability : bool
-        Find out whether a steady state is stable, and by how much it may be off the periodic one; some
-        three cycles more. A motion that leaves an unstable one is followed.
-    matched : bool
-        Matched poles; False for the error of the steps that Newmark's method has.
-    classify : bool
-        Say what a motion is that is not periodic; some hundred cycles more.
-    finer : bool
-        Seek what does not settle, or is unstable, with more steps before it is called so.
-    said : str
-        The load in messages; its number where left out.
-    start : Start, optional
-        The end of another steady state (`SteadyState.end`) to start from instead of the guess.
-    past : str
-        What there was before: ``raised``, rest and the load raised over `RAISED` cycles; ``rest``, rest and
-        the whole load at once; ``reduced``, prestress and the velocity of the guess. Only a name where
-        there is a start.
-    """
-
-    rho: float
-    frequency: float
-    load: float
-    friction: float | None
-    guess: complex
-    steps: int = 150
-    tolerance: float = 1e-5
-    max_cycles: int = 400
-    accelerate: bool = True
-    stability: bool = True
-    matched: bool = True
-    classify: bool = True
-    finer: bool = True
-    said: str = ""
-    start: Start | None = None
-    past: str = "reduced"
-
-    @property
-    def patient(self) -> bool:
-        """Whether a search may take as many cycles as a look at the motion does, `LOOKED`.
-
-        If so, what does not settle is sought with more steps, and what repeats after it was looked at is
-        settled as well.
-        """
-        return self.max_cycles >= LOOKED
-
-    @property
-    def place(self) -> str:
-        """Load and frequency, in messages."""
-        load = (
-            f"rho = {self.rho:g}"
-            if math.isfinite(self.rho)
-            else self.said or f"load {self.load:.4g}"
-        )
-        return f"{load}, {self.frequency:g} Hz"
-
-
-@dataclass(frozen=True)
-class TimePoint:
-    """A steady state with the request it answers.
-
-    Attributes
-    ----------
-    rho, friction : float
-        `friction` is the median of the pairs'.
-    steady : SteadyState
-    stability : Multipliers or None
-        Where asked for and converged.
-    error : float
-        By how much the state may be off the periodic one, over the size of the vibration; nan where
-        not known.
-    walked, lasts, ahead : float
-        How far bodies that walk move past each other until they come to rest, m, in about how many cycles,
-        and by how much the amplitude still changes until then, relative, where they have not within
-        `microslip.analyses.time.offset.HORIZON` cycles: the motion is that after so many. Zero where they do
-        not walk.
-    motion : Motion or None
-        What it is, where the search ended without a periodic motion that lasts.
-    pasts : tuple of str
-        Starts that lead to it.
-    left : TimePoint or None
-        An unstable periodic motion that the search met first, and left.
-    steps : int
-        Steps per cycle that it was found with; where they are more than those asked for, the samples of
-        its cycle are those asked for all the same.
-    """
-
-    rho: float
-    friction: float
-    steady: SteadyState
-    stability: Multipliers | None = None
-    error: float = float("nan")
-    walked: float = 0.0
-    lasts: float = 0.0
-    ahead: float = 0.0
-    motion: Motion | None = None
-    pasts: tuple[str, ...] = ()
-    left: TimePoint | None = None
-    steps: int = 0
-
-    @property
-    def settled(self) -> bool:
-        """Whether it is periodic, and not known to be unstable."""
-        return self.steady.converged and self.verdict != "unstable"
-
-    @property
-    def verdict(self) -> str:
-        """``stable``, ``unstable`` or ``undecided``; empty where not known."""
-        return "" if self.stability is None else self.stability.verdict
-
 
 RAISED = 10
 """Cycles over which a load is raised."""
@@ -225,7 +98,13 @@ def solve_request(joint: PreparedJoint, request: Request) -> TimePoint:
     """
     if request.friction is not None:
         joint = joint.with_friction(request.friction)
-    point = _searched(joint, request)
+    point, known = _answer(joint, request)
+    return with_finer_steps(joint, request, point, known) if point.settled else point
+
+
+def _answer(joint: PreparedJoint, request: Request) -> tuple[TimePoint, Derivative | None]:
+    """Steady state with the steps asked for, or more where these shake it, and what its search knows."""
+    point, known = _searched(joint, request)
     sought = point.steady.converged or request.patient
     if not point.settled and sought and request.finer and request.accelerate:
         for factor in MORE:
@@ -233,7 +112,7 @@ def solve_request(joint: PreparedJoint, request: Request) -> TimePoint:
             if more is not None:
                 return more
     if point.settled:
-        return point
+        return point, known
     scheme = _scheme(joint, request)
     if point.verdict == "unstable":
         point = _left(scheme, request, point)
@@ -245,7 +124,7 @@ def solve_request(joint: PreparedJoint, request: Request) -> TimePoint:
                 point = _settled_meanwhile(scheme, request, point, motion.end)
             elif motion.kind in UNSURE:
                 point = _settled_meanwhile(scheme, request, point, motion.end, AGAIN)
-    return point
+    return point, None
 
 
 def _scheme(joint: PreparedJoint, request: Request) -> TimeScheme:
@@ -257,12 +136,13 @@ def _scheme(joint: PreparedJoint, request: Request) -> TimeScheme:
     )
 
 
-def _searched(joint: PreparedJoint, request: Request) -> TimePoint:
-    """What a search ends in; where that is periodic, with its stability and error."""
+def _searched(joint: PreparedJoint, request: Request) -> tuple[TimePoint, Derivative | None]:
+    """What a search ends in, where that is periodic with stability and error; and what it knows."""
     scheme = _scheme(joint, request)
     memory = contact_memory(scheme)
     begin = _begin(scheme, request, memory)
-    steady = steady_state(
+    learned: Derivative | None
+    steady, learned = linearised_state(
         scheme,
         request.frequency,
         request.load,
@@ -286,6 +166,7 @@ def _searched(joint: PreparedJoint, request: Request) -> TimePoint:
     if at_rest is not None:
         _refuse_open(scheme, at_rest.steady, request)
         there, apart = _spent(at_rest.steady, steady, at_rest.cycles), at_rest.apart
+        learned = learned if there.halved == steady.halved else None
         point = replace(
             point,
             steady=there,
@@ -294,9 +175,9 @@ def _searched(joint: PreparedJoint, request: Request) -> TimePoint:
             ahead=at_rest.ahead,
         )
     if not (request.stability and point.steady.converged):
-        return point
+        return point, learned
     judged = _judged(scheme, request, point, memory)
-    return replace(judged, error=judged.error + apart)
+    return replace(judged, error=judged.error + apart), learned
 
 
 def _at_rest(
@@ -320,20 +201,20 @@ def _at_rest(
 
 def _with_more_steps(
     joint: PreparedJoint, request: Request, before: SteadyState, factor: int
-) -> TimePoint | None:
+) -> tuple[TimePoint, Derivative | None] | None:
     """The steady state with so many times the steps, sampled as with those asked for, or None.
 
     Steps that resolve contact badly may shake a motion that is stable.
     """
     finer = replace(request, steps=factor * request.steps, start=before.end, max_cycles=FEW)
     try:
-        point = _searched(joint, finer)
+        point, known = _searched(joint, finer)
     except MicroslipError:
         return None
     if not point.settled:
         return None
     steady = replace(point.steady, cycle=thinned(point.steady.cycle, factor))
-    return replace(point, steady=_spent(steady, before, steady.cycles))
+    return replace(point, steady=_spent(steady, before, steady.cycles)), known
 
 
 def _settled_meanwhile(

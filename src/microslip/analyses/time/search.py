@@ -62,7 +62,8 @@ class Search:
         Whether it starts from a motion with its contact states, not from a guess of them: then no
         cycle is marched before the first deviations.
     known : Derivative, optional
-        Of a motion close by, to begin with.
+        Of a motion close by, to begin with. Where the search is near as well, deviations are marched only if
+        that brings it no closer.
     share : float
         Of a period that the map spans: a half, where a half turn makes it the next one.
     first : int
@@ -91,6 +92,7 @@ class Search:
         self._forget()
         if known is not None:
             self.derivative = known.of(space)
+        self.trusted = near and known is not None
         self._prepare()
 
     def _forget(self) -> None:
@@ -159,6 +161,9 @@ class Search:
         elif self.derivative.known and self.last is not None:
             self.derivative.correct(x - self.last[0], y - self.last[1])
             self.age += 1
+        elif self.trusted:
+            self.renewed, self.age = change, 0
+        self.trusted = False
         self.last = (x, y)
         self.images = [*self.images, y][-DEPTH:]
         self.changes = [*self.changes, y - x][-DEPTH:]

@@ -26,7 +26,8 @@ from itertools import pairwise
 import numpy as np
 
 from microslip.analyses.prepared.joint import PreparedJoint
-from microslip.analyses.time.points import Request, TimePoint, solve_request, steady_states
+from microslip.analyses.time.point import Request, TimePoint
+from microslip.analyses.time.points import solve_request, steady_states
 from microslip.errors import Failure, MicroslipError
 from microslip.numerics.execute import Executor, each, threads
 

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from microslip.analyses.time.deviations import StateSpace, vibration_weight
+from microslip.analyses.time.deviations import Derivative, StateSpace, vibration_weight
 from microslip.analyses.time.half_period import Passage, half_period_of
 from microslip.analyses.time.scheme import (
     ContactMemory,
@@ -37,6 +37,7 @@ from microslip.typing import Array, Complex
 __all__ = [
     "SteadyState",
     "drift_of",
+    "linearised_state",
     "raised_state",
     "steady_state",
     "vibration_weight",
@@ -152,6 +153,42 @@ def steady_state(
         half is the image of their first are sought first, for a quarter of the cycles, and forty or half of
         them: a step of that search takes half of the time (`microslip.analyses.time.half_period`).
     """
+    return linearised_state(
+        scheme,
+        frequency,
+        load,
+        guess=guess,
+        accelerate=accelerate,
+        tolerance=tolerance,
+        max_cycles=max_cycles,
+        start=start,
+        memory=memory,
+        halves=halves,
+    )[0]
+
+
+def linearised_state(
+    scheme: TimeScheme,
+    frequency: float,
+    load: float,
+    *,
+    guess: complex = 0.0,
+    accelerate: bool = True,
+    tolerance: float = 1e-5,
+    max_cycles: int = 400,
+    start: State | Start | None = None,
+    memory: ContactMemory | None = None,
+    halves: bool = True,
+    known: Derivative | None = None,
+) -> tuple[SteadyState, Derivative]:
+    """A steady state as of `steady_state`, and the derivative of the period map as its search knows it.
+
+    Parameters
+    ----------
+    known : Derivative, optional
+        Of the same motion in other steps: of halves of it where it is sought by halves, which is where
+        the other was `halved`. The search begins with it in place of deviations marched along a cycle.
+    """
     steps = round(1 / (frequency * scheme.dt))
     omega = 2 * np.pi * frequency
     if isinstance(start, Start):
@@ -168,7 +205,7 @@ def steady_state(
     contact = contact_memory(scheme) if memory is None else memory
     passage = Passage(scheme, wave, contact, half)
     near = start is not None and bool(np.any(state.rate))
-    search = Search(space, accelerate, near=near, share=passage.share)
+    search = Search(space, accelerate, near=near, known=known, share=passage.share)
     by_halves = max(HALVED * max_cycles, min(FEWEST, 0.5 * max_cycles))
     most = max_cycles if half is None else max(round(by_halves / passage.share), 1)
     found = _sought(passage, search, state, tolerance, most, confirms=half is None)
@@ -183,7 +220,7 @@ def steady_state(
     cycle, change = found.cycle, found.history[-1]
     reference = max(abs(cycle.dissipated), 1e-300)
     Q = harmonic(cycle.output[:, scheme.joint.model.port(scheme.joint.coordinate)], theta)
-    return SteadyState(
+    steady = SteadyState(
         frequency=frequency,
         load=load,
         cycle=cycle,
@@ -201,6 +238,7 @@ def steady_state(
         end=end_of(cycle.state, phase, scheme, frequency),
         halved=passage.half is not None and found.settled,
     )
+    return steady, search.derivative
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from matplotlib.lines import Line2D
 
 from microslip.analyses.reduced.response import Response
 from microslip.analyses.reduced.sweep import CONVERGED
-from microslip.analyses.time.points import TimePoint
+from microslip.analyses.time.point import TimePoint
 from microslip.pipeline.harmonic import HarmonicRun
 from microslip.pipeline.run import Run
 from microslip.results.outputs import primary

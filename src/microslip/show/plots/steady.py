@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from microslip.analyses.time.points import TimePoint
+from microslip.analyses.time.point import TimePoint
 from microslip.analyses.time.readings import modal_force, phases
 from microslip.pipeline.run import Run
 from microslip.results.outputs import primary

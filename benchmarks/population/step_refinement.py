@@ -1,0 +1,166 @@
+"""What the steps of time integration do to steady states, and what is said of it: random lap joints.
+
+python benchmarks/population/step_refinement.py [--seeds 80 83] [--count 17] [--pairs 101] [--out FILE]
+
+Every joint under its own load at the three frequencies of `time_points.py`. Each settled point is found
+as `[analysis.time]` finds it, with 150 steps per cycle and sought on with 600; the limit is the same
+motion with 2,400 steps, from there. Then, from the end of that, so that all have the same tractions locked
+in, with 75, 150 and 300 steps, alone and sought on with four times as many. Lines in FILE are not computed
+again.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from lap_joints import joints
+from resumed import keep_row, kept_rows
+from time_points import FLANKS, frequencies
+
+from microslip.analyses.prepared.joint import PreparedJoint
+from microslip.analyses.time.point import Request
+from microslip.analyses.time.points import solve_request
+from microslip.analyses.time.scheme import time_scheme
+from microslip.analyses.time.starts import Start
+from microslip.analyses.time.steady import SteadyState, steady_state
+from microslip.describe.reading import parse_joint
+from microslip.errors import MicroslipError
+from microslip.pipeline.prepare import assemble
+from microslip.pipeline.time import REFINEMENT
+
+COUNTS, FINEST = (75, 150, 300), 2400
+
+ASKED = {75: 1e-3, 150: 3e-4, 300: 1e-4}
+"""Errors of the amplitude asked for."""
+
+ROUNDING = 3e-5
+"""What a search to 1e-5 leaves open counts for no error of a statement."""
+
+
+def sought(
+    joint: PreparedJoint, request: Request, steps: int, start: Start, tolerance: float
+) -> SteadyState | None:
+    """The steady state beside a start with so many steps, or None."""
+    f = request.frequency
+    scheme = time_scheme(joint, 1 / (f * steps), frequency=f)
+    found = steady_state(scheme, f, request.load, start=start, tolerance=tolerance, max_cycles=100)
+    return found if found.converged else None
+
+
+def point(joint: PreparedJoint, request: Request) -> dict:
+    """One point, its limit, and the same motion with other steps."""
+    plain = solve_request(joint, replace(request, refinement=1))
+    if not plain.settled:
+        return {"settled": False}
+    found = solve_request(joint, request)
+    row = {
+        "settled": found.settled,
+        "steps": found.steps,
+        "said": found.steps_error,
+        "settling": found.error,
+        "seconds": found.steady.seconds,
+        "seconds_plain": plain.steady.seconds,
+        "walked": found.walked,
+    }
+    limit = sought(joint, request, FINEST, found.steady.end, 2e-6)
+    if limit is None:
+        return row
+    Q = limit.amplitude
+
+    def off(steady: SteadyState | None) -> tuple[float, float] | None:
+        """Relative errors of amplitude and of the first harmonic."""
+        if steady is None:
+            return None
+        apart = abs(steady.amplitude - Q) / abs(Q)
+        return abs(steady.amplitude) / abs(Q) - 1, apart
+
+    row |= {"plain": off(plain.steady), "refined": off(found.steady)}
+    for count in COUNTS:
+        alone = sought(joint, request, count, limit.end, 5e-6)
+        row[f"alone_{count}"] = off(alone)
+        on = alone and sought(joint, request, REFINEMENT * count, alone.end, 5e-6)
+        row[f"on_{count}"] = off(on or None)
+    return row
+
+
+def report(rows: list[dict]) -> None:
+    """Errors, what is said of them, and how many points hold what is asked."""
+    known = [row for row in rows if row.get("refined")]
+    print(f"{len(rows)} points, {sum(bool(row.get('settled')) for row in rows)} settled, ", end="")
+    longer = np.median([row["seconds"] / row["seconds_plain"] for row in known])
+    print(f"{len(known)} with a limit, {longer:.2f} times as long in the median")
+    for name in ("plain", "refined"):
+        e = np.abs([row[name][0] for row in known])
+        print(
+            f"{name}: median {np.median(e):.1e}, within 3e-4 {100 * np.mean(e <= 3e-4):.1f} %, "
+            f"within 3e-3 {100 * np.mean(e <= 3e-3):.1f} %, worst {e.max():.1e}"
+        )
+    said = [row for row in known if np.isfinite(row["said"])]
+    for what, k in (("amplitude", 0), ("first harmonic", 1)):
+        held = [abs(row["refined"][k]) <= row["said"] + ROUNDING for row in said]
+        print(f"{what} within what is said: {100 * np.mean(held):.1f} % of {len(held)}")
+    print(f"said: median {np.median([row['said'] for row in said]):.1e}")
+    for way in ("alone", "on"):
+        for count, asked in ASKED.items():
+            e = np.array(
+                [abs(row[f"{way}_{count}"][0]) for row in known if row.get(f"{way}_{count}")]
+            )
+            print(
+                f"{way} {count}: median {np.median(e):.1e}, worst {e.max():.1e}, "
+                f"within {asked:g}: {100 * np.mean(e <= asked):.1f} % of {len(e)}"
+            )
+
+
+def main() -> int:
+    """Compute what is missing and print the counts."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seeds", type=int, nargs="+", default=[80, 83])
+    parser.add_argument("--count", type=int, default=17)
+    parser.add_argument("--pairs", type=int, default=101)
+    parser.add_argument("--out", type=Path, default=Path("step-refinement.jsonl"))
+    asked = parser.parse_args()
+    done = {(row["joint"], row["where"]): row for row in kept_rows(asked.out)}
+    for seed in asked.seeds:
+        for number, text in enumerate(joints(seed, asked.count, asked.pairs)):
+            name = f"{seed}/{number:03d}"
+            if (name, "above") in done:
+                continue
+            try:
+                a = assemble(parse_joint(tomllib.loads(text)))
+                load = a.joint.load.moment_over_clamp_force_length[0] * a.moment_unit
+                wanted = frequencies(a.prepared, load)
+            except MicroslipError as error:
+                print(name, error, flush=True)
+                continue
+            for f, (_, where) in zip(wanted, FLANKS, strict=True):
+                row = {"joint": name, "where": where, "frequency": f}
+                request = Request(
+                    rho=float("nan"),
+                    frequency=f,
+                    load=load,
+                    friction=None,
+                    guess=0j,
+                    past="raised",
+                    refinement=REFINEMENT,
+                )
+                try:
+                    row |= point(a.prepared, request)
+                except MicroslipError as error:
+                    row |= {"failed": str(error)}
+                done[name, where] = row
+                keep_row(asked.out, row)
+                said, e = row.get("said"), row.get("refined")
+                print(
+                    name, where, f"{f:.5g} Hz", f"said {said}", e, row.get("failed", ""), flush=True
+                )
+    report(list(done.values()))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,110 @@
+"""Steady states sought on with more steps: what the steps of time integration do to them.
+
+Errors of the steps do not go with the square of their number: contact changes its state inside a step, and
+neighbouring numbers of steps err by as much in either sign. But they fall with more steps, at least as
+fast as that number rises; and a motion that has settled is settled again after three or four
+cycles with k times as many. Of the first harmonic Q what is left of the error is then at most
+
+    |Q_k - Q| / (k - 1) / |Q_k|
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from microslip.analyses.prepared.joint import PreparedJoint
+from microslip.analyses.time.deviations import Derivative
+from microslip.analyses.time.floquet import Multipliers
+from microslip.analyses.time.point import Request, TimePoint
+from microslip.analyses.time.readings import opening_of
+from microslip.analyses.time.scheme import contact_memory, time_scheme
+from microslip.analyses.time.stability import settling_error, stability_of
+from microslip.analyses.time.steady import SteadyState, linearised_state, thinned
+from microslip.errors import MicroslipError
+
+PATIENCE = 40
+"""Cycles with more steps at most."""
+
+TWICE = 2
+"""At least so many times the steps, where more than those asked for were needed before."""
+
+FARTHER = 1e-2
+"""Where the first harmonic changes by more, relative, its stability is found out again."""
+
+
+def with_finer_steps(
+    joint: PreparedJoint, request: Request, point: TimePoint, known: Derivative | None = None
+) -> TimePoint:
+    """A settled point with ``request.refinement`` times the steps, and their error.
+
+    As it was, and its error not known, where it does not settle with these.
+
+    Parameters
+    ----------
+    joint : PreparedJoint
+        With the friction of the request.
+    request : Request
+    point : TimePoint
+    known : Derivative, optional
+        Of the period map at the point, as its search knows it.
+    """
+    if request.refinement == 1:
+        return point
+    factor = max(request.refinement * request.steps // point.steps, TWICE)
+    try:
+        later, stability, error = _sought_on(joint, request, point, factor, known)
+    except MicroslipError:
+        return point
+    if not later.converged:
+        return point
+    before = point.steady
+    apart = abs(later.amplitude - before.amplitude) / max(abs(later.amplitude), 1e-300)
+    finer = replace(
+        later,
+        cycle=thinned(later.cycle, factor * point.steps // request.steps),
+        cycles=before.cycles + later.cycles,
+        seconds=before.seconds + later.seconds,
+    )
+    return replace(
+        point,
+        steady=finer,
+        stability=stability,
+        error=error,
+        steps=factor * point.steps,
+        steps_error=apart / (factor - 1),
+    )
+
+
+def _sought_on(
+    joint: PreparedJoint,
+    request: Request,
+    point: TimePoint,
+    factor: int,
+    known: Derivative | None,
+) -> tuple[SteadyState, Multipliers | None, float]:
+    """The steady state beside a point with so many times its steps, its multipliers and its error."""
+    frequency, before = request.frequency, point.steady
+    dt = 1 / (frequency * factor * point.steps)
+    scheme = time_scheme(joint, dt, frequency=frequency, matched=request.matched)
+    memory = contact_memory(scheme)
+    later, _ = linearised_state(
+        scheme,
+        frequency,
+        request.load,
+        start=before.end,
+        tolerance=request.tolerance,
+        max_cycles=PATIENCE,
+        memory=memory,
+        halves=before.halved,
+        known=known,
+    )
+    if opening_of(later.cycle, joint.model.position):
+        return replace(later, converged=False), None, point.error
+    if not later.converged or point.stability is None:
+        return later, point.stability, point.error
+    if abs(later.amplitude - before.amplitude) > FARTHER * abs(later.amplitude):
+        found = stability_of(scheme, later, memory=memory)
+        steady = replace(later, converged=found.verdict != "unstable")
+        return steady, found, settling_error(later, found)
+    # what is left to be settled goes with the change
+    return later, point.stability, point.error * later.change / max(before.change, 1e-300)

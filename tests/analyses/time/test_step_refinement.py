@@ -1,0 +1,206 @@
+"""Steady states sought on with more steps, against the same motions with many more."""
+
+import tomllib
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from conftest import FRICTION
+from walking_joints import better_held
+
+import microslip
+from microslip.analyses.time import step_refinement
+from microslip.analyses.time.deviations import StateSpace
+from microslip.analyses.time.point import Request
+from microslip.analyses.time.points import solve_request
+from microslip.analyses.time.scheme import time_scheme
+from microslip.analyses.time.steady import linearised_state, steady_state
+from microslip.analyses.time.step_refinement import with_finer_steps
+from microslip.errors import ContactError
+from microslip.pipeline.time import STEPS_ERROR, stepping
+
+FEW, MANY = 150, 2400
+LEFT_OPEN = 3e-5
+"""What searches to 1e-5 leave open, of the first harmonic."""
+
+
+def request_of(reference, frequency, ratio, steps=FEW, refinement=4):
+    return Request(
+        float("nan"),
+        frequency,
+        ratio * reference.moment,
+        FRICTION,
+        0j,
+        steps,
+        past="raised",
+        refinement=refinement,
+    )
+
+
+def limit(joint, request, found):
+    """First harmonic of the motion that was found, with so many steps that they no longer matter."""
+    scheme = time_scheme(joint, 1 / (request.frequency * MANY), frequency=request.frequency)
+    options = {"start": found.steady.end, "tolerance": 2e-6}
+    steady = steady_state(scheme, request.frequency, request.load, **options)
+    assert steady.converged
+    return steady.amplitude
+
+
+@pytest.mark.parametrize(("above", "ratio"), [(5.5, 1e-4), (3.0, 1.5e-4), (0.5, 3e-4)])
+def test_what_is_left_of_the_error_of_the_steps_is_at_most_what_is_said(
+    small_reference, above, ratio
+):
+    joint = small_reference.joint
+    request = request_of(small_reference, joint.mode.sliding_frequency + above, ratio)
+    coarse = solve_request(joint, replace(request, refinement=1))
+    found = solve_request(joint, request)
+    assert np.isnan(coarse.steps_error)
+    assert found.settled
+    assert found.steps == 4 * FEW
+    true = limit(joint, request, found)
+    before = abs(coarse.steady.amplitude / true - 1)
+    left = abs(found.steady.amplitude / true - 1)
+    print(
+        f"{before:.1e} with {FEW} steps, {left:.1e} with {found.steps}, {found.steps_error:.1e} said"
+    )
+    assert left < 0.5 * before
+    assert left < found.steps_error + LEFT_OPEN
+    assert found.steps_error < before, "it is not said for safety's sake"
+
+
+def test_linear_motions_have_no_error_of_the_steps(small_reference):
+    """Where everything sticks: poles and the dynamic stiffness at the load are matched."""
+    joint = small_reference.joint
+    request = request_of(small_reference, joint.mode.stuck_frequency - 2, 1e-8)
+    found = solve_request(joint, request)
+    assert found.settled
+    assert found.steps_error < LEFT_OPEN
+
+
+def test_samples_are_those_asked_for_and_the_search_is_counted(small_reference):
+    joint = small_reference.joint
+    request = request_of(small_reference, joint.mode.sliding_frequency + 2, 1.5e-4)
+    coarse = solve_request(joint, replace(request, refinement=1))
+    found = solve_request(joint, request)
+    assert len(found.steady.cycle.time) == FEW + 1
+    assert found.steady.cycles > coarse.steady.cycles
+    assert found.steady.seconds > 0
+    assert found.verdict == coarse.verdict == "stable"
+    assert 0 < found.error < 1e-3
+
+
+def test_a_search_that_knows_the_derivative_ends_in_the_same_state(small_reference, monkeypatch):
+    """And marches no deviations, which is most of the cost of one that does not."""
+    joint, load = small_reference.joint, 1.5e-4 * small_reference.moment
+    frequency = joint.mode.sliding_frequency + 2
+    coarse = time_scheme(joint, 1 / (frequency * FEW), frequency=frequency)
+    begin, known = linearised_state(coarse, frequency, load)
+    fine = time_scheme(joint, 1 / (frequency * 4 * FEW), frequency=frequency)
+    options = {"start": begin.end, "halves": begin.halved}
+    plain = steady_state(fine, frequency, load, **options)
+
+    def marched(*_):
+        pytest.fail("deviations are marched")
+
+    monkeypatch.setattr(StateSpace, "deviations", marched)
+    found, _ = linearised_state(fine, frequency, load, known=known, **options)
+    assert found.converged
+    assert found.amplitude == pytest.approx(plain.amplitude, rel=LEFT_OPEN)
+
+
+def test_a_wrong_derivative_is_left_for_deviations(small_reference):
+    """One of quite another motion, and with its sign turned: the search comes to the same end."""
+    joint, moment = small_reference.joint, small_reference.moment
+    frequency = joint.mode.sliding_frequency + 2
+    scheme = time_scheme(joint, 1 / (frequency * FEW), frequency=frequency)
+    begin, known = linearised_state(scheme, frequency, 1.5e-4 * moment)
+    known.images = -known.images
+    load = 2e-4 * moment
+    plain = steady_state(scheme, frequency, load, start=begin.end)
+    found, _ = linearised_state(
+        scheme, frequency, load, start=begin.end, known=known, halves=begin.halved
+    )
+    assert found.converged
+    assert found.amplitude == pytest.approx(plain.amplitude, rel=1e-4)
+
+
+def test_a_walking_joint_keeps_its_place():
+    """A dozen cycles with finer steps move bodies on by no hundredth of what 4000 cycles have."""
+    joint = microslip.prepare(microslip.parse_joint(tomllib.loads(better_held(8.0))))
+    request = Request(1.0, 466.48, 2.3224, None, 0j, past="raised", refinement=4)
+    coarse = solve_request(joint, replace(request, refinement=1))
+    found = solve_request(joint, request)
+    assert coarse.walked > 0
+    assert found.walked == coarse.walked
+    moved = np.median(found.steady.cycle.v[0, 1::2] - coarse.steady.cycle.v[0, 1::2])
+    assert abs(moved) < 0.01 * abs(coarse.walked)
+    assert np.isfinite(found.steps_error)
+
+
+def test_where_finer_steps_do_not_settle_their_error_is_not_known(small_reference, monkeypatch):
+    joint = small_reference.joint
+    request = request_of(small_reference, joint.mode.sliding_frequency + 2, 1.5e-4)
+    coarse = solve_request(joint, replace(request, refinement=1))
+    monkeypatch.setattr(step_refinement, "PATIENCE", 1)
+    found = solve_request(joint, request)
+    assert found.steps == FEW
+    assert np.isnan(found.steps_error)
+    assert found.steady.amplitude == coarse.steady.amplitude
+    (caution,) = stepping([found], FEW)
+    assert f"with 4 times {FEW} per cycle none is found beside it" in caution.reason
+    assert caution.where == f"{request.frequency:.6g} Hz"
+
+    def unsolved(*_, **__):
+        raise ContactError("contact not solved")
+
+    monkeypatch.setattr(step_refinement, "linearised_state", unsolved)
+    assert np.isnan(with_finer_steps(joint, request, coarse).steps_error)
+
+
+def test_steps_that_matter_are_named(small_reference):
+    """Twenty to a cycle are far too few; the caution names the worst of the points and what to take."""
+    joint = small_reference.joint
+    frequencies = joint.mode.sliding_frequency + np.array([1.0, 4.0])
+    points = [
+        solve_request(joint, request_of(small_reference, f, 1.5e-4, steps=20)) for f in frequencies
+    ]
+    errors = [point.steps_error for point in points]
+    assert max(errors) > STEPS_ERROR
+    (caution,) = stepping(points, 20)
+    assert caution.where == f"{frequencies[int(np.argmax(errors))]:.6g} Hz"
+    assert f"{100 * max(errors):.2g} %" in caution.reason
+    assert caution.remedy == "take steps = 40 or more"
+
+
+def test_a_motion_that_more_steps_move_far_is_judged_again(small_reference, monkeypatch):
+    """Its stability is that of the motion with more steps; one that is not stable is not put in its place."""
+    joint = small_reference.joint
+    request = request_of(small_reference, joint.mode.sliding_frequency + 2, 1.5e-4)
+    coarse = solve_request(joint, replace(request, refinement=1))
+    monkeypatch.setattr(step_refinement, "FARTHER", 0.0)
+    found = with_finer_steps(joint, request, coarse)
+    assert found.stability is not coarse.stability
+    assert found.stability.largest == pytest.approx(coarse.stability.largest, rel=0.02)
+    truly = step_refinement.stability_of
+
+    def unstable(*arguments, **options):
+        found = truly(*arguments, **options)
+        return replace(
+            found, values=found.values * 1.5 / found.largest, residual=0 * found.residual
+        )
+
+    monkeypatch.setattr(step_refinement, "stability_of", unstable)
+    left = with_finer_steps(joint, request, coarse)
+    assert left.steps == FEW
+    assert np.isnan(left.steps_error)
+
+
+def test_motions_found_with_more_steps_are_sought_on_with_twice_these(small_reference):
+    joint = small_reference.joint
+    request = request_of(small_reference, joint.mode.sliding_frequency + 2, 1.5e-4)
+    finer = solve_request(joint, replace(request, steps=4 * FEW, refinement=1))
+    found = with_finer_steps(joint, request, finer)
+    assert found.steps == 8 * FEW
+    assert len(found.steady.cycle.time) == FEW + 1
+    true = limit(joint, request, found)
+    assert abs(found.steady.amplitude / true - 1) < found.steps_error + LEFT_OPEN
