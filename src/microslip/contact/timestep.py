@@ -18,6 +18,9 @@ and the residual flexibility quasi-static behind its share of the stiffness damp
 with ``S = h²/4 / (1 + c h/2 + (omega h)²/4)`` the displacement of a mode at the end of a step per
 unit force there.
 
+Tangential displacements are solved for from where each pair sticks, as slips of the step: bodies that have
+walked far past each other are rounded in the place where they are, and not in the contact.
+
 Energy. What the step takes from kinetic and strain energy, apart from damping, is *exactly* the
 work
 
@@ -275,7 +278,8 @@ def step_through(problems, memories, constants, load, motion, records, tangents)
     space = workspace(tangents)
     nothing = np.empty(0)
     v_free = np.empty(N)
-    given = Given(v_free, nothing, vt_old)
+    given = Given(v_free, nothing, np.zeros_like(vt_old))
+    shift = np.zeros(N)
     contact = Contact(status, r, nothing, v)
     pv = np.empty(k)
     denominator = np.empty(k)
@@ -293,6 +297,12 @@ def step_through(problems, memories, constants, load, motion, records, tangents)
     for step in range(1, load.shape[0]):
         stage = WHOLE
         iterations[step] = 0
+        for i in range(m):
+            for a in range(d - 1):
+                t = d * i + 1 + a
+                shift[t] = sticks_at[i, a]
+                v[t] -= shift[t]
+                v_old[t] -= shift[t]
         carried[:] = r_old
         space.carried[:] = tangents.r
         while True:
@@ -308,6 +318,7 @@ def step_through(problems, memories, constants, load, motion, records, tangents)
                 lagging = d1 * s[i] + d2 * s_before[i]
                 v_free[i] = (constant_v[i] + drive_v[i] * load[step] - lagging) / d0
             add_rows(psi_t, predicted, v_free)
+            v_free -= shift
             if stage == DISSIPATIVE:
                 its, residual, rule = solve(dissipative_problem, dissipative_memory, given, contact)
             else:
@@ -324,7 +335,9 @@ def step_through(problems, memories, constants, load, motion, records, tangents)
                 left = taken[0] + normal_work + slip_work
                 if stage == EASED:
                     reduced[:] = r_old - carried
-                    left += work_on_residual(constants, predicted, denominator, r, v, s, reduced)
+                    left += work_on_residual(
+                        constants, predicted, denominator, r, v + shift, s, reduced
+                    )
                 if left >= -slight:
                     break
                 stage = DISSIPATIVE
@@ -356,6 +369,17 @@ def step_through(problems, memories, constants, load, motion, records, tangents)
             carry(dissipative_problem, dissipative_memory, status, constants, full, tangents, space)
         elif linearised:
             carry(problem, memory, status, constants, full, tangents, space)
+        if stage == DISSIPATIVE:
+            normal_work, slip_work = contact_work(memory, r, carried, v, v_old)
+            left = taken[0] + normal_work + slip_work
+        works[FRICTION] += slip_work
+        works[NORMAL] += normal_work
+        taken[0] = max(left, 0.0)
+        for i in range(m):
+            for t in range(d * i + 1, d * i + d):
+                friction[i] += 0.5 * (r[t] + carried[t]) * (v[t] - v_old[t])
+                memory.v_free[t] -= v[t]
+        v += shift
         raised = load[step] - load[step - 1]
         for i in range(N):
             works[RESIDUAL] += 0.5 * (r[i] + r_old[i]) * (s[i] + drive_v[i] * raised)
@@ -383,15 +407,7 @@ def step_through(problems, memories, constants, load, motion, records, tangents)
             works[RESIDUAL] -= 0.5 * (r[i] + r_old[i]) * s[i]
         for i in range(m):
             for a in range(d - 1):
-                t = d * i + 1 + a
-                friction[i] += 0.5 * (r[t] + carried[t]) * (v[t] - v_old[t])
-                sticks_at[i, a] = v[t]
-        if stage == DISSIPATIVE:
-            normal_work, slip_work = contact_work(memory, r, carried, v, v_old)
-            left = taken[0] + normal_work + slip_work
-        works[FRICTION] += slip_work
-        works[NORMAL] += normal_work
-        taken[0] = max(left, 0.0)
+                sticks_at[i, a] = v[d * i + 1 + a]
         for o in range(outputs.shape[1]):
             y = out_load[0, o] + out_load[1, o] * load[step]
             for j in range(k):

@@ -17,6 +17,7 @@ from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.steady import linearised_state, steady_state
 from microslip.analyses.time.step_refinement import with_finer_steps
 from microslip.errors import ContactError
+from microslip.pipeline.prepare import assemble
 from microslip.pipeline.time import STEPS_ERROR, stepping
 
 FEW, MANY = 150, 2400
@@ -204,3 +205,46 @@ def test_motions_found_with_more_steps_are_sought_on_with_twice_these(small_refe
     assert len(found.steady.cycle.time) == FEW + 1
     true = limit(joint, request, found)
     assert abs(found.steady.amplitude / true - 1) < found.steps_error + LEFT_OPEN
+
+
+FAR = """
+[beams]
+length = "0.0952676 m"
+thickness = "0.00716073 m"
+overlap_half_length = "0.0142544 m"
+[material]
+youngs_modulus = "7e+10 Pa"
+poissons_ratio = 0.3854
+density = "2700 kg/m^3"
+[contact]
+friction = 0.28587
+pairs = 41
+[clamp]
+force = "341084 N/m"
+half_length = "0.0120187 m"
+[support]
+horizontal_spring = "4480.76 N/m/m"
+[damping]
+beta = "2.7485e-06 s"
+[load]
+moment_over_clamp_force_length = [0.00801593]
+"""
+"""Joint 8 of population 83: its bodies walk farther than they are long."""
+
+
+def test_bodies_that_have_walked_far_are_solved_as_well_as_others():
+    """A place of a decimetre rounds the slip of a fine step by 1e-9 of the unit of its contact.
+
+    Residuals are those of slips, which know nothing of the place.
+    """
+    assembly = assemble(microslip.parse_joint(tomllib.loads(FAR)))
+    joint, frequency = assembly.prepared, 600.33
+    load = 0.00801593 * assembly.moment_unit
+    point = solve_request(joint, Request(1.0, frequency, load, None, 0j, past="raised"))
+    assert point.settled
+    assert np.abs(point.steady.cycle.v).max() > 0.05
+    scheme = time_scheme(joint, 1 / (frequency * MANY), frequency=frequency)
+    finer = steady_state(scheme, frequency, load, start=point.steady.end)
+    print(f"residual {finer.cycle.residual.max():.1e}")
+    assert finer.converged
+    assert finer.cycle.residual.max() < 1e-11
