@@ -118,7 +118,8 @@ class TimePoint:
         Steps per cycle that it was found with; where they are more than those asked for, the samples of
         its cycle are those asked for all the same.
     steps_error : float
-        By how much the first harmonic may be off because of them, relative; nan where not known.
+        By how much the first harmonic may be off because of them, relative: what so many have changed it by;
+        nan where not known.
     """
 
     rho: float

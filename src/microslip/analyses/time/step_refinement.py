@@ -1,11 +1,14 @@
 """Steady states sought on with more steps: what the steps of time integration do to them.
 
 Errors of the steps do not go with the square of their number: contact changes its state inside a step, and
-neighbouring numbers of steps err by as much in either sign. But they fall with more steps, at least as
-fast as that number rises; and a motion that has settled is settled again after three or four
-cycles with k times as many. Of the first harmonic Q what is left of the error is then at most
+neighbouring numbers of steps err by as much in either sign. But they fall with more steps; and a motion that
+has settled is settled again after three or four cycles with k times as many. By how much that has changed
+the first harmonic Q,
 
-    |Q_k - Q| / (k - 1) / |Q_k|
+    |Q_k - Q| / |Q_k|
+
+is more than what is left of the error as long as k times the steps halve it. Mostly they make it a
+tenth.
 """
 
 from __future__ import annotations
@@ -35,7 +38,7 @@ FARTHER = 1e-2
 def with_finer_steps(
     joint: PreparedJoint, request: Request, point: TimePoint, known: Derivative | None = None
 ) -> TimePoint:
-    """A settled point with ``request.refinement`` times the steps, and their error.
+    """A settled point with ``request.refinement`` times the steps, and what they have changed.
 
     As it was, and its error not known, where it does not settle with these.
 
@@ -71,7 +74,7 @@ def with_finer_steps(
         stability=stability,
         error=error,
         steps=factor * point.steps,
-        steps_error=apart / (factor - 1),
+        steps_error=apart,
     )
 
 
