@@ -216,6 +216,7 @@ def held_to(sought, refined, monkeypatch, points, marched=ends_nowhere):
     model, table, base = refined
     monkeypatch.setattr(method, "sought", sought)
     monkeypatch.setattr(method, "raised_and_marched", marched)
+    monkeypatch.setattr(method, "step_errors", lambda joint, load, states, n: np.full(n, 1e-3))
     return method.anchored_response(
         SimpleNamespace(prepared=None),
         SimpleNamespace(points=points, error=0.01),

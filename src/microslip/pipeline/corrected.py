@@ -32,6 +32,7 @@ from microslip.analyses.reduced.surface import (
 from microslip.analyses.time.offset import BRANCH
 from microslip.analyses.time.readings import opening_of
 from microslip.analyses.time.scheme import time_scheme
+from microslip.analyses.time.starts import Start
 from microslip.analyses.time.steady import raised_state, steady_state
 from microslip.describe.requests import ResponseAnalysis
 from microslip.errors import JointOpensError, MicroslipError
@@ -41,7 +42,7 @@ from microslip.pipeline.auto import AT_A_TIME
 from microslip.pipeline.band import Curve
 from microslip.pipeline.creep import crept
 from microslip.pipeline.prepare import Assembly
-from microslip.pipeline.search import ACCURACY
+from microslip.pipeline.stepping import ACCURACY, Stepped, step_errors
 from microslip.pipeline.walk import (
     DOUBTFUL,
     LONGEST,
@@ -92,6 +93,8 @@ class _Table:
     anchors: dict[int, Anchor] = field(default_factory=dict)
     lost: dict[int, float] = field(default_factory=dict)
     opens: bool = False
+    settled: dict[int, Stepped] = field(default_factory=dict)
+    accuracy: float | Array = ACCURACY
 
     @property
     def marks(self) -> list[int]:
@@ -104,7 +107,7 @@ class _Table:
         Beside a motion that is not steady the correction is that between its neighbours, and the bound no
         less than what its amplitude was seen to vary by.
         """
-        across = held(self.surface, self.load, self.anchors, (), ACCURACY)
+        across = held(self.surface, self.load, self.anchors, (), self.accuracy)
         if not self.lost:
             return across
         marks = np.array(self.marks)
@@ -169,6 +172,8 @@ def corrected_response(
             advance(len(picks))
             left = settings.corrections - len(table.marks)
             picks = _least_known(table, settings.error)[: max(left, 0)]
+        joint, count = assembly.prepared, len(base.frequency)
+        table.accuracy = step_errors(joint, base.load, table.settled, count)
     except KeyboardInterrupt:
         stop.set()
     return Corrected(_response(table, base), base.frequency[sorted(table.lost)], table.opens)
@@ -193,6 +198,8 @@ def _learn(joint: PreparedJoint, table: _Table, picks: list[int], guess: Contour
         f = float(table.surface.frequency[k])
         anchor = anchor_at(table.surface, f, table.load, *found[:3])
         table.anchors[k] = replace(anchor, scatter=np.nan)
+        if found.end is not None:
+            table.settled[k] = Stepped(f, found.amplitude, found.end)
 
 
 class BriefMotion(NamedTuple):
@@ -210,6 +217,8 @@ class BriefMotion(NamedTuple):
         Whether at some instant no pair touches.
     output : (p,) complex array
         First harmonics of the outputs of all ports.
+    end : Start or None
+        Of a motion that has settled.
     """
 
     amplitude: complex
@@ -217,6 +226,7 @@ class BriefMotion(NamedTuple):
     doubt: float
     opens: bool = False
     output: Complex = np.zeros(0, complex)
+    end: Start | None = None
 
 
 def brief_motion(
@@ -250,7 +260,8 @@ def brief_motion(
     theta = found.phase + np.linspace(0, 2 * np.pi, len(found.cycle.output))
     output = harmonic(without_drift(found.cycle.output, theta), theta)
     if left <= SURE:
-        return BriefMotion(found.amplitude, found.change, left, output=output)
+        end = found.end if found.converged else None
+        return BriefMotion(found.amplitude, found.change, left, output=output, end=end)
     Q, _ = watched(scheme, load, found.cycle.state, WATCHED, found.phase)
     size, mean = np.abs(Q), complex(np.mean(Q))
     first, second = np.split(size, 2)

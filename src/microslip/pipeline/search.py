@@ -25,12 +25,10 @@ from microslip.analyses.reduced.response import Response
 from microslip.analyses.reduced.surface import LoadSurface
 from microslip.analyses.time.offset import BRANCH
 from microslip.describe.requests import CYCLES_EACH, SECONDS_EACH
+from microslip.pipeline.stepping import ACCURACY, Stepped
 from microslip.pipeline.targets import Found, Lost, Target
 from microslip.pipeline.walk import DOUBTFUL, FINE, TOLERANCE
 from microslip.typing import Array
-
-ACCURACY = 1e-3
-"""Relative error of a time point with so many steps, at worst."""
 
 
 @dataclass
@@ -52,6 +50,7 @@ class Search:
     count: int = 0
     spent: int = 0
     opens: bool = False
+    accuracy: float | Array = ACCURACY
     began: float = field(default_factory=time.process_time)
 
     @property
@@ -85,9 +84,19 @@ class Search:
         cycles, one after another."""
         return tuple((one.ahead, one.lasts) for one in self.found.values() if one.ahead)
 
+    @property
+    def settled(self) -> dict[int, Stepped]:
+        """Steady states whose motion repeats, by index of their frequency."""
+        settled = (k for k, one in self.anchors.items() if one.change <= TOLERANCE)
+        return {
+            k: Stepped(float(self.base.frequency[k]), found.amplitude, found.state)
+            for k in settled
+            if (found := self.found.get(k)) is not None
+        }
+
     def held(self) -> Held:
         """The response through the anchors so far; of what may be on its way out nothing is known."""
-        now = held(self.surface, self.base.load, self.doubted(), self.lost, ACCURACY)
+        now = held(self.surface, self.base.load, self.doubted(), self.lost, self.accuracy)
         now.error[leaving(self.anchors, now.error)] = np.inf
         return now
 
@@ -111,7 +120,7 @@ class Search:
 
     def blurred(self, wanted: float) -> set[int]:
         """Steady states that are themselves not known as well as is wanted."""
-        now = held(self.surface, self.base.load, self.doubted(), self.lost, ACCURACY)
+        now = held(self.surface, self.base.load, self.doubted(), self.lost, self.accuracy)
         return {k for k in self.anchors if not now.error[k] <= wanted}
 
     def keep_end(self, target: Target, answer: Found | Lost) -> None:

@@ -125,8 +125,8 @@ def stepping(points: Sequence[TimePoint], steps: int) -> Iterator[Caution]:
             "time",
             _place(first),
             f"what the time steps do to the motion is not known at {len(unknown)} of {len(points)} points: "
-            f"with {REFINEMENT} times {first.steps} per cycle none is found beside it",
-            f"take steps = {2 * steps} or more",
+            f"with more than {first.steps} per cycle {first.unrefined or 'none was sought'}",
+            f"take steps = {max(2 * steps, *(p.steps for p in unknown))} or more",
         )
 
 

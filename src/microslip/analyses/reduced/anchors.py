@@ -227,7 +227,7 @@ def held(
     load: float,
     anchors: Mapping[int, Anchor],
     lost: Iterable[int] = (),
-    accuracy: float = 0.0,
+    accuracy: float | Array = 0.0,
 ) -> Held:
     """A response that passes through anchors.
 
@@ -239,10 +239,11 @@ def held(
         Steady states under that load, by index of the frequency.
     lost : iterable of int
         Indices at which no steady state was found.
-    accuracy : float
+    accuracy : float or (n,) array
         Relative error of the anchors' own amplitudes, part of the bound.
     """
     n, lost = len(surface.frequency), set(lost)
+    accuracy = np.broadcast_to(accuracy, n)
     amplitude, error, folded = np.full(n, np.nan, complex), np.full(n, np.inf), np.zeros(n, bool)
     for run in branches(anchors, lost):
         inside = np.arange(run[0], run[-1] + 1)
@@ -260,12 +261,12 @@ def held(
         most = _most_around(np.nan_to_num(scatter), left, right)
         # it is in what the others miss already
         bound = np.maximum(share[better, columns], most)
-        error[inside] = bound + np.maximum(doubt[left], doubt[right]) + accuracy
+        error[inside] = bound + np.maximum(doubt[left], doubt[right]) + accuracy[inside]
         amplitude[run] = [one.amplitude for one in known]
         own = np.maximum(np.nan_to_num(scatter), _nearly_most(scatter))
         unsettled = np.array([one.change for one in known]) > SETTLED
         other = np.where(unsettled, _missed_of(part, load, x, known), bound[run - run[0]])
-        error[run] = np.where(told, own, np.maximum(other, own)) + doubt + accuracy
+        error[run] = np.where(told, own, np.maximum(other, own)) + doubt + accuracy[run]
         error[jumped_across(run, np.abs(amplitude), folded)] = np.inf
     return Held(amplitude, np.where(np.isfinite(amplitude), error, np.inf))
 

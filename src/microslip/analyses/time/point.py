@@ -117,9 +117,13 @@ class TimePoint:
     steps : int
         Steps per cycle that it was found with; where they are more than those asked for, the samples of
         its cycle are those asked for all the same.
+    place_error : float
+        Part of `error` that is of the place where bodies that walk rest.
     steps_error : float
         By how much the first harmonic may be off because of them, relative: what so many have changed it by;
         nan where not known.
+    unrefined : str
+        Why it is not known, where more steps were tried.
     """
 
     rho: float
@@ -134,7 +138,9 @@ class TimePoint:
     pasts: tuple[str, ...] = ()
     left: TimePoint | None = None
     steps: int = 0
+    place_error: float = 0.0
     steps_error: float = float("nan")
+    unrefined: str = ""
 
     @property
     def settled(self) -> bool:

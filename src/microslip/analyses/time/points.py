@@ -29,7 +29,7 @@ from microslip.analyses.time.scheme import (
     prestressed_state,
     time_scheme,
 )
-from microslip.analyses.time.stability import settling_error, stability_of
+from microslip.analyses.time.stability import closer, settling_error, stability_of
 from microslip.analyses.time.starts import Start, end_of, placed
 from microslip.analyses.time.steady import (
     CONFIRMED,
@@ -45,12 +45,6 @@ from microslip.numerics.execute import Executor, each, threads
 
 RAISED = 10
 """Cycles over which a load is raised."""
-
-SURE = 100.0
-"""The state goes on to be sought where its error may be so many times the tolerance,"""
-
-FINER = 50
-"""for so many cycles at most."""
 
 MORE, FEW = (4, 8), 80
 """So many times the steps, and cycles at most with them, where a motion does not settle or is unstable."""
@@ -141,7 +135,6 @@ def _searched(joint: PreparedJoint, request: Request) -> tuple[TimePoint, Deriva
     scheme = _scheme(joint, request)
     memory = contact_memory(scheme)
     begin = _begin(scheme, request, memory)
-    learned: Derivative | None
     steady, learned = linearised_state(
         scheme,
         request.frequency,
@@ -166,7 +159,6 @@ def _searched(joint: PreparedJoint, request: Request) -> tuple[TimePoint, Deriva
     if at_rest is not None:
         _refuse_open(scheme, at_rest.steady, request)
         there, apart = _spent(at_rest.steady, steady, at_rest.cycles), at_rest.apart
-        learned = learned if there.halved == steady.halved else None
         point = replace(
             point,
             steady=there,
@@ -174,10 +166,11 @@ def _searched(joint: PreparedJoint, request: Request) -> tuple[TimePoint, Deriva
             lasts=at_rest.lasts,
             ahead=at_rest.ahead,
         )
-    if not (request.stability and point.steady.converged):
-        return point, learned
-    judged = _judged(scheme, request, point, memory)
-    return replace(judged, error=judged.error + apart), learned
+    if request.stability and point.steady.converged:
+        point = _judged(scheme, request, point, memory)
+        point = replace(point, error=point.error + apart, place_error=apart)
+    # that of half a period tells nothing of a whole one
+    return point, learned if point.steady.halved == steady.halved else None
 
 
 def _at_rest(
@@ -259,12 +252,9 @@ def _judged(
 ) -> TimePoint:
     """A periodic motion with its stability and error, sought on where that is large."""
     found = stability_of(scheme, point.steady, memory=memory)
-    known = replace(point, stability=found, error=settling_error(point.steady, found))
-    allowed = SURE * request.tolerance
-    if known.error > allowed:
-        change = known.steady.change * allowed / known.error
-        known = _finer(scheme, known, change, memory)
-    return known
+    error = settling_error(point.steady, found)
+    steady, error = closer(scheme, point.steady, error, request.tolerance, memory)
+    return replace(point, steady=steady, stability=found, error=error, place_error=0.0)
 
 
 def _left(scheme: TimeScheme, request: Request, point: TimePoint) -> TimePoint:
@@ -277,27 +267,8 @@ def _left(scheme: TimeScheme, request: Request, point: TimePoint) -> TimePoint:
         steady = replace(steady, converged=False)
         return replace(point, steady=steady, stability=None, error=float("nan"), left=point)
     error = settling_error(left.steady, left.stability)
-    return replace(point, steady=steady, stability=left.stability, error=error, left=point)
-
-
-def _finer(scheme: TimeScheme, point: TimePoint, change: float, memory: ContactMemory) -> TimePoint:
-    """The search gone on to a smaller change, where it gets closer."""
-    before = point.steady
-    steady = steady_state(
-        scheme,
-        before.frequency,
-        before.load,
-        start=before.end,
-        tolerance=change / CONFIRMED,
-        max_cycles=FINER,
-        memory=memory,
-        halves=before.halved,
-    )
-    if steady.change >= before.change:
-        steady = replace(before, cycles=before.cycles + steady.cycles)
-    else:
-        steady = _spent(replace(steady, converged=True), before, steady.cycles)
-    return replace(point, steady=steady, error=point.error * steady.change / before.change)
+    known = replace(point, steady=steady, stability=left.stability, error=error, left=point)
+    return replace(known, place_error=0.0)
 
 
 def _spent(steady: SteadyState, before: SteadyState, cycles: int) -> SteadyState:

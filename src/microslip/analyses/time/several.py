@@ -13,8 +13,9 @@ hangs on where it starts:
 | above | the steady state at the next frequency above, come from still higher ones |
 
 Two answers are one state where their first harmonics agree within `SAME` of the larger one and what
-both leave open (`TimePoint.error`). An unstable one that is so close to a settled one is not told
-apart from it: a pair on the verge of slip makes two of one.
+both leave open (`TimePoint.error`, and between other numbers of steps `TimePoint.steps_error`). An unstable
+one that is so close to a settled one is not told apart from it: a pair on the verge of slip makes two of
+one.
 """
 
 from __future__ import annotations
@@ -142,5 +143,7 @@ def _one(point: TimePoint, other: TimePoint) -> bool:
     a, b = point.steady.amplitude, other.steady.amplitude
     apart = SAME * max(abs(a), abs(b))
     left_open = [abs(a) * point.error, abs(b) * other.error]
+    if point.steps != other.steps:
+        left_open += [abs(a) * point.steps_error, abs(b) * other.steps_error]
     apart += sum(x for x in left_open if np.isfinite(x))
     return bool(abs(a - b) <= apart)

@@ -29,7 +29,7 @@ from microslip.analyses.time.deviations import Derivative, StateSpace
 from microslip.analyses.time.floquet import CLOSE, DeviationNorm, Multipliers, require_converged
 from microslip.analyses.time.half_period import Passage, half_period_of
 from microslip.analyses.time.scheme import ContactMemory, TimeScheme, contact_memory
-from microslip.analyses.time.steady import LEADING, SteadyState
+from microslip.analyses.time.steady import CONFIRMED, LEADING, SteadyState, steady_state
 from microslip.contact.tangent import Tangents
 from microslip.typing import Array, Complex, Mask
 
@@ -93,6 +93,53 @@ def settling_error(steady: SteadyState, found: Multipliers) -> float:
     distance = np.abs(1 - found.values[found.vibration])
     distance -= np.minimum(found.residual[found.vibration], SHARE * distance)
     return steady.change / max(float(distance.min(initial=1.0)), 1e-12)
+
+
+SURE = 100.0
+"""The state goes on to be sought where its error may be so many times the tolerance,"""
+
+FINER = 50
+"""for so many cycles at most."""
+
+
+def closer(
+    scheme: TimeScheme,
+    steady: SteadyState,
+    error: float,
+    tolerance: float,
+    memory: ContactMemory | None = None,
+) -> tuple[SteadyState, float]:
+    """A steady state and its settling error, sought on where that is beyond `SURE` times the tolerance.
+
+    Parameters
+    ----------
+    scheme : TimeScheme
+        The one `steady` was found with.
+    steady : SteadyState
+    error : float
+        Of it, see `settling_error`.
+    tolerance : float
+        It was sought to.
+    memory : ContactMemory, optional
+        As for `steady_state`.
+    """
+    if not error > SURE * tolerance:
+        return steady, error
+    later = steady_state(
+        scheme,
+        steady.frequency,
+        steady.load,
+        start=steady.end,
+        tolerance=steady.change * SURE * tolerance / error / CONFIRMED,
+        max_cycles=FINER,
+        memory=memory,
+        halves=steady.halved,
+    )
+    cycles, seconds = steady.cycles + later.cycles, steady.seconds + later.seconds
+    if later.change >= steady.change:
+        return replace(steady, cycles=cycles, seconds=seconds), error
+    found = replace(later, converged=True, cycles=cycles, seconds=seconds)
+    return found, error * later.change / steady.change
 
 
 def _undecided(found: Multipliers) -> Mask:

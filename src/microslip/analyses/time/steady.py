@@ -356,7 +356,7 @@ def thinned(cycle: March, factor: int) -> March:
         return np.concatenate([y[:1], y[1:].reshape(-1, factor).max(axis=1)])
 
     kept = {
-        name: getattr(cycle, name)[::factor]
+        name: getattr(cycle, name)[::factor].copy()
         for name in ("time", "load", "output", "r", "v", "status")
     }
     worst = {

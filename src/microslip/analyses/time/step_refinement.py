@@ -2,8 +2,8 @@
 
 Errors of the steps do not go with the square of their number: contact changes its state inside a step, and
 neighbouring numbers of steps err by as much in either sign. But they fall with more steps; and a motion that
-has settled is settled again after three or four cycles with k times as many. By how much that has changed
-the first harmonic Q,
+has settled is mostly settled again after three or four cycles with k times as many. By how much that has
+changed the first harmonic Q,
 
     |Q_k - Q| / |Q_k|
 
@@ -15,18 +15,23 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.time.deviations import Derivative
 from microslip.analyses.time.floquet import Multipliers
 from microslip.analyses.time.point import Request, TimePoint
 from microslip.analyses.time.readings import opening_of
 from microslip.analyses.time.scheme import contact_memory, time_scheme
-from microslip.analyses.time.stability import settling_error, stability_of
+from microslip.analyses.time.stability import SURE, closer, settling_error, stability_of
 from microslip.analyses.time.steady import SteadyState, linearised_state, thinned
 from microslip.errors import MicroslipError
 
 PATIENCE = 40
 """Cycles with more steps at most."""
+
+LOOSER = 3.0
+"""It is not taken in place of one that is settled so much better, where it is not settled well."""
 
 TWICE = 2
 """At least so many times the steps, where more than those asked for were needed before."""
@@ -56,12 +61,9 @@ def with_finer_steps(
     factor = max(request.refinement * request.steps // point.steps, TWICE)
     try:
         later, stability, error = _sought_on(joint, request, point, factor, known)
-    except MicroslipError:
-        return point
-    if not later.converged:
-        return point
+    except (MicroslipError, np.linalg.LinAlgError) as reason:
+        return replace(point, unrefined=str(reason))
     before = point.steady
-    apart = abs(later.amplitude - before.amplitude) / max(abs(later.amplitude), 1e-300)
     finer = replace(
         later,
         cycle=thinned(later.cycle, factor * point.steps // request.steps),
@@ -72,10 +74,15 @@ def with_finer_steps(
         point,
         steady=finer,
         stability=stability,
-        error=error,
+        error=error + point.place_error,
         steps=factor * point.steps,
-        steps_error=apart,
+        steps_error=_apart(before, later),
     )
+
+
+def _apart(before: SteadyState, later: SteadyState) -> float:
+    """Relative change of the first harmonic."""
+    return abs(later.amplitude - before.amplitude) / max(abs(later.amplitude), 1e-300)
 
 
 def _sought_on(
@@ -85,8 +92,14 @@ def _sought_on(
     factor: int,
     known: Derivative | None,
 ) -> tuple[SteadyState, Multipliers | None, float]:
-    """The steady state beside a point with so many times its steps, its multipliers and its error."""
-    frequency, before = request.frequency, point.steady
+    """The steady state beside a point with so many times its steps, its multipliers and settling error.
+
+    Raises
+    ------
+    MicroslipError
+        Where there is none that is as good: says why.
+    """
+    frequency, before, tolerance = request.frequency, point.steady, request.tolerance
     dt = 1 / (frequency * factor * point.steps)
     scheme = time_scheme(joint, dt, frequency=frequency, matched=request.matched)
     memory = contact_memory(scheme)
@@ -95,19 +108,26 @@ def _sought_on(
         frequency,
         request.load,
         start=before.end,
-        tolerance=request.tolerance,
+        tolerance=tolerance,
         max_cycles=PATIENCE,
         memory=memory,
         halves=before.halved,
         known=known,
     )
     if opening_of(later.cycle, joint.model.position):
-        return replace(later, converged=False), None, point.error
-    if not later.converged or point.stability is None:
-        return later, point.stability, point.error
-    if abs(later.amplitude - before.amplitude) > FARTHER * abs(later.amplitude):
-        found = stability_of(scheme, later, memory=memory)
-        steady = replace(later, converged=found.verdict != "unstable")
-        return steady, found, settling_error(later, found)
-    # what is left to be settled goes with the change
-    return later, point.stability, point.error * later.change / max(before.change, 1e-300)
+        raise MicroslipError("the motion opens the joint")
+    if not later.converged:
+        raise MicroslipError(f"none settles within {later.cycles} cycles")
+    if point.stability is None:
+        return later, None, point.error
+    stability, settling = point.stability, point.error - point.place_error
+    error = settling * later.change / max(before.change, 1e-300)
+    if _apart(before, later) > FARTHER:
+        stability = stability_of(scheme, later, memory=memory)
+        error = settling_error(later, stability)
+        if stability.verdict == "unstable":
+            raise MicroslipError("the one beside it is unstable")
+    later, error = closer(scheme, later, error, tolerance, memory)
+    if error > max(SURE * tolerance, LOOSER * settling):
+        raise MicroslipError("none settles as closely")
+    return later, stability, error
