@@ -37,7 +37,6 @@ from microslip.pipeline.band import Curve
 from microslip.pipeline.marched import raised_and_marched
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.search import Search, larger_sides
-from microslip.pipeline.stepping import step_errors
 from microslip.pipeline.targets import Target
 from microslip.pipeline.walk import TOLERANCE, sought, what_it_is
 from microslip.typing import Array
@@ -133,8 +132,7 @@ def anchored_response(
                 advance(_march(assembly, search, ends, settings.error))
         while ends := _to_march(search, settings.error):
             advance(_march(assembly, search, ends, settings.error))
-        joint, count = assembly.prepared, len(base.frequency)
-        search.accuracy = step_errors(joint, base.load, search.settled, count)
+        search.refine(assembly.prepared)
     except KeyboardInterrupt:
         stop.set()
     cycles = search.spent + search.marched

@@ -1,13 +1,13 @@
-"""What the time steps do to the steady states that a response is held to.
+"""What the time steps do to the steady states that a response is held to, and these without most of it.
 
 Contact that changes its state inside a step makes errors that no formula tells; four times the steps do
-(`microslip.analyses.time.step_refinement`). Some states of a response are looked at so, and between
-them the larger of two errors counts.
+(`microslip.analyses.time.step_refinement`). The states of a response that have settled are sought on with
+these at its end. Between frequencies the larger of two errors counts.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -25,10 +25,10 @@ ACCURACY = 1e-3
 """Relative error of the amplitude that `STEPS` are taken to make where that is not known."""
 
 FINER, PATIENCE = 4, 20
-"""So many times the steps for a look, and cycles at most."""
+"""So many times the steps, and cycles with them at most."""
 
-LOOKS = 7
-"""States of a response that are looked at."""
+FARTHEST = 0.1
+"""Where the amplitude changes by more, relative, the motion is not taken for the same one."""
 
 
 class Stepped(NamedTuple):
@@ -47,12 +47,23 @@ class Stepped(NamedTuple):
     state: Start
 
 
-def step_error(joint: PreparedJoint, load: float, one: Stepped) -> float:
-    """Relative error of an amplitude that its steps make, at most; nan where more steps do not settle.
+class Refined(NamedTuple):
+    """Steady states sought on, by index of their frequency.
 
-    The change with k times as many, times ``k / (k - 1)``: all of the error where it falls no faster than
-    with the number of steps.
+    Attributes
+    ----------
+    amplitude : mapping of int to complex
+        With more steps, where that is the same motion.
+    error : (n,) array
+        Relative error of the amplitudes that the steps make, at every frequency of the response.
     """
+
+    amplitude: Mapping[int, complex]
+    error: Array
+
+
+def with_more_steps(joint: PreparedJoint, load: float, one: Stepped) -> complex | None:
+    """First harmonic of a steady state with `FINER` times the steps; None where it does not settle."""
     scheme = time_scheme(joint, 1 / (one.frequency * FINER * STEPS), frequency=one.frequency)
     try:
         found = steady_state(
@@ -64,17 +75,22 @@ def step_error(joint: PreparedJoint, load: float, one: Stepped) -> float:
             max_cycles=PATIENCE,
         )
     except MicroslipError:
-        return float("nan")
-    if not found.converged:
-        return float("nan")
-    change = abs(abs(found.amplitude) / max(abs(one.amplitude), 1e-300) - 1)
-    return float(change * FINER / (FINER - 1))
+        return None
+    return found.amplitude if found.converged else None
 
 
-def step_errors(
-    joint: PreparedJoint, load: float, states: Mapping[int, Stepped], count: int
-) -> Array:
-    """The same at every frequency of a response: the larger of those to either side that were looked at.
+def refined(
+    joint: PreparedJoint,
+    load: float,
+    states: Mapping[int, Stepped],
+    others: Sequence[int],
+    count: int,
+) -> Refined:
+    """Steady states with more steps, and what is left of the error of the steps at every frequency.
+
+    Where errors fall no faster than with the number of steps, k times as many that change an amplitude by d
+    leave d/(k - 1), and there was d k/(k - 1) before. The latter counts, the larger to either side, for
+    states that are not sought on or do not settle.
 
     Parameters
     ----------
@@ -82,31 +98,35 @@ def step_errors(
     load : float
     states : mapping of int to Stepped
         Settled, by index of their frequency.
+    others : sequence of int
+        Frequencies of other steady states of the response, with as many steps.
     count : int
         Frequencies of the response.
-
-    Returns
-    -------
-    (count,) array
-        `ACCURACY` where nothing is known.
     """
-    chosen = _chosen(states)
-    errors = np.array(list(each(lambda k: step_error(joint, load, states[k]), chosen, threads())))
-    known = np.array(chosen)[np.isfinite(errors)] if len(chosen) else np.zeros(0)
-    if not len(known):
-        return np.full(count, ACCURACY)
-    errors = errors[np.isfinite(errors)]
-    right = np.searchsorted(known, np.arange(count))
-    left = np.searchsorted(known, np.arange(count), side="right") - 1
-    last = len(known) - 1
-    return np.asarray(np.maximum(errors[np.clip(left, 0, last)], errors[np.clip(right, 0, last)]))
-
-
-def _chosen(states: Mapping[int, Stepped]) -> list[int]:
-    """The largest, and others evenly among them."""
     marks = sorted(states)
-    if len(marks) <= LOOKS:
-        return marks
-    largest = max(marks, key=lambda k: abs(states[k].amplitude))
-    even = np.linspace(0, len(marks) - 1, LOOKS - 1).round().astype(int)
-    return sorted({largest, *(marks[i] for i in even)})
+    found = each(lambda k: with_more_steps(joint, load, states[k]), marks, threads())
+    amplitude: dict[int, complex] = {}
+    change: dict[int, float] = {}
+    for k, Q in zip(marks, found, strict=True):
+        if Q is None:
+            continue
+        change[k] = abs(abs(Q) / max(abs(states[k].amplitude), 1e-300) - 1)
+        if change[k] <= FARTHEST:
+            amplitude[k] = Q
+    if not change:
+        return Refined({}, np.full(count, ACCURACY))
+    before = {k: d * FINER / (FINER - 1) for k, d in change.items()}
+    left = {k: before[k] / FINER if k in amplitude else before[k] for k in before}
+    unknown = [k for k in {*marks, *others} if k not in left]
+    left |= dict(zip(unknown, _larger_beside(before, count)[unknown], strict=True))
+    return Refined(amplitude, _larger_beside(left, count))
+
+
+def _larger_beside(values: Mapping[int, float], count: int) -> Array:
+    """At every index the larger of the values to either side; its own where it has one."""
+    known = np.array(sorted(values))
+    y = np.array([values[int(k)] for k in known])
+    every, last = np.arange(count), len(known) - 1
+    right = np.clip(np.searchsorted(known, every), 0, last)
+    left = np.clip(np.searchsorted(known, every, side="right") - 1, 0, last)
+    return np.asarray(np.maximum(y[left], y[right]))
