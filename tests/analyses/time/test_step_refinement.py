@@ -230,6 +230,7 @@ def test_lightly_damped_motions_are_settled_as_closely_as_before():
     print(f"{coarse.error:.1e} and {found.error:.1e}, {found.steps_error:.1e} of the steps")
     assert coarse.settled
     assert coarse.error < 1e-3
+    assert np.isfinite(found.steps_error)
     assert found.error < 1e-3
     apart = abs(found.steady.amplitude / coarse.steady.amplitude - 1)
     assert apart < coarse.error + found.error
