@@ -22,7 +22,7 @@ from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.time import half_period, stability, steady
 from microslip.analyses.time.points import RAISED
 from microslip.analyses.time.scheme import March, contact_memory, march, time_scheme
-from microslip.pipeline.time import REFINEMENT
+from microslip.analyses.time.step_refinement import REFINEMENT
 
 LOADS, FREQUENCIES, STEPS = (1e-4, 1.5e-4, 3e-4), (170.0, 176.0, 181.0, 190.0), 150
 """M/(PL), Hz and steps per cycle."""

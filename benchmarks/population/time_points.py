@@ -17,6 +17,7 @@ import sys
 import time
 import tomllib
 from collections import Counter
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -111,13 +112,21 @@ def report(rows: list[dict]) -> None:
         print(f"{name}: median {np.nanmedian(values):.2g}, largest {np.nanmax(values):.3g}")
 
 
-def main() -> int:
-    """Compute what is missing and print the counts."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seeds", type=int, nargs="+", default=[61, 62, 63])
+def every_point(
+    title: str,
+    row_of: Callable[[PreparedJoint, float, float], dict],
+    seeds: Sequence[int],
+    out: Path,
+) -> list[dict]:
+    """Rows of all points of the populations asked for; what the file has is not computed again.
+
+    `row_of` has joint, frequency and load, and gives a row in which ``said`` is a line to print.
+    """
+    parser = argparse.ArgumentParser(description=title.splitlines()[0])
+    parser.add_argument("--seeds", type=int, nargs="+", default=seeds)
     parser.add_argument("--count", type=int, default=17)
     parser.add_argument("--pairs", type=int, default=101)
-    parser.add_argument("--out", type=Path, default=Path("time-points.jsonl"))
+    parser.add_argument("--out", type=Path, default=out)
     asked = parser.parse_args()
     done = {(row["joint"], row["where"]): row for row in kept_rows(asked.out)}
     for seed in asked.seeds:
@@ -136,13 +145,18 @@ def main() -> int:
                 try:
                     if not np.isfinite(f):
                         raise MicroslipError(said)
-                    row |= point(a.prepared, f, load)
+                    row |= row_of(a.prepared, f, load)
                 except MicroslipError as error:
                     row |= {"kind": "failed", "said": str(error)}
                 done[name, where] = row
                 keep_row(asked.out, row)
                 print(name, where, f"{f:.5g} Hz", row["said"][:150], row.get("cycles"), flush=True)
-    report(list(done.values()))
+    return list(done.values())
+
+
+def main() -> int:
+    """Compute what is missing and print the counts."""
+    report(every_point(__doc__, point, [61, 62, 63], Path("time-points.jsonl")))
     return 0
 
 

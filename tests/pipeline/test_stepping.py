@@ -10,8 +10,9 @@ from walking_joints import WEAKLY_DAMPED
 import microslip
 from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.steady import steady_state
+from microslip.analyses.time.step_refinement import REFINEMENT
 from microslip.pipeline import stepping
-from microslip.pipeline.stepping import ACCURACY, FINER, Refined, Stepped, refined
+from microslip.pipeline.stepping import ACCURACY, Refined, Stepped, refined
 from microslip.pipeline.walk import STEPS
 from microslip.results.dataset import dataset
 from microslip.results.summary import summary
@@ -51,7 +52,7 @@ def test_errors_of_the_steps_are_at_most_what_is_said(motions, sought_on):
         left = abs(abs(sought_on.amplitude[k]) / limits[k] - 1)
         print(f"{one.frequency:.1f} Hz: {before:.1e}, {left:.1e}, {sought_on.error[k]:.1e} said")
         assert left <= sought_on.error[k] + LEFT_OPEN
-        assert before <= FINER * sought_on.error[k] + LEFT_OPEN
+        assert before <= REFINEMENT * sought_on.error[k] + LEFT_OPEN
         assert sought_on.error[k] <= before + LEFT_OPEN
 
 
@@ -59,7 +60,7 @@ def test_between_two_the_larger_counts_and_others_keep_the_error_of_before(sough
     error = sought_on.error
     assert error[15] == max(error[10], error[20])
     assert error[5] == max(error[0], error[10])
-    assert error[45] == pytest.approx(FINER * error[40])
+    assert error[45] == pytest.approx(REFINEMENT * error[40])
     assert (error[41:] == error[45]).all()
 
 
@@ -92,7 +93,7 @@ def response():
 
 def test_a_response_has_the_amplitudes_of_more_steps_and_their_error(response, monkeypatch):
     known = microslip.run(response).responses[0]
-    monkeypatch.setattr("microslip.pipeline.search.refined", moved)
+    monkeypatch.setattr("microslip.pipeline.stepping.refined", moved)
     worse = microslip.run(response).responses[0]
     assert (known.error_indicator <= 0.01).any()
     assert (worse.error_indicator > 0.02).all()

@@ -42,7 +42,7 @@ from microslip.pipeline.auto import AT_A_TIME
 from microslip.pipeline.band import Curve
 from microslip.pipeline.creep import crept
 from microslip.pipeline.prepare import Assembly
-from microslip.pipeline.stepping import ACCURACY, Stepped, refined
+from microslip.pipeline.stepping import ACCURACY, Stepped, refined_anchors
 from microslip.pipeline.walk import (
     DOUBTFUL,
     LONGEST,
@@ -100,17 +100,6 @@ class _Table:
     def marks(self) -> list[int]:
         """Frequencies that were sought, by index."""
         return sorted({*self.anchors, *self.lost})
-
-    def refine(self, joint: PreparedJoint) -> None:
-        """Seek the settled motions on with more steps, as `microslip.pipeline.search.Search.refine` does."""
-        f = self.surface.frequency
-        others = [k for k in self.anchors if k not in self.settled]
-        found = refined(joint, self.load, self.settled, others, len(f))
-        for k, Q in found.amplitude.items():
-            old = self.anchors[k]
-            anchor = anchor_at(self.surface, float(f[k]), self.load, Q, old.change, old.doubt)
-            self.anchors[k] = replace(anchor, scatter=np.nan)
-        self.accuracy = found.error
 
     def response(self) -> Held:
         """The corrected response so far.
@@ -183,7 +172,9 @@ def corrected_response(
             advance(len(picks))
             left = settings.corrections - len(table.marks)
             picks = _least_known(table, settings.error)[: max(left, 0)]
-        table.refine(assembly.prepared)
+        table.anchors, table.accuracy = refined_anchors(
+            assembly.prepared, surface, base.load, table.anchors, table.settled
+        )
     except KeyboardInterrupt:
         stop.set()
     return Corrected(_response(table, base), base.frequency[sorted(table.lost)], table.opens)

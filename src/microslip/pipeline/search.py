@@ -26,7 +26,7 @@ from microslip.analyses.reduced.response import Response
 from microslip.analyses.reduced.surface import LoadSurface
 from microslip.analyses.time.offset import BRANCH
 from microslip.describe.requests import CYCLES_EACH, SECONDS_EACH
-from microslip.pipeline.stepping import ACCURACY, Stepped, refined
+from microslip.pipeline.stepping import ACCURACY, Stepped, refined_anchors
 from microslip.pipeline.targets import Found, Lost, Target
 from microslip.pipeline.walk import DOUBTFUL, FINE, TOLERANCE
 from microslip.typing import Array
@@ -97,17 +97,9 @@ class Search:
 
     def refine(self, joint: PreparedJoint) -> None:
         """Seek the settled anchors on with more steps, and know what the steps do."""
-        load, frequency = self.base.load, self.base.frequency
-        settled = self.settled
-        others = [k for k in self.anchors if k not in settled]
-        found = refined(joint, load, settled, others, len(frequency))
-        for k, Q in found.amplitude.items():
-            old = self.anchors[k]
-            kept = (old.change, old.doubt, old.past)
-            self.anchors[k] = replace(
-                anchor_at(self.surface, old.frequency, load, Q, *kept), scatter=old.scatter
-            )
-        self.accuracy = found.error
+        self.anchors, self.accuracy = refined_anchors(
+            joint, self.surface, self.base.load, self.anchors, self.settled
+        )
 
     def held(self) -> Held:
         """The response through the anchors so far; of what may be on its way out nothing is known."""

@@ -8,14 +8,18 @@ these at its end. Between frequencies the larger of two errors counts.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from microslip.analyses.prepared.joint import PreparedJoint
+from microslip.analyses.reduced.anchors import Anchor, anchor_at
+from microslip.analyses.reduced.surface import LoadSurface
 from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.starts import Start
 from microslip.analyses.time.steady import steady_state
+from microslip.analyses.time.step_refinement import REFINEMENT
 from microslip.errors import MicroslipError
 from microslip.numerics.execute import each, threads
 from microslip.pipeline.walk import STEPS, TOLERANCE
@@ -24,8 +28,8 @@ from microslip.typing import Array
 ACCURACY = 1e-3
 """Relative error of the amplitude that `STEPS` are taken to make where that is not known."""
 
-FINER, PATIENCE = 4, 20
-"""So many times the steps, and cycles with them at most."""
+PATIENCE = 20
+"""Cycles with `REFINEMENT` times the steps at most."""
 
 FARTHEST = 0.1
 """Where the amplitude changes by more, relative, the motion is not taken for the same one."""
@@ -63,8 +67,8 @@ class Refined(NamedTuple):
 
 
 def with_more_steps(joint: PreparedJoint, load: float, one: Stepped) -> complex | None:
-    """First harmonic of a steady state with `FINER` times the steps; None where it does not settle."""
-    scheme = time_scheme(joint, 1 / (one.frequency * FINER * STEPS), frequency=one.frequency)
+    """First harmonic of a steady state with `REFINEMENT` times the steps; None where it does not settle."""
+    scheme = time_scheme(joint, 1 / (one.frequency * REFINEMENT * STEPS), frequency=one.frequency)
     try:
         found = steady_state(
             scheme,
@@ -115,11 +119,41 @@ def refined(
             amplitude[k] = Q
     if not change:
         return Refined({}, np.full(count, ACCURACY))
-    before = {k: d * FINER / (FINER - 1) for k, d in change.items()}
-    left = {k: before[k] / FINER if k in amplitude else before[k] for k in before}
+    before = {k: d * REFINEMENT / (REFINEMENT - 1) for k, d in change.items()}
+    left = {k: before[k] / REFINEMENT if k in amplitude else before[k] for k in before}
     unknown = [k for k in {*marks, *others} if k not in left]
     left |= dict(zip(unknown, _larger_beside(before, count)[unknown], strict=True))
     return Refined(amplitude, _larger_beside(left, count))
+
+
+def refined_anchors(
+    joint: PreparedJoint,
+    surface: LoadSurface,
+    load: float,
+    anchors: Mapping[int, Anchor],
+    settled: Mapping[int, Stepped],
+) -> tuple[dict[int, Anchor], Array]:
+    """Anchors, those that have settled with more steps, and the error of the steps at every frequency.
+
+    Parameters
+    ----------
+    joint : PreparedJoint
+    surface : LoadSurface
+        At the frequencies of the response.
+    load : float
+    anchors : mapping of int to Anchor
+        By index of their frequency.
+    settled : mapping of int to Stepped
+        Those that have settled.
+    """
+    others = [k for k in anchors if k not in settled]
+    found = refined(joint, load, settled, others, len(surface.frequency))
+    kept = dict(anchors)
+    for k, Q in found.amplitude.items():
+        old = anchors[k]
+        anchor = anchor_at(surface, old.frequency, load, Q, old.change, old.doubt, old.past)
+        kept[k] = replace(anchor, scatter=old.scatter)
+    return kept, found.error
 
 
 def _larger_beside(values: Mapping[int, float], count: int) -> Array:

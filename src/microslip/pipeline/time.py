@@ -14,6 +14,7 @@ from microslip.analyses.time.point import Request, TimePoint
 from microslip.analyses.time.points import steady_states
 from microslip.analyses.time.several import coexisting_states
 from microslip.analyses.time.steady import drift_of, walk_of
+from microslip.analyses.time.step_refinement import REFINEMENT
 from microslip.describe.requests import TimeAnalysis
 from microslip.describe.units import readable
 from microslip.errors import Caution, Failure
@@ -22,9 +23,6 @@ from microslip.pipeline.outcome import Outcome, until_interrupted, value_of
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.progress import Progress
 from microslip.pipeline.response import Responses
-
-REFINEMENT = 4
-"""So many times the steps for what the steps do."""
 
 STEPS_ERROR = 1e-2
 """Error of the steps, relative, from which on it is worth a word: the one that method "auto" keeps below."""

@@ -27,6 +27,9 @@ from microslip.analyses.time.stability import SURE, closer, settling_error, stab
 from microslip.analyses.time.steady import SteadyState, linearised_state, thinned
 from microslip.errors import MicroslipError
 
+REFINEMENT = 4
+"""So many times the steps."""
+
 PATIENCE = 40
 """Cycles with more steps at most."""
 
