@@ -133,6 +133,10 @@ def anchored_response(
         while ends := _to_march(search, settings.error):
             advance(_march(assembly, search, ends, settings.error))
         search.refine(assembly.prepared)
+        # between these less may be sure than it was between those with fewer steps
+        while not search.over and (picks := _between_refined(search, guess, settings.error)):
+            advance(_learn(assembly, search, picks))
+            search.refine(assembly.prepared)
     except KeyboardInterrupt:
         stop.set()
     cycles = search.spent + search.marched
@@ -190,6 +194,20 @@ def _least_known(search: Search, guess: Contours, wanted: float) -> list[Target]
             weighed.append((weight * wanting, (left + right) // 2, left, right))
     weighed.sort(reverse=True)
     targets += [_target(search, k, guess, now, (left, right)) for _, k, left, right in weighed]
+    return targets[: min(AT_A_TIME, search.points - search.count)]
+
+
+def _between_refined(search: Search, guess: Contours, wanted: float) -> list[Target]:
+    """The middles of the stretches between two states with more steps where most is not known."""
+    now = search.held()
+    doubtful = now.error > wanted
+    weighed = []
+    for left, right in pairwise(search.marks):
+        unknown = int(doubtful[left + 1 : right].sum())
+        if unknown and all(search.sought_on.get(k) is not None for k in (left, right)):
+            weighed.append((unknown, (left + right) // 2, left, right))
+    weighed.sort(reverse=True)
+    targets = [_target(search, k, guess, now, (left, right)) for _, k, left, right in weighed]
     return targets[: min(AT_A_TIME, search.points - search.count)]
 
 

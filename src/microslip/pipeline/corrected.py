@@ -42,7 +42,7 @@ from microslip.pipeline.auto import AT_A_TIME
 from microslip.pipeline.band import Curve
 from microslip.pipeline.creep import crept
 from microslip.pipeline.prepare import Assembly
-from microslip.pipeline.stepping import ACCURACY, Stepped, refined_anchors
+from microslip.pipeline.stepping import ACCURACY, Stepped, more_steps, refined_anchors
 from microslip.pipeline.walk import (
     DOUBTFUL,
     LONGEST,
@@ -94,7 +94,15 @@ class _Table:
     lost: dict[int, float] = field(default_factory=dict)
     opens: bool = False
     settled: dict[int, Stepped] = field(default_factory=dict)
+    sought_on: dict[int, complex | None] = field(default_factory=dict)
     accuracy: float | Array = ACCURACY
+
+    def refine(self, joint: PreparedJoint) -> None:
+        """Seek settled states on with more steps that are not yet, and know what the steps do."""
+        self.sought_on = more_steps(joint, self.load, self.settled, self.sought_on)
+        self.anchors, self.accuracy = refined_anchors(
+            self.surface, self.load, self.anchors, self.settled, self.sought_on
+        )
 
     @property
     def marks(self) -> list[int]:
@@ -165,16 +173,17 @@ def corrected_response(
     surface = load_surface(case.model, case.table, base.frequency, base.load)
     table = _Table(surface, base.load)
     guess = largest(contours(surface, base.load))
-    picks = _first(guess, len(base.frequency))[: settings.corrections]
+    picks, refining = _first(guess, len(base.frequency))[: settings.corrections], False
     try:
         while picks:
             _learn(assembly.prepared, table, picks, guess)
             advance(len(picks))
             left = settings.corrections - len(table.marks)
             picks = _least_known(table, settings.error)[: max(left, 0)]
-        table.anchors, table.accuracy = refined_anchors(
-            assembly.prepared, surface, base.load, table.anchors, table.settled
-        )
+            if refining := refining or not picks:
+                # between these less may be sure than it was between those with fewer steps
+                table.refine(assembly.prepared)
+                picks = _least_known(table, settings.error)[: max(left, 0)]
     except KeyboardInterrupt:
         stop.set()
     return Corrected(_response(table, base), base.frequency[sorted(table.lost)], table.opens)

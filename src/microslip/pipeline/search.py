@@ -26,7 +26,7 @@ from microslip.analyses.reduced.response import Response
 from microslip.analyses.reduced.surface import LoadSurface
 from microslip.analyses.time.offset import BRANCH
 from microslip.describe.requests import CYCLES_EACH, SECONDS_EACH
-from microslip.pipeline.stepping import ACCURACY, Stepped, refined_anchors
+from microslip.pipeline.stepping import ACCURACY, Stepped, more_steps, refined_anchors
 from microslip.pipeline.targets import Found, Lost, Target
 from microslip.pipeline.walk import DOUBTFUL, FINE, TOLERANCE
 from microslip.typing import Array
@@ -52,6 +52,7 @@ class Search:
     spent: int = 0
     opens: bool = False
     accuracy: float | Array = ACCURACY
+    sought_on: dict[int, complex | None] = field(default_factory=dict)
     began: float = field(default_factory=time.process_time)
 
     @property
@@ -96,9 +97,11 @@ class Search:
         }
 
     def refine(self, joint: PreparedJoint) -> None:
-        """Seek the settled anchors on with more steps, and know what the steps do."""
+        """Seek settled anchors on with more steps that are not yet, and know what the steps do."""
+        settled, load = self.settled, self.base.load
+        self.sought_on = more_steps(joint, load, settled, self.sought_on)
         self.anchors, self.accuracy = refined_anchors(
-            joint, self.surface, self.base.load, self.anchors, self.settled
+            self.surface, load, self.anchors, settled, self.sought_on
         )
 
     def held(self) -> Held:
@@ -223,6 +226,7 @@ class Search:
     def _take(self, target: Target, answer: Found) -> None:
         k, Q, load = target.point, answer.amplitude, self.base.load
         self.found[k] = answer
+        self.sought_on.pop(k, None)
         past = float(np.nan_to_num(answer.past))
         self.anchors[k] = anchor_at(
             self.surface, target.frequency, load, Q, answer.change, answer.doubt, past

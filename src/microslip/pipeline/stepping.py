@@ -2,7 +2,8 @@
 
 Contact that changes its state inside a step makes errors that no formula tells; four times the steps do
 (`microslip.analyses.time.step_refinement`). The states of a response that have settled are sought on with
-these at its end. Between frequencies the larger of two errors counts.
+these once its search ends, which then goes on where they leave it unsure. Between frequencies the larger of
+two errors counts.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ from microslip.typing import Array
 ACCURACY = 1e-3
 """Relative error of the amplitude that `STEPS` are taken to make where that is not known."""
 
-PATIENCE = 20
+PATIENCE = 100
 """Cycles with `REFINEMENT` times the steps at most."""
 
 FARTHEST = 0.1
@@ -83,10 +84,24 @@ def with_more_steps(joint: PreparedJoint, load: float, one: Stepped) -> complex 
     return found.amplitude if found.converged else None
 
 
-def refined(
+def more_steps(
     joint: PreparedJoint,
     load: float,
     states: Mapping[int, Stepped],
+    known: Mapping[int, complex | None],
+) -> dict[int, complex | None]:
+    """First harmonics of steady states with `REFINEMENT` times the steps, by index of their frequency.
+
+    Those `known` are not sought again; None where it does not settle.
+    """
+    new = [k for k in sorted(states) if k not in known]
+    found = each(lambda k: with_more_steps(joint, load, states[k]), new, threads())
+    return {**known, **dict(zip(new, found, strict=True))}
+
+
+def refined(
+    states: Mapping[int, Stepped],
+    found: Mapping[int, complex | None],
     others: Sequence[int],
     count: int,
 ) -> Refined:
@@ -98,62 +113,60 @@ def refined(
 
     Parameters
     ----------
-    joint : PreparedJoint
-    load : float
     states : mapping of int to Stepped
         Settled, by index of their frequency.
+    found : mapping of int to (complex or None)
+        Of each of them with more steps, see `more_steps`.
     others : sequence of int
         Frequencies of other steady states of the response, with as many steps.
     count : int
         Frequencies of the response.
     """
-    marks = sorted(states)
-    found = each(lambda k: with_more_steps(joint, load, states[k]), marks, threads())
     amplitude: dict[int, complex] = {}
     change: dict[int, float] = {}
-    for k, Q in zip(marks, found, strict=True):
+    for k, one in states.items():
+        Q = found[k]
         if Q is None:
             continue
-        change[k] = abs(abs(Q) / max(abs(states[k].amplitude), 1e-300) - 1)
+        change[k] = abs(abs(Q) / max(abs(one.amplitude), 1e-300) - 1)
         if change[k] <= FARTHEST:
             amplitude[k] = Q
     if not change:
         return Refined({}, np.full(count, ACCURACY))
     before = {k: d * REFINEMENT / (REFINEMENT - 1) for k, d in change.items()}
     left = {k: before[k] / REFINEMENT if k in amplitude else before[k] for k in before}
-    unknown = [k for k in {*marks, *others} if k not in left]
+    unknown = [k for k in {*states, *others} if k not in left]
     left |= dict(zip(unknown, _larger_beside(before, count)[unknown], strict=True))
     return Refined(amplitude, _larger_beside(left, count))
 
 
 def refined_anchors(
-    joint: PreparedJoint,
     surface: LoadSurface,
     load: float,
     anchors: Mapping[int, Anchor],
-    settled: Mapping[int, Stepped],
+    states: Mapping[int, Stepped],
+    found: Mapping[int, complex | None],
 ) -> tuple[dict[int, Anchor], Array]:
     """Anchors, those that have settled with more steps, and the error of the steps at every frequency.
 
     Parameters
     ----------
-    joint : PreparedJoint
     surface : LoadSurface
         At the frequencies of the response.
     load : float
     anchors : mapping of int to Anchor
         By index of their frequency.
-    settled : mapping of int to Stepped
-        Those that have settled.
+    states, found
+        Those that have settled, and with more steps; see `refined`.
     """
-    others = [k for k in anchors if k not in settled]
-    found = refined(joint, load, settled, others, len(surface.frequency))
+    others = [k for k in anchors if k not in states]
+    better = refined(states, found, others, len(surface.frequency))
     kept = dict(anchors)
-    for k, Q in found.amplitude.items():
+    for k, Q in better.amplitude.items():
         old = anchors[k]
         anchor = anchor_at(surface, old.frequency, load, Q, old.change, old.doubt, old.past)
         kept[k] = replace(anchor, scatter=old.scatter)
-    return kept, found.error
+    return kept, better.error
 
 
 def _larger_beside(values: Mapping[int, float], count: int) -> Array:

@@ -353,9 +353,13 @@ def watched(
     cycles: int,
     phase: float = 0.0,
     memory: ContactMemory | None = None,
+    steps: int = STEPS,
 ) -> tuple[Complex, list[State]]:
-    """First harmonic of every cycle of a motion from a state at a phase of the load, and its end."""
-    theta = phase + 2 * np.pi * np.arange(STEPS + 1) / STEPS
+    """First harmonic of every cycle of a motion from a state at a phase of the load, and its end.
+
+    `steps` are those of the scheme, per cycle.
+    """
+    theta = phase + 2 * np.pi * np.arange(steps + 1) / steps
     wave, memory = load * np.sin(theta), memory or contact_memory(scheme)
     port = scheme.joint.model.port(scheme.joint.coordinate)
     Q, ends = [], [state]

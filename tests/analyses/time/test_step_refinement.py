@@ -159,13 +159,77 @@ def test_where_finer_steps_do_not_settle_their_error_is_not_known(small_referenc
     assert np.isnan(with_finer_steps(joint, request, coarse).steps_error)
 
 
+def calls_of(monkeypatch, failing):
+    """Steps per cycle that motions are sought on with; where these are given, that fails."""
+    truly = step_refinement.linearised_state
+    tried = []
+
+    def sought(scheme, frequency, *arguments, **options):
+        steps = round(1 / (frequency * scheme.dt))
+        tried.append(steps)
+        if steps in failing:
+            raise ContactError(f"contact not solved in {steps}")
+        return truly(scheme, frequency, *arguments, **options)
+
+    monkeypatch.setattr(step_refinement, "linearised_state", sought)
+    return tried
+
+
+def test_steps_that_change_a_motion_are_multiplied_again(small_reference, monkeypatch):
+    """Twice in all: what is said is what the last have changed, less than the first have."""
+    joint = small_reference.joint
+    request = request_of(small_reference, joint.mode.sliding_frequency + 0.5, 3e-4, steps=40)
+    coarse = solve_request(joint, replace(request, refinement=1))
+    monkeypatch.setattr(step_refinement, "LITTLE", 1.0)
+    once = with_finer_steps(joint, request, coarse)
+    monkeypatch.undo()
+    tried = calls_of(monkeypatch, ())
+    found = with_finer_steps(joint, request, coarse)
+    assert once.steps == 160
+    assert once.steps_error > step_refinement.LITTLE
+    assert tried == [160, 640]
+    assert found.steps == 640
+    assert len(found.steady.cycle.time) == 41
+    assert found.steady.cycles > once.steady.cycles
+    true = limit(joint, request, found)
+    errors = [abs(one.steady.amplitude / true - 1) for one in (coarse, once, found)]
+    print(", ".join(f"{e:.1e}" for e in errors), f"{found.steps_error:.1e} said")
+    assert errors[2] < 0.5 * errors[1]
+    assert errors[1] < errors[0]
+    assert errors[2] < found.steps_error + LEFT_OPEN
+    before = coarse.steady.amplitude
+    moved = abs(found.steady.amplitude - before) / abs(found.steady.amplitude)
+    assert found.steps_change == pytest.approx(moved)
+
+
+def test_where_one_number_of_steps_fails_another_may_not(small_reference, monkeypatch):
+    joint = small_reference.joint
+    request = request_of(small_reference, joint.mode.sliding_frequency + 0.5, 3e-4, steps=40)
+    coarse = solve_request(joint, replace(request, refinement=1))
+    tried = calls_of(monkeypatch, (160,))
+    found = with_finer_steps(joint, request, coarse)
+    assert tried == [160, 640]
+    assert found.steps == 640
+    assert found.unrefined == ""
+    assert found.steps_error == found.steps_change
+    monkeypatch.undo()
+    calls_of(monkeypatch, (640,))
+    kept = with_finer_steps(joint, request, coarse)
+    assert kept.steps == 160
+    assert kept.steps_error > step_refinement.LITTLE
+    monkeypatch.undo()
+    calls_of(monkeypatch, (160, 640))
+    left = with_finer_steps(joint, request, coarse)
+    assert left.steady is coarse.steady
+    assert left.unrefined == "contact not solved in 160"
+
+
 def test_steps_that_matter_are_named(small_reference):
-    """Twenty to a cycle are far too few; the caution names the worst of the points and what to take."""
+    """Twenty to a cycle, of Newmark's method; the caution names the worst of the points and what to take."""
     joint = small_reference.joint
     frequencies = joint.mode.sliding_frequency + np.array([1.0, 4.0])
-    points = [
-        solve_request(joint, request_of(small_reference, f, 1.5e-4, steps=20)) for f in frequencies
-    ]
+    asked = [request_of(small_reference, f, 1.5e-4, steps=20) for f in frequencies]
+    points = [solve_request(joint, replace(request, matched=False)) for request in asked]
     errors = [point.steps_error for point in points]
     assert max(errors) > STEPS_ERROR
     (caution,) = stepping(points, 20)

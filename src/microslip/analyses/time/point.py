@@ -120,8 +120,10 @@ class TimePoint:
     place_error : float
         Part of `error` that is of the place where bodies that walk rest.
     steps_error : float
-        By how much the first harmonic may be off because of them, relative: what so many have changed it by;
-        nan where not known.
+        By how much the first harmonic may be off because of them, relative: what so many have changed it by
+        from a quarter of them; nan where not known.
+    steps_change : float
+        What they have changed it by in all, from those asked for.
     unrefined : str
         Why it is not known, where more steps were tried.
     """
@@ -140,6 +142,7 @@ class TimePoint:
     steps: int = 0
     place_error: float = 0.0
     steps_error: float = float("nan")
+    steps_change: float = float("nan")
     unrefined: str = ""
 
     @property

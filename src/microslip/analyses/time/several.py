@@ -144,6 +144,6 @@ def _one(point: TimePoint, other: TimePoint) -> bool:
     apart = SAME * max(abs(a), abs(b))
     left_open = [abs(a) * point.error, abs(b) * other.error]
     if point.steps != other.steps:
-        left_open += [abs(a) * point.steps_error, abs(b) * other.steps_error]
+        left_open += [abs(a) * point.steps_change, abs(b) * other.steps_change]
     apart += sum(x for x in left_open if np.isfinite(x))
     return bool(abs(a - b) <= apart)

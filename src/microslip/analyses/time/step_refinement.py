@@ -19,7 +19,6 @@ import numpy as np
 
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.time.deviations import Derivative
-from microslip.analyses.time.floquet import Multipliers
 from microslip.analyses.time.point import Request, TimePoint
 from microslip.analyses.time.readings import opening_of
 from microslip.analyses.time.scheme import contact_memory, time_scheme
@@ -30,7 +29,14 @@ from microslip.errors import MicroslipError
 REFINEMENT = 4
 """So many times the steps."""
 
-PATIENCE = 40
+LITTLE, USUAL, ROUNDS = 1e-3, 150, 2
+"""Where the first harmonic changes by more, relative, they are multiplied again, so many times in all. Who
+asks for k times the usual steps asks for a k²-th of that,"""
+
+OPEN = 10.0
+"""but for no less than so many times the tolerance of the search."""
+
+PATIENCE = 80
 """Cycles with more steps at most."""
 
 LOOSER = 3.0
@@ -48,7 +54,8 @@ def with_finer_steps(
 ) -> TimePoint:
     """A settled point with ``request.refinement`` times the steps, and what they have changed.
 
-    As it was, and its error not known, where it does not settle with these.
+    Where that is more than `LITTLE`, or nothing settles with these, with as many times more once again; as it
+    was, and its error not known, where nothing settles with those either.
 
     Parameters
     ----------
@@ -61,26 +68,20 @@ def with_finer_steps(
     """
     if request.refinement == 1:
         return point
-    factor = max(request.refinement * request.steps // point.steps, TWICE)
-    try:
-        later, stability, error = _sought_on(joint, request, point, factor, known)
-    except (MicroslipError, np.linalg.LinAlgError) as reason:
-        return replace(point, unrefined=str(reason))
-    before = point.steady
-    finer = replace(
-        later,
-        cycle=thinned(later.cycle, factor * point.steps // request.steps),
-        cycles=before.cycles + later.cycles,
-        seconds=before.seconds + later.seconds,
-    )
-    return replace(
-        point,
-        steady=finer,
-        stability=stability,
-        error=error + point.place_error,
-        steps=factor * point.steps,
-        steps_error=_apart(before, later),
-    )
+    steps = point.steps * max(request.refinement * request.steps // point.steps, TWICE)
+    little = max(LITTLE * min(USUAL / request.steps, 1.0) ** 2, OPEN * request.tolerance)
+    found, reasons = point, []
+    for _ in range(ROUNDS):
+        try:
+            found, known = _sought_on(joint, request, found, steps, known)
+        except (MicroslipError, np.linalg.LinAlgError) as reason:
+            reasons.append(str(reason))
+        if found.steps_error <= little:
+            break
+        steps *= request.refinement
+    if found is point:
+        return replace(point, unrefined=reasons[0])
+    return replace(found, steps_change=_apart(point.steady, found.steady))
 
 
 def _apart(before: SteadyState, later: SteadyState) -> float:
@@ -89,13 +90,9 @@ def _apart(before: SteadyState, later: SteadyState) -> float:
 
 
 def _sought_on(
-    joint: PreparedJoint,
-    request: Request,
-    point: TimePoint,
-    factor: int,
-    known: Derivative | None,
-) -> tuple[SteadyState, Multipliers | None, float]:
-    """The steady state beside a point with so many times its steps, its multipliers and settling error.
+    joint: PreparedJoint, request: Request, point: TimePoint, steps: int, known: Derivative | None
+) -> tuple[TimePoint, Derivative]:
+    """The point beside a settled one with so many steps, and the derivative of the period map there.
 
     Raises
     ------
@@ -103,10 +100,10 @@ def _sought_on(
         Where there is none that is as good: says why.
     """
     frequency, before, tolerance = request.frequency, point.steady, request.tolerance
-    dt = 1 / (frequency * factor * point.steps)
+    dt = 1 / (frequency * steps)
     scheme = time_scheme(joint, dt, frequency=frequency, matched=request.matched)
     memory = contact_memory(scheme)
-    later, _ = linearised_state(
+    later, known = linearised_state(
         scheme,
         frequency,
         request.load,
@@ -121,16 +118,32 @@ def _sought_on(
         raise MicroslipError("the motion opens the joint")
     if not later.converged:
         raise MicroslipError(f"none settles within {later.cycles} cycles")
-    if point.stability is None:
-        return later, None, point.error
-    stability, settling = point.stability, point.error - point.place_error
-    error = settling * later.change / max(before.change, 1e-300)
-    if _apart(before, later) > FARTHER:
-        stability = stability_of(scheme, later, memory=memory)
-        error = settling_error(later, stability)
-        if stability.verdict == "unstable":
-            raise MicroslipError("the one beside it is unstable")
-    later, error = closer(scheme, later, error, tolerance, memory)
-    if error > max(SURE * tolerance, LOOSER * settling):
-        raise MicroslipError("none settles as closely")
-    return later, stability, error
+    change = _apart(before, later)
+    stability, error = point.stability, point.error
+    if stability is not None:
+        settling = point.error - point.place_error
+        error = settling * later.change / max(before.change, 1e-300)
+        if change > FARTHER:
+            stability = stability_of(scheme, later, memory=memory)
+            error = settling_error(later, stability)
+            if stability.verdict == "unstable":
+                raise MicroslipError("the one beside it is unstable")
+        later, error = closer(scheme, later, error, tolerance, memory)
+        if error > max(SURE * tolerance, LOOSER * settling):
+            raise MicroslipError("none settles as closely")
+        error += point.place_error
+    finer = replace(
+        later,
+        cycle=thinned(later.cycle, steps // request.steps),
+        cycles=before.cycles + later.cycles,
+        seconds=before.seconds + later.seconds,
+    )
+    found = replace(
+        point,
+        steady=finer,
+        stability=stability,
+        error=error,
+        steps=steps,
+        steps_error=_apart(before, finer),
+    )
+    return found, known
