@@ -209,6 +209,33 @@ def test_a_jump_may_lie_between_steady_states_that_are_no_neighbours():
     assert leaving(anchors, bound) == [11, 12, 13, 14, 15, 16]
 
 
+def test_between_states_that_more_steps_have_moved_others_are_sought(refined, monkeypatch):
+    """With few steps the response is a smooth one; with more a piece of it is a fiftieth larger."""
+    few = branch("larger")
+    k = np.arange(len(FOLD))
+    true = few * (1 + 0.02 * np.exp(-(((k - 100) / 6) ** 2)))
+
+    def sought(joint, targets):
+        for target in targets:
+            yield Found(complex(few[target.point]), 1e-6, 1e-5, "larger", 10)
+
+    def more(joint, load, states, known):
+        return {j: complex(true[j]) for j in states}
+
+    plain = held_to(sought, refined, monkeypatch, 100).response
+    monkeypatch.undo()
+    found = held_to(sought, refined, monkeypatch, 100, more=more).response
+    off = np.abs(np.abs(found.amplitude) / np.abs(true) - 1)
+    began, ended = (np.array([one.frequency for one in r.anchors]) for r in (plain, found))
+    new = np.setdiff1d(ended, began)
+    print(f"{len(began)} and {len(new)} more, off by {off.max():.1e}")
+    assert np.isin(began, ended).all()
+    assert 0 < len(new) < len(began)
+    assert (np.abs(new - FOLD[100]) < FOLD[20] - FOLD[0]).all()
+    assert (found.error_indicator <= 0.01).all()
+    assert (off <= found.error_indicator).all()
+
+
 def joint_with_a_fold(asked):
     """What steady states such a joint would have: the branch that a start lies on, while it lasts."""
 
@@ -229,12 +256,18 @@ def ends_nowhere(joint, targets):
     return [Lost("contact not solved", 10) for _ in targets]
 
 
-def held_to(sought, refined, monkeypatch, points, marched=ends_nowhere):
-    """The response of a joint that has such steady states, and motions that end there."""
+def held_to(sought, refined, monkeypatch, points, marched=ends_nowhere, more=None):
+    """The response of a joint that has such steady states, and motions that end there.
+
+    `more` gives the states with more steps; left out, they are not sought on.
+    """
     model, table, base = refined
     monkeypatch.setattr(method, "sought", sought)
     monkeypatch.setattr(method, "raised_and_marched", marched)
-    monkeypatch.setattr(method.Search, "refine", lambda search, joint: None)
+    if more is None:
+        monkeypatch.setattr(method.Search, "refine", lambda search, joint: None)
+    else:
+        monkeypatch.setattr("microslip.pipeline.search.more_steps", more)
     return method.anchored_response(
         SimpleNamespace(prepared=None),
         SimpleNamespace(points=points, error=0.01),
