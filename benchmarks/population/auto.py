@@ -128,19 +128,24 @@ def marched(
 ) -> End | None:
     """Where a motion ends, marched from a state at a phase of the load; None where a step does not solve.
 
-    Without a state from rest, after the load was raised. What has settled is marched on with more steps.
+    Without a state from rest, after the load was raised. What has settled is marched on with more steps;
+    where it does not settle with these, it stays the truth as it is.
     """
     scheme = time_scheme(joint, 1 / (f * STEPS), frequency=f)
     finer = time_scheme(joint, 1 / (f * FINER), frequency=f)
     try:
         state = raised_state(scheme, f, load, RAISED) if state is None else state
         end, state = to_its_end(scheme, load, state, phase, STEPS, MOST)
-        if not end.settled:
-            return end
-        state = placed(end_of(state, phase, scheme, f), finer, f, load)
-        return to_its_end(finer, load, state, phase, FINER, MOST_FINER)[0]
     except MicroslipError:
         return None
+    if not end.settled:
+        return end
+    try:
+        state = placed(end_of(state, phase, scheme, f), finer, f, load)
+        better = to_its_end(finer, load, state, phase, FINER, MOST_FINER)[0]
+    except MicroslipError:
+        return end
+    return better if better.settled else end
 
 
 def to_its_end(

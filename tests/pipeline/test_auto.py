@@ -1,7 +1,7 @@
 """Method "auto" of the forced response: what it states against time integration elsewhere."""
 
 import threading
-from dataclasses import astuple
+from dataclasses import astuple, replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -20,6 +20,7 @@ from microslip.analyses.time.points import steady_states
 from microslip.errors import InputError
 from microslip.pipeline import auto as method
 from microslip.pipeline.search import leaving
+from microslip.pipeline.stepping import More
 from microslip.pipeline.targets import Found, Lost
 from microslip.pipeline.walk import sought
 
@@ -209,30 +210,125 @@ def test_a_jump_may_lie_between_steady_states_that_are_no_neighbours():
     assert leaving(anchors, bound) == [11, 12, 13, 14, 15, 16]
 
 
-def test_between_states_that_more_steps_have_moved_others_are_sought(refined, monkeypatch):
-    """With few steps the response is a smooth one; with more a piece of it is a fiftieth larger."""
+def bumped(height):
+    """Amplitudes of few steps, smooth, and of many, of which a piece is larger by so much."""
     few = branch("larger")
-    k = np.arange(len(FOLD))
-    true = few * (1 + 0.02 * np.exp(-(((k - 100) / 6) ** 2)))
+    return few, few * (1 + height * np.exp(-(((np.arange(len(FOLD)) - 100) / 6) ** 2)))
+
+
+def with_more_steps(true, sought=None, beyond=np.inf):
+    """What states become with more steps; those asked for after so many fail as `sought` says."""
+    asked = []
+
+    def more(joint, load, states):
+        for k in states:
+            asked.append(k)
+            yield k, sought if len(asked) > beyond else More(complex(true[k]), 16)
+
+    return more, asked
+
+
+def smooth(few, later=None, beyond=np.inf):
+    """Steady states with few steps; those asked for after so many are as `later` has them."""
+    asked = []
 
     def sought(joint, targets):
         for target in targets:
-            yield Found(complex(few[target.point]), 1e-6, 1e-5, "larger", 10)
+            asked.append(target.point)
+            found = Found(complex(few[target.point]), 1e-6, 1e-5, "larger", 10)
+            yield later(found) if later and len(asked) > beyond else found
 
-    def more(joint, load, states, known):
-        return {j: complex(true[j]) for j in states}
+    return sought, asked
 
-    plain = held_to(sought, refined, monkeypatch, 100).response
-    monkeypatch.undo()
+
+@pytest.fixture(scope="module")
+def began(refined):
+    """How many steady states such a joint takes where more steps change nothing."""
+    with pytest.MonkeyPatch.context() as patch:
+        sought, asked = smooth(branch("larger"))
+        held_to(sought, refined, patch, 100)
+    return len(asked)
+
+
+def test_between_states_that_more_steps_have_moved_others_are_sought(refined, monkeypatch, began):
+    """With few steps the response is a smooth one; with more a piece of it is a fiftieth larger."""
+    few, true = bumped(0.02)
+    sought, asked = smooth(few)
+    more, sought_on = with_more_steps(true)
     found = held_to(sought, refined, monkeypatch, 100, more=more).response
     off = np.abs(np.abs(found.amplitude) / np.abs(true) - 1)
-    began, ended = (np.array([one.frequency for one in r.anchors]) for r in (plain, found))
-    new = np.setdiff1d(ended, began)
-    print(f"{len(began)} and {len(new)} more, off by {off.max():.1e}")
-    assert np.isin(began, ended).all()
-    assert 0 < len(new) < len(began)
-    assert (np.abs(new - FOLD[100]) < FOLD[20] - FOLD[0]).all()
+    new = np.array(asked[began:])
+    print(f"{began} and {len(new)} more, off by {off.max():.1e}")
+    assert 0 < len(new) < began
+    assert (np.abs(new - 100) < 20).all()
+    assert sorted(sought_on) == sorted(asked), "each once"
     assert (found.error_indicator <= 0.01).all()
+    assert (off <= found.error_indicator).all()
+
+
+@pytest.mark.parametrize("height", [0.06, 0.2])
+def test_where_no_more_can_become_sure_none_are_sought(refined, monkeypatch, began, height):
+    """All states move by so much: what is left of the error of the steps is too much at each of them."""
+    few = branch("larger")
+    sought, asked = smooth(few)
+    more, _ = with_more_steps((1 + height) * few)
+    found = held_to(sought, refined, monkeypatch, 100, more=more).response
+    assert len(asked) == began
+    assert (found.error_indicator > 0.01).all()
+
+
+@pytest.mark.parametrize(
+    "later",
+    [
+        lambda found: Lost("not steady", 10),
+        lambda found: replace(found, change=1e-4, doubt=0.03),
+    ],
+)
+def test_what_does_not_settle_between_them_is_passed_over(refined, monkeypatch, began, later):
+    """Nothing is known less for it, and it is sought once."""
+    few, true = bumped(0.02)
+    sought, asked = smooth(few, later, began)
+    more, _ = with_more_steps(true)
+    found = held_to(sought, refined, monkeypatch, 100, more=more)
+    off = np.abs(np.abs(found.response.amplitude) / np.abs(true) - 1)
+    assert len(asked) > began
+    assert len(asked) == len(set(asked)), "each once"
+    assert found.lost == ()
+    assert np.isfinite(found.response.error_indicator).all()
+    assert len(found.response.anchors) == began
+    claimed = found.response.error_indicator <= 0.01
+    assert not claimed.all()
+    assert (off <= found.response.error_indicator).all()
+
+
+def test_what_settles_with_few_steps_alone_is_passed_over(refined, monkeypatch, began):
+    few, true = bumped(0.02)
+    sought, asked = smooth(few)
+    more, _ = with_more_steps(true, More(None, 400), began)
+    found = held_to(sought, refined, monkeypatch, 100, more=more).response
+    assert len(asked) > began
+    assert len(found.anchors) == began
+
+
+def test_what_is_known_with_more_steps_stays_when_the_search_is_interrupted(
+    refined, monkeypatch, began
+):
+    """New states have few steps yet, and their error is that: larger than that of those with more."""
+    few, true = bumped(0.02)
+    sought, _ = smooth(few)
+    truly, count = with_more_steps(true)[0], []
+
+    def more(joint, load, states):
+        for found in truly(joint, load, states):
+            count.append(found)
+            if len(count) > began:
+                raise KeyboardInterrupt
+            yield found
+
+    found = held_to(sought, refined, monkeypatch, 100, more=more).response
+    off = np.abs(np.abs(found.amplitude) / np.abs(true) - 1)
+    print(f"off by {off.max():.1e}, there {found.error_indicator[off.argmax()]:.1e} said")
+    assert len(found.anchors) > began
     assert (off <= found.error_indicator).all()
 
 

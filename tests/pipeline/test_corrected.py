@@ -13,6 +13,7 @@ from microslip.analyses.time.steady import steady_state
 from microslip.errors import InputError
 from microslip.numerics.fourier import to_complex, to_real
 from microslip.pipeline import corrected as method
+from microslip.pipeline.stepping import More
 from microslip.results.response import response_datasets
 
 FILE = coupled_document(21)
@@ -111,6 +112,35 @@ def test_beside_a_motion_that_is_not_steady_the_bound_says_so(done, monkeypatch)
     assert beside.any()
     assert (other.error_indicator[beside] >= 0.2).all()
     assert any("not steady" in one.reason for one in again.cautions)
+
+
+def test_between_states_that_more_steps_have_moved_others_are_sought(done, monkeypatch):
+    """With more steps a piece of the response is larger; what is known is not sought on again."""
+    peak, sought_on = done.responses[0].peak_frequency, {}
+
+    def unmoved(joint, load, states):
+        sought_on.update(states)
+        return ((k, More(one.amplitude, 16)) for k, one in states.items())
+
+    monkeypatch.setattr(method, "more_steps", unmoved)
+    (plain,) = corrected(30.0, corrections=60, error=0.02, count=121).responses
+    before = len(sought_on)
+    sought_on.clear()
+
+    def moved(joint, load, states):
+        assert not set(states) & set(sought_on)
+        sought_on.update(states)
+        for k, one in states.items():
+            size = 1 + 0.04 * np.exp(-(((one.frequency - peak) / 1.0) ** 2))
+            yield k, More(size * one.amplitude, 16)
+
+    monkeypatch.setattr(method, "more_steps", moved)
+    (curve,) = corrected(30.0, corrections=60, error=0.02, count=121).responses
+    new = np.setdiff1d(*([one.frequency for one in c.anchors] for c in (curve, plain)))
+    print(f"{before} and {len(new)} more: {new - peak}")
+    assert 0 < len(new) < before
+    assert len(sought_on) == before + len(new)
+    assert (np.abs(new - peak) < 5.0).all()
 
 
 def test_results_carry_the_steady_states_and_no_past(done):

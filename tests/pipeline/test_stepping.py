@@ -12,7 +12,7 @@ from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.steady import steady_state
 from microslip.analyses.time.step_refinement import REFINEMENT
 from microslip.pipeline import stepping
-from microslip.pipeline.stepping import ACCURACY, Refined, Stepped, more_steps, refined
+from microslip.pipeline.stepping import ACCURACY, More, Refined, Stepped, more_steps, refined
 from microslip.pipeline.walk import STEPS
 from microslip.results.dataset import dataset
 from microslip.results.summary import summary
@@ -39,10 +39,15 @@ def motions(small_reference):
     return load, found, limits
 
 
+def with_more(joint, load, states):
+    """First harmonics of states with more steps."""
+    return {k: more.amplitude for k, more in more_steps(joint, load, states)}
+
+
 @pytest.fixture(scope="module")
 def sought_on(small_reference, motions):
     load, found, _ = motions
-    return refined(found, more_steps(small_reference.joint, load, found, {}), [45], 60)
+    return refined(found, with_more(small_reference.joint, load, found), [45], 60)
 
 
 def test_errors_of_the_steps_are_at_most_what_is_said(motions, sought_on):
@@ -67,7 +72,7 @@ def test_between_two_the_larger_counts_and_others_keep_the_error_of_before(sough
 def test_what_does_not_settle_is_not_known(small_reference, motions, monkeypatch):
     load, found, _ = motions
     monkeypatch.setattr(stepping, "PATIENCE", 1)
-    none = refined(found, more_steps(small_reference.joint, load, found, {}), [], 45)
+    none = refined(found, with_more(small_reference.joint, load, found), [], 45)
     assert none.amplitude == {}
     assert (none.error == ACCURACY).all()
     assert (refined({}, {}, [], 3).error == ACCURACY).all()
@@ -77,8 +82,10 @@ def test_another_motion_is_not_taken_for_the_same(monkeypatch):
     """A fifth larger: kept as it was, known no better than that."""
     states = {k: Stepped(1.0 + k, 1.0 + 0j, None) for k in range(3)}
     sizes = {1.0: 1.001, 2.0: 1.2, 3.0: None}
-    monkeypatch.setattr(stepping, "with_more_steps", lambda joint, load, one: sizes[one.frequency])
-    found = refined(states, more_steps(None, 1.0, states, {}), [], 3)
+    monkeypatch.setattr(
+        stepping, "with_more_steps", lambda joint, load, one: More(sizes[one.frequency], 12)
+    )
+    found = refined(states, with_more(None, 1.0, states), [], 3)
     assert found.amplitude == {0: 1.001}
     assert found.error == pytest.approx([1e-3 / 3, 0.2 * 4 / 3, 0.2 * 4 / 3])
 

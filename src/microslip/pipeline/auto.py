@@ -11,7 +11,7 @@ where that is. The search ends when the bound holds everywhere, or with what it 
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import NamedTuple
@@ -133,12 +133,15 @@ def anchored_response(
         while ends := _to_march(search, settings.error):
             advance(_march(assembly, search, ends, settings.error))
         search.refine(assembly.prepared)
-        # between these less may be sure than it was between those with fewer steps
+        # with more steps there may be more to see than there was with fewer
         while not search.over and (picks := _between_refined(search, guess, settings.error)):
-            advance(_learn(assembly, search, picks))
-            search.refine(assembly.prepared)
+            answers = sought(assembly.prepared, picks)
+            search.keep_refined(assembly.prepared, list(zip(picks, answers, strict=True)))
+            advance(len(picks))
     except KeyboardInterrupt:
         stop.set()
+        if search.sought_on:
+            search.take_refined()
     cycles = search.spent + search.marched
     spent = f"{search.count} steady states, {cycles} cycles and {search.seconds:.0f} s"
     said = _said(assembly, search, stop)
@@ -192,23 +195,32 @@ def _least_known(search: Search, guess: Contours, wanted: float) -> list[Target]
         if unknown or right - left > widest:
             wanting = max(unknown, UNSEEN * (right - left))
             weighed.append((weight * wanting, (left + right) // 2, left, right))
-    weighed.sort(reverse=True)
-    targets += [_target(search, k, guess, now, (left, right)) for _, k, left, right in weighed]
+    targets += _middles(search, guess, now, weighed)
     return targets[: min(AT_A_TIME, search.points - search.count)]
 
 
 def _between_refined(search: Search, guess: Contours, wanted: float) -> list[Target]:
-    """The middles of the stretches between two states with more steps where most is not known."""
-    now = search.held()
-    doubtful = now.error > wanted
-    weighed = []
+    """The middles of the stretches between two states with more steps where most is not known.
+
+    Not between two that are themselves not known as well as is wanted.
+    """
+    now, refined, blurred = search.held(), search.refined, search.blurred(wanted)
+    doubtful, weighed = now.error > wanted, []
     for left, right in pairwise(search.marks):
-        unknown = int(doubtful[left + 1 : right].sum())
-        if unknown and all(search.sought_on.get(k) is not None for k in (left, right)):
-            weighed.append((unknown, (left + right) // 2, left, right))
-    weighed.sort(reverse=True)
-    targets = [_target(search, k, guess, now, (left, right)) for _, k, left, right in weighed]
+        unknown, middle = int(doubtful[left + 1 : right].sum()), (left + right) // 2
+        sure = {left, right} <= refined and not {left, right} <= blurred
+        if unknown and sure and middle not in search.passed:
+            weighed.append((unknown, middle, left, right))
+    targets = _middles(search, guess, now, weighed)
     return targets[: min(AT_A_TIME, search.points - search.count)]
+
+
+def _middles(
+    search: Search, guess: Contours, now: Held, weighed: Sequence[tuple[float, int, int, int]]
+) -> list[Target]:
+    """Targets in the middle of stretches, from their weights, middles and ends; the heaviest first."""
+    heaviest = sorted(weighed, reverse=True)
+    return [_target(search, k, guess, now, (left, right)) for _, k, left, right in heaviest]
 
 
 def _to_march(search: Search, wanted: float) -> list[Target]:

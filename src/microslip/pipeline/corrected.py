@@ -99,7 +99,13 @@ class _Table:
 
     def refine(self, joint: PreparedJoint) -> None:
         """Seek settled states on with more steps that are not yet, and know what the steps do."""
-        self.sought_on = more_steps(joint, self.load, self.settled, self.sought_on)
+        new = {k: one for k, one in self.settled.items() if k not in self.sought_on}
+        for k, more in more_steps(joint, self.load, new):
+            self.sought_on[k] = more.amplitude
+        self.take_refined()
+
+    def take_refined(self) -> None:
+        """Have the anchors with more steps, where they were sought on, and what is left of the error."""
         self.anchors, self.accuracy = refined_anchors(
             self.surface, self.load, self.anchors, self.settled, self.sought_on
         )
@@ -172,20 +178,24 @@ def corrected_response(
     assert case.table is not None
     surface = load_surface(case.model, case.table, base.frequency, base.load)
     table = _Table(surface, base.load)
-    guess = largest(contours(surface, base.load))
-    picks, refining = _first(guess, len(base.frequency))[: settings.corrections], False
+    joint, guess = assembly.prepared, largest(contours(surface, base.load))
+    picks = _first(guess, len(base.frequency))[: settings.corrections]
+
     try:
         while picks:
-            _learn(assembly.prepared, table, picks, guess)
+            _learn(joint, table, picks, guess)
             advance(len(picks))
-            left = settings.corrections - len(table.marks)
-            picks = _least_known(table, settings.error)[: max(left, 0)]
-            if refining := refining or not picks:
-                # between these less may be sure than it was between those with fewer steps
-                table.refine(assembly.prepared)
-                picks = _least_known(table, settings.error)[: max(left, 0)]
+            picks = _least_known(table, settings)
+        table.refine(joint)
+        # with more steps there may be more to see than there was with fewer
+        while picks := _least_known(table, settings):
+            _learn(joint, table, picks, guess)
+            advance(len(picks))
+            table.refine(joint)
     except KeyboardInterrupt:
         stop.set()
+        if table.sought_on:
+            table.take_refined()
     return Corrected(_response(table, base), base.frequency[sorted(table.lost)], table.opens)
 
 
@@ -339,20 +349,23 @@ def _begin(k: int, now: Held | None, guess: Contours) -> complex:
     return complex(own[-1]) if len(own) else 0j
 
 
-def _least_known(table: _Table, wanted: float) -> list[int]:
-    """Middles of the stretches with the most frequencies whose bound is too wide, the worst first."""
-    now = table.response()
-    doubtful = ~(now.error <= wanted)
+def _least_known(table: _Table, settings: ResponseAnalysis) -> list[int]:
+    """Middles of the stretches with the most frequencies whose bound is too wide, the worst first.
+
+    As many as may still be sought.
+    """
+    now, left = table.response(), max(settings.corrections - len(table.marks), 0)
+    doubtful = ~(now.error <= settings.error)
     doubtful[table.marks] = False
     size = np.nan_to_num(np.abs(now.amplitude))
     resonant = size >= 0.5 * size.max()
     widest, weighed = max(GAP * len(doubtful), 1), []
-    for left, right in pairwise(table.marks):
-        unknown = int(doubtful[left + 1 : right].sum())
-        if right - left > 1 and (unknown or right - left > widest):
-            weight = RESONANT if resonant[[left, right]].any() else 1.0
-            weighed.append((weight * max(unknown, UNSEEN * (right - left)), (left + right) // 2))
-    return [k for _, k in sorted(weighed, reverse=True)][:AT_A_TIME]
+    for low, high in pairwise(table.marks):
+        unknown = int(doubtful[low + 1 : high].sum())
+        if high - low > 1 and (unknown or high - low > widest):
+            weight = RESONANT if resonant[[low, high]].any() else 1.0
+            weighed.append((weight * max(unknown, UNSEEN * (high - low)), (low + high) // 2))
+    return [k for _, k in sorted(weighed, reverse=True)][: min(AT_A_TIME, left)]
 
 
 def _response(table: _Table, base: Response) -> Response:

@@ -6,7 +6,7 @@ Anchors by index of their frequency, what was lost, what was marched to its end,
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
@@ -26,7 +26,7 @@ from microslip.analyses.reduced.response import Response
 from microslip.analyses.reduced.surface import LoadSurface
 from microslip.analyses.time.offset import BRANCH
 from microslip.describe.requests import CYCLES_EACH, SECONDS_EACH
-from microslip.pipeline.stepping import ACCURACY, Stepped, more_steps, refined_anchors
+from microslip.pipeline.stepping import ACCURACY, Stepped, more_steps, refined_anchors, taken
 from microslip.pipeline.targets import Found, Lost, Target
 from microslip.pipeline.walk import DOUBTFUL, FINE, TOLERANCE
 from microslip.typing import Array
@@ -53,6 +53,7 @@ class Search:
     opens: bool = False
     accuracy: float | Array = ACCURACY
     sought_on: dict[int, complex | None] = field(default_factory=dict)
+    passed: set[int] = field(default_factory=set)
     began: float = field(default_factory=time.process_time)
 
     @property
@@ -96,13 +97,44 @@ class Search:
             if (found := self.found.get(k)) is not None
         }
 
+    @property
+    def refined(self) -> set[int]:
+        """Anchors that are steady states with more steps, by index of their frequency."""
+        return set(taken(self.settled, self.sought_on))
+
     def refine(self, joint: PreparedJoint) -> None:
         """Seek settled anchors on with more steps that are not yet, and know what the steps do."""
-        settled, load = self.settled, self.base.load
-        self.sought_on = more_steps(joint, load, settled, self.sought_on)
+        new = {k: one for k, one in self.settled.items() if k not in self.sought_on}
+        for k, more in more_steps(joint, self.base.load, new):
+            self.sought_on[k] = more.amplitude
+            self.spent += more.cycles
+        self.take_refined()
+
+    def take_refined(self) -> None:
+        """Have the anchors with more steps, where they were sought on, and what is left of the error."""
         self.anchors, self.accuracy = refined_anchors(
-            self.surface, load, self.anchors, settled, self.sought_on
+            self.surface, self.base.load, self.anchors, self.settled, self.sought_on
         )
+
+    def keep_refined(
+        self, joint: PreparedJoint, answers: Sequence[tuple[Target, Found | Lost]]
+    ) -> None:
+        """Learn from answers between anchors with more steps that settle with more steps themselves.
+
+        Others say nothing that such anchors do not, and are passed over.
+        """
+        for target, answer in answers:
+            if isinstance(answer, Found) and answer.change <= TOLERANCE:
+                self.keep(target, answer)
+            else:
+                self.count += 1
+                self.spent += answer.cycles
+        self.refine(joint)
+        for k in {target.point for target, _ in answers} - self.refined:
+            self.passed.add(k)
+            self.anchors.pop(k, None)
+            self.found.pop(k, None)
+        self.take_refined()
 
     def held(self) -> Held:
         """The response through the anchors so far; of what may be on its way out nothing is known."""
@@ -226,7 +258,6 @@ class Search:
     def _take(self, target: Target, answer: Found) -> None:
         k, Q, load = target.point, answer.amplitude, self.base.load
         self.found[k] = answer
-        self.sought_on.pop(k, None)
         past = float(np.nan_to_num(answer.past))
         self.anchors[k] = anchor_at(
             self.surface, target.frequency, load, Q, answer.change, answer.doubt, past

@@ -8,7 +8,7 @@ two errors counts.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -67,8 +67,23 @@ class Refined(NamedTuple):
     error: Array
 
 
-def with_more_steps(joint: PreparedJoint, load: float, one: Stepped) -> complex | None:
-    """First harmonic of a steady state with `REFINEMENT` times the steps; None where it does not settle."""
+class More(NamedTuple):
+    """What a steady state has become with more steps.
+
+    Attributes
+    ----------
+    amplitude : complex or None
+        First harmonic; None where it does not settle.
+    cycles : int
+        That it took, of the fewer steps: each of `REFINEMENT` times as many counts for as many.
+    """
+
+    amplitude: complex | None
+    cycles: int
+
+
+def with_more_steps(joint: PreparedJoint, load: float, one: Stepped) -> More:
+    """A steady state with `REFINEMENT` times the steps."""
     scheme = time_scheme(joint, 1 / (one.frequency * REFINEMENT * STEPS), frequency=one.frequency)
     try:
         found = steady_state(
@@ -80,23 +95,30 @@ def with_more_steps(joint: PreparedJoint, load: float, one: Stepped) -> complex 
             max_cycles=PATIENCE,
         )
     except MicroslipError:
-        return None
-    return found.amplitude if found.converged else None
+        return More(None, 0)
+    return More(found.amplitude if found.converged else None, REFINEMENT * found.cycles)
 
 
 def more_steps(
-    joint: PreparedJoint,
-    load: float,
-    states: Mapping[int, Stepped],
-    known: Mapping[int, complex | None],
-) -> dict[int, complex | None]:
-    """First harmonics of steady states with `REFINEMENT` times the steps, by index of their frequency.
+    joint: PreparedJoint, load: float, states: Mapping[int, Stepped]
+) -> Iterator[tuple[int, More]]:
+    """Steady states with more steps, by index of their frequency, as they are found."""
+    marks = sorted(states)
+    found = each(lambda k: with_more_steps(joint, load, states[k]), marks, threads())
+    return zip(marks, found, strict=True)
 
-    Those `known` are not sought again; None where it does not settle.
-    """
-    new = [k for k in sorted(states) if k not in known]
-    found = each(lambda k: with_more_steps(joint, load, states[k]), new, threads())
-    return {**known, **dict(zip(new, found, strict=True))}
+
+def taken(states: Mapping[int, Stepped], found: Mapping[int, complex | None]) -> dict[int, complex]:
+    """First harmonics with more steps, where these have settled and are the same motion."""
+    amplitudes = {k: found.get(k) for k in states}
+    return {
+        k: Q for k, Q in amplitudes.items() if Q is not None and _changed(states[k], Q) <= FARTHEST
+    }
+
+
+def _changed(one: Stepped, Q: complex) -> float:
+    """By how much the amplitude of a state has changed, relative."""
+    return abs(abs(Q) / max(abs(one.amplitude), 1e-300) - 1)
 
 
 def refined(
@@ -116,24 +138,18 @@ def refined(
     states : mapping of int to Stepped
         Settled, by index of their frequency.
     found : mapping of int to (complex or None)
-        Of each of them with more steps, see `more_steps`.
+        First harmonics with more steps of those that were sought on, see `more_steps`.
     others : sequence of int
         Frequencies of other steady states of the response, with as many steps.
     count : int
         Frequencies of the response.
     """
-    amplitude: dict[int, complex] = {}
-    change: dict[int, float] = {}
-    for k, one in states.items():
-        Q = found[k]
-        if Q is None:
-            continue
-        change[k] = abs(abs(Q) / max(abs(one.amplitude), 1e-300) - 1)
-        if change[k] <= FARTHEST:
-            amplitude[k] = Q
-    if not change:
+    amplitude = taken(states, found)
+    known = {k: Q for k in states if (Q := found.get(k)) is not None}
+    if not known:
         return Refined({}, np.full(count, ACCURACY))
-    before = {k: d * REFINEMENT / (REFINEMENT - 1) for k, d in change.items()}
+    share = REFINEMENT / (REFINEMENT - 1)
+    before = {k: share * _changed(states[k], Q) for k, Q in known.items()}
     left = {k: before[k] / REFINEMENT if k in amplitude else before[k] for k in before}
     unknown = [k for k in {*states, *others} if k not in left]
     left |= dict(zip(unknown, _larger_beside(before, count)[unknown], strict=True))

@@ -44,6 +44,18 @@ def test_states_that_agree_are_one(point):
     assert len(distinct([first, replace(changed(point, np.exp(0.01j)), error=0.0)])) == 2
 
 
+def test_states_in_other_steps_are_one_by_what_these_leave_open(point):
+    """Of two that were sought on that is what their last steps have changed, not all that was changed."""
+    few = replace(point, error=0.0, steps_error=np.nan)
+    more = changed(few, 1.01, steps=4 * STEPS, steps_error=0.015, steps_change=0.015)
+    most = replace(few, steps=16 * STEPS, steps_error=1e-4, steps_change=0.03)
+    other = changed(more, 1.025 / 1.01)
+    assert len(distinct([more, most])) == 1
+    assert len(distinct([other, most])) == 2
+    assert len(distinct([changed(few, 1.029), most])) == 1
+    assert len(distinct([changed(few, 1.04), most])) == 2
+
+
 def test_a_failure_stands_where_nothing_is_settled(point):
     failure = Failure("time", "here", "no")
     unsettled = replace(point, steady=replace(point.steady, converged=False))

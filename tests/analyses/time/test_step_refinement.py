@@ -220,8 +220,21 @@ def test_where_one_number_of_steps_fails_another_may_not(small_reference, monkey
     monkeypatch.undo()
     calls_of(monkeypatch, (160, 640))
     left = with_finer_steps(joint, request, coarse)
-    assert left.steady is coarse.steady
+    assert left.steady.cycle is coarse.steady.cycle
     assert left.unrefined == "contact not solved in 160"
+
+
+def test_there_are_sixteen_times_the_steps_at_most(small_reference, monkeypatch):
+    """Also where the search has needed more than those asked for; then twice as many tell."""
+    joint = small_reference.joint
+    request = request_of(small_reference, joint.mode.sliding_frequency + 0.5, 3e-4, steps=40)
+    monkeypatch.setattr(step_refinement, "LITTLE", 0.0)
+    monkeypatch.setattr(step_refinement, "OPEN", 0.0)
+    for needed, expected in ((160, [320]), (320, [640]), (640, [1280])):
+        found = solve_request(joint, replace(request, steps=needed, refinement=1))
+        tried = calls_of(monkeypatch, ())
+        with_finer_steps(joint, request, found)
+        assert tried == expected
 
 
 def test_steps_that_matter_are_named(small_reference):
@@ -268,7 +281,7 @@ def test_what_opens_the_joint_with_more_steps_is_not_put_in_its_place(small_refe
     coarse = solve_request(joint, replace(request, refinement=1))
     monkeypatch.setattr(step_refinement, "opening_of", lambda *_: "it opens")
     left = with_finer_steps(joint, request, coarse)
-    assert left.steady is coarse.steady
+    assert left.steady.cycle is coarse.steady.cycle
     assert "opens the joint" in stepping_reason(left)
 
 

@@ -121,9 +121,9 @@ class TimePoint:
         Part of `error` that is of the place where bodies that walk rest.
     steps_error : float
         By how much the first harmonic may be off because of them, relative: what so many have changed it by
-        from a quarter of them; nan where not known.
+        from the fewer ones before; nan where not known.
     steps_change : float
-        What they have changed it by in all, from those asked for.
+        What they have changed it by in all, from those that the search began with.
     unrefined : str
         Why it is not known, where more steps were tried.
     """

@@ -20,6 +20,7 @@ one.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import pairwise
@@ -144,6 +145,13 @@ def _one(point: TimePoint, other: TimePoint) -> bool:
     apart = SAME * max(abs(a), abs(b))
     left_open = [abs(a) * point.error, abs(b) * other.error]
     if point.steps != other.steps:
-        left_open += [abs(a) * point.steps_change, abs(b) * other.steps_change]
+        left_open.append(max(abs(a), abs(b)) * _stepped(point, other))
     apart += sum(x for x in left_open if np.isfinite(x))
     return bool(abs(a - b) <= apart)
+
+
+def _stepped(point: TimePoint, other: TimePoint) -> float:
+    """By how much one state differs in two numbers of steps, relative."""
+    fewer, more = sorted((point, other), key=lambda one: one.steps)
+    known = math.isfinite(fewer.steps_error)
+    return fewer.steps_error + more.steps_error if known else more.steps_change

@@ -13,6 +13,7 @@ tenth.
 
 from __future__ import annotations
 
+import time as clock
 from dataclasses import replace
 
 import numpy as np
@@ -54,7 +55,7 @@ def with_finer_steps(
 ) -> TimePoint:
     """A settled point with ``request.refinement`` times the steps, and what they have changed.
 
-    Where that is more than `LITTLE`, or nothing settles with these, with as many times more once again; as it
+    Where that is more than `LITTLE`, or nothing settles with these, with as many times more once again. As it
     was, and its error not known, where nothing settles with those either.
 
     Parameters
@@ -68,19 +69,21 @@ def with_finer_steps(
     """
     if request.refinement == 1:
         return point
+    began = clock.perf_counter()
     steps = point.steps * max(request.refinement * request.steps // point.steps, TWICE)
+    most = request.steps * request.refinement**ROUNDS
     little = max(LITTLE * min(USUAL / request.steps, 1.0) ** 2, OPEN * request.tolerance)
-    found, reasons = point, []
-    for _ in range(ROUNDS):
+    found, reasons = point, list[str]()
+    while not found.steps_error <= little and steps <= max(most, TWICE * point.steps):
         try:
-            found, known = _sought_on(joint, request, found, steps, known)
+            found, known = _sought_on(joint, request, point, found, steps, known, bool(reasons))
         except (MicroslipError, np.linalg.LinAlgError) as reason:
             reasons.append(str(reason))
-        if found.steps_error <= little:
-            break
         steps *= request.refinement
-    if found is point:
-        return replace(point, unrefined=reasons[0])
+    seconds = point.steady.seconds + clock.perf_counter() - began
+    found = replace(found, steady=replace(found.steady, seconds=seconds))
+    if found.steps == point.steps:
+        return replace(found, unrefined=reasons[0])
     return replace(found, steps_change=_apart(point.steady, found.steady))
 
 
@@ -90,16 +93,26 @@ def _apart(before: SteadyState, later: SteadyState) -> float:
 
 
 def _sought_on(
-    joint: PreparedJoint, request: Request, point: TimePoint, steps: int, known: Derivative | None
-) -> tuple[TimePoint, Derivative]:
-    """The point beside a settled one with so many steps, and the derivative of the period map there.
+    joint: PreparedJoint,
+    request: Request,
+    point: TimePoint,
+    last: TimePoint,
+    steps: int,
+    known: Derivative | None,
+    doubted: bool,
+) -> tuple[TimePoint, Derivative | None]:
+    """The point beside the last one with so many steps, and what is known of the derivative there.
+
+    It is held against the one that the first search has found, `point`; where its stability is `doubted` that
+    is found out whatever has changed.
 
     Raises
     ------
     MicroslipError
         Where there is none that is as good: says why.
     """
-    frequency, before, tolerance = request.frequency, point.steady, request.tolerance
+    frequency, first, before = request.frequency, point.steady, last.steady
+    tolerance = request.tolerance
     dt = 1 / (frequency * steps)
     scheme = time_scheme(joint, dt, frequency=frequency, matched=request.matched)
     memory = contact_memory(scheme)
@@ -118,12 +131,11 @@ def _sought_on(
         raise MicroslipError("the motion opens the joint")
     if not later.converged:
         raise MicroslipError(f"none settles within {later.cycles} cycles")
-    change = _apart(before, later)
-    stability, error = point.stability, point.error
+    stability, error, halved = point.stability, point.error, later.halved
     if stability is not None:
         settling = point.error - point.place_error
-        error = settling * later.change / max(before.change, 1e-300)
-        if change > FARTHER:
+        error = settling * later.change / max(first.change, 1e-300)
+        if doubted or _apart(first, later) > FARTHER:
             stability = stability_of(scheme, later, memory=memory)
             error = settling_error(later, stability)
             if stability.verdict == "unstable":
@@ -136,7 +148,6 @@ def _sought_on(
         later,
         cycle=thinned(later.cycle, steps // request.steps),
         cycles=before.cycles + later.cycles,
-        seconds=before.seconds + later.seconds,
     )
     found = replace(
         point,
@@ -146,4 +157,4 @@ def _sought_on(
         steps=steps,
         steps_error=_apart(before, finer),
     )
-    return found, known
+    return found, known if later.halved == halved else None
