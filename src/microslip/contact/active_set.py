@@ -23,10 +23,12 @@ import numpy as np
 from microslip.contact.compiled import jit
 from microslip.contact.pairs import BACKWARD, FORWARD, SEPARATED, STICK
 from microslip.contact.problem import natural_residual, relative_displacement, unbalance
+from microslip.contact.products import add_rows
+from microslip.contact.steering import steered
 from microslip.contact.tableau import (
     MADE,
+    STEERED,
     WARM,
-    add_rows,
     exchange,
     make,
     pending,
@@ -270,13 +272,18 @@ def search(problem, memory, given, contact):
     if not (flags[MADE] or make(problem, memory, status)):
         return 0, np.inf, NOT_SOLVED
     small = flags[WARM]
-    if small:
-        for i in range(v.shape[0]):
-            v[i] += v_free[i] - v_free_old[i]
-    else:
-        relative_displacement(v, v_free, W, R, r, q)
+    told = small and flags[STEERED]
     flags[WARM] = False
-    _start(problem, memory, given, contact, c, weights)
+    flags[STEERED] = False
+    if told:
+        steered(problem, memory, contact, c, weights)
+    else:
+        if small:
+            for i in range(v.shape[0]):
+                v[i] += v_free[i] - v_free_old[i]
+        else:
+            relative_displacement(v, v_free, W, R, r, q)
+        _start(problem, memory, given, contact, c, weights)
     for iteration in range(limit):
         good = _try_states(problem, memory, status, J, c, x)
         changes, worst_pair = 0, -1

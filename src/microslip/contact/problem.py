@@ -13,7 +13,7 @@ from scipy.linalg import lapack
 
 from microslip.contact.compiled import jit
 from microslip.contact.pairs import SEPARATED, STICK
-from microslip.contact.tableau import add_rows
+from microslip.contact.products import add_symmetric
 from microslip.errors import ContactError
 from microslip.typing import Array, Status
 
@@ -133,14 +133,14 @@ def check_flexibility(W: Array) -> bool:
 
 @jit
 def relative_displacement(v, v_free, W, R, r, q):
-    """Compute ``v = v_free + R q - W r`` row by row of the symmetric W, zero reactions skipped."""
+    """Compute ``v = v_free + R q - W r`` for the symmetric W."""
     n = v.shape[0]
     for i in range(n):
         s = -v_free[i]
         for a in range(q.shape[0]):
             s -= R[i, a] * q[a]
         v[i] = s
-    add_rows(W, r, v)
+    add_symmetric(W, r, v)
     for i in range(n):
         v[i] = -v[i]
 

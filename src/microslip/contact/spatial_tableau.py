@@ -56,6 +56,8 @@ class Memory(NamedTuple):
         At `WARM` and `MADE` of `tableau.py`.
     solved : (8,) int array
         Problems by how they were solved, numbered as in `spatial.py`.
+    answers : (0, n) array
+        None: changes of spatial problems are not steered.
     """
 
     transposed: Array
@@ -70,6 +72,7 @@ class Memory(NamedTuple):
     resistance: Array
     flags: Mask
     solved: NDArray[np.int64]
+    answers: Array
 
 
 def memory(pairs: int, coordinates: int) -> Memory:
@@ -88,6 +91,7 @@ def memory(pairs: int, coordinates: int) -> Memory:
         resistance=np.zeros(pairs),
         flags=np.zeros(2, np.bool_),
         solved=np.zeros(RULES, np.int64),
+        answers=np.zeros((0, n)),
     )
 
 
