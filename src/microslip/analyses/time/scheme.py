@@ -20,13 +20,7 @@ from microslip.contact import spatial_tableau, tableau
 from microslip.contact.coupled_modes import UNCOUPLED
 from microslip.contact.pairs import normal, slip_history
 from microslip.contact.problem import contact_problem
-from microslip.contact.solver import (
-    CERTIFICATE,
-    SPATIAL,
-    TOLERANCE,
-    loaded,
-    singularity_named,
-)
+from microslip.contact.solver import CERTIFICATE, TOLERANCE, loaded, singularity_named
 from microslip.contact.tangent import Tangents
 from microslip.contact.timestep import (
     EXTERNAL,
@@ -324,7 +318,7 @@ ContactMemory = (
 def contact_memory(scheme: TimeScheme) -> ContactMemory:
     """Working memory of the contact solver for marches on one scheme, one at a time."""
     model = scheme.joint.model
-    if loaded(model.dimension) is SPATIAL:
+    if loaded(model.dimension).tableau is spatial_tableau:
         return spatial_tableau.memory(model.pairs, 0), spatial_tableau.memory(model.pairs, 0)
     shapes = np.vstack([scheme.kernel.psi_t, scheme.kernel.drive_v])
     return tableau.memory(model.pairs, 0, shapes), tableau.memory(model.pairs, 0)
