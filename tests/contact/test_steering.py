@@ -49,7 +49,7 @@ def test_steps_are_the_same_as_from_the_whole_change(case):
     size = np.abs(plain.output).max()
     print(f"{np.abs(told.output - plain.output).max() / size:.1e}", plain.dissipative.sum())
     np.testing.assert_allclose(told.output, plain.output, rtol=0, atol=1e-9 * size)
-    assert told.residual.max() < 1e-9
+    assert told.residual.max() < 3 * plain.residual.max() + 1e-13
     # as many states are tried: a start that is off would cost more
     assert told.iterations.sum() <= 1.01 * plain.iterations.sum()
 
@@ -76,6 +76,19 @@ def test_a_change_that_is_told_wrongly_is_put_right(case):
     size = np.abs(plain.output).max()
     np.testing.assert_allclose(told.output, plain.output, rtol=0, atol=1e-9 * size)
     assert told.residual.max() < 1e-9
+
+
+def test_small_loads_are_solved_as_well(small_reference):
+    """Everything sticks: what rounding leaves at touching pairs does not add up over the steps."""
+    joint = small_reference.joint
+    frequency = joint.mode.stuck_frequency - 2
+    scheme = time_scheme(joint, 1 / (frequency * STEPS), frequency=frequency)
+    wave = 1e-9 * small_reference.moment * np.sin(2 * np.pi * np.arange(20 * STEPS + 1) / STEPS)
+    start = prestressed_state(scheme)
+    told = march(scheme, start, wave, memory=contact_memory(scheme))
+    plain = march(scheme, start, wave, memory=without_shapes(scheme))
+    print(f"residual {told.residual.max():.1e} and {plain.residual.max():.1e}")
+    assert told.residual.max() < 3e-13
 
 
 @pytest.mark.parametrize("n", [1, 7, 8, 9, 30])

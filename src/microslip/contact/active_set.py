@@ -26,6 +26,7 @@ from microslip.contact.problem import natural_residual, relative_displacement, u
 from microslip.contact.products import add_rows
 from microslip.contact.steering import steered
 from microslip.contact.tableau import (
+    LOOSE,
     MADE,
     STEERED,
     WARM,
@@ -41,6 +42,9 @@ ACCEPTED = 1e-9
 
 PROVISIONAL = 1e-11
 """Inequalities may be violated by this much before a solution is checked."""
+
+LOOSE_FROM = 0.1
+"""Share of the tolerance from which what the states' equations lack is corrected with the next problem."""
 
 MAX_FULL = 40
 """Iterations in which all violated pairs change."""
@@ -334,6 +338,7 @@ def search(problem, memory, given, contact):
                     exchange(memory, J[:k], c)
                 v_free_old[:] = v_free
                 flags[WARM] = True
+                flags[LOOSE] = error > LOOSE_FROM * tolerance
                 return iteration + 1, residual, rule
             if refreshed == iteration:
                 return iteration + 1, residual, NOT_SOLVED

@@ -17,6 +17,9 @@ from microslip.contact.products import add_symmetric
 from microslip.errors import ContactError
 from microslip.typing import Array, Status
 
+SYMMETRIC = 1e-9
+"""Difference of a flexibility to its transpose, over its largest entry, that is rounding."""
+
 
 class Problem(NamedTuple):
     """A planar contact problem and the scales that make its equations comparable.
@@ -104,7 +107,7 @@ def check_flexibility(W: Array) -> bool:
     Raises
     ------
     ContactError
-        Where W is singular to rounding: reactions would not be determined.
+        Where W is singular to rounding: reactions would not be determined. Where it is not symmetric.
 
     Examples
     --------
@@ -114,6 +117,8 @@ def check_flexibility(W: Array) -> bool:
     n = len(W)
     if not np.isfinite(W).all():
         raise ContactError("the flexibility of the contact holds numbers that are not finite")
+    if np.abs(W - W.T).max(initial=0.0) > SYMMETRIC * np.abs(W).max(initial=0.0):
+        raise ContactError("the flexibility of the contact is not symmetric")
     factor, failed = lapack.dpotrf(W, lower=1)
     if not failed:
         size = np.abs(W).sum(axis=0).max()

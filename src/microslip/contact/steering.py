@@ -10,8 +10,8 @@ that of the pairs that have slipped or opened: few of these does the tableau hol
 to the shapes psi and drive are kept, and follow each exchange as its solution does; so a new solution begins
 with a sum of these and a few columns, instead of a product with the whole tableau.
 
-The certificate knows nothing of it: it is taken from the whole free displacement, and what rounding has left
-is corrected.
+The certificate knows nothing of it: it is taken from the whole free displacement. What rounding has left at
+pairs that touch is corrected once it is a tenth of the tolerance, with a product with the whole tableau.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from microslip.contact.compiled import jit
 from microslip.contact.pairs import SEPARATED, STICK
 from microslip.contact.products import add_rows
-from microslip.contact.tableau import ANSWERED, STEERED
+from microslip.contact.tableau import ANSWERED, LOOSE, STEERED
 from microslip.typing import Array
 
 SETTLED = 3
@@ -127,11 +127,13 @@ def not_learned(memory, known, status, slip, before, now):
 def steered(problem, memory, contact, c, weights):
     """Unknowns of the tableau's states into c, from the last solution and the change that was told.
 
-    Slips are counted from where pairs stick: none but where a step is solved again.
+    Slips are counted from where pairs stick: none but where a step is solved again. Gaps of pairs that touch
+    are rounding, and left, until the last solution was loose.
     """
     mu, mean = problem.friction, problem.mean
     Dt, held, sign, moved = memory.transposed, memory.held, memory.sign, memory.moved
     status, r, v = contact.status, contact.r, contact.v
+    loose = memory.flags[LOOSE]
     if not memory.flags[ANSWERED]:
         answer_shapes(memory)
     for i in range(mu.shape[0]):
@@ -140,7 +142,7 @@ def steered(problem, memory, contact, c, weights):
         rest = rt - sign[i] * mu[i] * rn
         if abs(rest) <= 1e-15 * abs(rt):
             rest = 0.0
-        gap = moved[n] + (v[n] if status[i] == SEPARATED else 0.0)
+        gap = moved[n] + (v[n] if loose or status[i] == SEPARATED else 0.0)
         slip = moved[t] + (0.0 if status[i] == STICK else v[t])
         c[n], weights[n] = (rn, gap) if held[n] else (gap, rn)
         c[t], weights[t] = (rest, slip) if held[t] else (slip, rest)

@@ -42,9 +42,12 @@ LARGE = 48
 SINGULAR = 1e-13
 """Smallest pivot over the largest entry of its row."""
 
-WARM, MADE, ANSWERED, STEERED = 0, 1, 2, 3
-"""Places in the flags of a memory: there is a last solution; the tableau is made; so are its answers;
-the change to the next problem is told by them."""
+WARM, MADE, ANSWERED, STEERED, LOOSE = 0, 1, 2, 3, 4
+"""Places in the flags of a memory: there is a last solution; the tableau is made; so are its answers; the
+change to the next problem is told by them; the last solution is worth a correction."""
+
+FLAGS = 5
+"""So many."""
 
 
 class Memory(NamedTuple):
@@ -60,8 +63,8 @@ class Memory(NamedTuple):
         Sign s of each pair.
     v_free : (2 m,) array
         Of the last solution.
-    flags : (4,) bool array
-        At `WARM`, `MADE`, `ANSWERED` and `STEERED`.
+    flags : (5,) bool array
+        At `WARM`, `MADE`, `ANSWERED`, `STEERED` and `LOOSE`.
     solved : (6,) int array
         Problems by how they were solved, numbered as in `active_set.py`.
     shapes : (k, 2 m) array
@@ -94,7 +97,7 @@ def memory(pairs: int, coordinates: int, shapes: Array | None = None) -> Memory:
         held=np.zeros(n, np.bool_),
         sign=np.ones(pairs),
         v_free=np.zeros(2 * pairs),
-        flags=np.zeros(4, np.bool_),
+        flags=np.zeros(FLAGS, np.bool_),
         solved=np.zeros(6, np.int64),
         shapes=shapes,
         answers=np.zeros((len(shapes), n)),
@@ -199,7 +202,7 @@ def exchange(memory, J, c):
     Dt, held, answers = memory.transposed, memory.held, memory.answers
     n = Dt.shape[0]
     k = J.shape[0]
-    shapes = answers.shape[0]
+    shapes = answers.shape[0] if memory.flags[ANSWERED] else 0
     if k == 0:
         return True
     cols = np.empty((k, n))
@@ -313,10 +316,14 @@ def turn(mu, memory, pair, sign_new, c):
 
 @jit
 def follow(problem, memory, status):
-    """Make the tableau fit for other states than those it was left with, afresh where it has to."""
+    """Make the tableau fit for other states than those it was left with, afresh where it has to.
+
+    Answers to shapes are found anew: what exchanges have rounded in them goes with that.
+    """
     mu = problem.friction
     held, sign, flags = memory.held, memory.sign, memory.flags
     flags[WARM] = False
+    flags[ANSWERED] = False
     J = np.empty(held.shape[0], np.int64)
     nothing = np.zeros(held.shape[0])
     if not flags[MADE] or pending(held, status, J) > status.shape[0] // 2:
