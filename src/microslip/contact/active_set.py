@@ -23,13 +23,10 @@ import numpy as np
 from microslip.contact.compiled import jit
 from microslip.contact.pairs import BACKWARD, FORWARD, SEPARATED, STICK
 from microslip.contact.problem import natural_residual, relative_displacement, unbalance
-from microslip.contact.products import add_rows
-from microslip.contact.steering import steered
 from microslip.contact.tableau import (
-    LOOSE,
     MADE,
-    STEERED,
     WARM,
+    add_rows,
     exchange,
     make,
     pending,
@@ -42,9 +39,6 @@ ACCEPTED = 1e-9
 
 PROVISIONAL = 1e-11
 """Inequalities may be violated by this much before a solution is checked."""
-
-LOOSE_FROM = 0.1
-"""Share of the tolerance from which what the states' equations lack is corrected with the next problem."""
 
 MAX_FULL = 40
 """Iterations in which all violated pairs change."""
@@ -276,18 +270,13 @@ def search(problem, memory, given, contact):
     if not (flags[MADE] or make(problem, memory, status)):
         return 0, np.inf, NOT_SOLVED
     small = flags[WARM]
-    told = small and flags[STEERED]
-    flags[WARM] = False
-    flags[STEERED] = False
-    if told:
-        steered(problem, memory, contact, c, weights)
+    if small:
+        for i in range(v.shape[0]):
+            v[i] += v_free[i] - v_free_old[i]
     else:
-        if small:
-            for i in range(v.shape[0]):
-                v[i] += v_free[i] - v_free_old[i]
-        else:
-            relative_displacement(v, v_free, W, R, r, q)
-        _start(problem, memory, given, contact, c, weights)
+        relative_displacement(v, v_free, W, R, r, q)
+    flags[WARM] = False
+    _start(problem, memory, given, contact, c, weights)
     for iteration in range(limit):
         good = _try_states(problem, memory, status, J, c, x)
         changes, worst_pair = 0, -1
@@ -338,7 +327,6 @@ def search(problem, memory, given, contact):
                     exchange(memory, J[:k], c)
                 v_free_old[:] = v_free
                 flags[WARM] = True
-                flags[LOOSE] = error > LOOSE_FROM * tolerance
                 return iteration + 1, residual, rule
             if refreshed == iteration:
                 return iteration + 1, residual, NOT_SOLVED

@@ -21,7 +21,6 @@ from microslip.contact import (
     spatial,
     spatial_linearised,
     spatial_tableau,
-    steering,
     tableau,
 )
 
@@ -76,12 +75,6 @@ solve_states = _by_memory(1, linearised.solve_states, spatial_linearised.solve_s
 
 recall = _by_memory(1, linearised.recall, spatial_linearised.recall)
 """``recall(problem, memory, status, r, slip)``: make the memory fit for a solution of before."""
-
-steer = _by_memory(0, steering.steer, steering.not_steered)
-"""``steer(memory, lags, known, predicted, raised, again)``: by how much the next problem differs."""
-
-learn = _by_memory(0, steering.learn, steering.not_learned)
-"""``learn(memory, known, status, slip, before, now)``: from a step that was taken."""
 
 gaps = _by_memory(1, linearised.gaps, spatial_linearised.gaps)
 """``gaps(problem, memory, status, opened, w, weights, x)``: those of a few separated pairs alone."""

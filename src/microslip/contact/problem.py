@@ -13,12 +13,9 @@ from scipy.linalg import lapack
 
 from microslip.contact.compiled import jit
 from microslip.contact.pairs import SEPARATED, STICK
-from microslip.contact.products import add_symmetric
+from microslip.contact.tableau import add_rows
 from microslip.errors import ContactError
 from microslip.typing import Array, Status
-
-SYMMETRIC = 1e-9
-"""Difference of a flexibility to its transpose, over its largest entry, that is rounding."""
 
 
 class Problem(NamedTuple):
@@ -107,7 +104,7 @@ def check_flexibility(W: Array) -> bool:
     Raises
     ------
     ContactError
-        Where W is singular to rounding: reactions would not be determined. Where it is not symmetric.
+        Where W is singular to rounding: reactions would not be determined.
 
     Examples
     --------
@@ -117,8 +114,6 @@ def check_flexibility(W: Array) -> bool:
     n = len(W)
     if not np.isfinite(W).all():
         raise ContactError("the flexibility of the contact holds numbers that are not finite")
-    if np.abs(W - W.T).max(initial=0.0) > SYMMETRIC * np.abs(W).max(initial=0.0):
-        raise ContactError("the flexibility of the contact is not symmetric")
     factor, failed = lapack.dpotrf(W, lower=1)
     if not failed:
         size = np.abs(W).sum(axis=0).max()
@@ -138,14 +133,14 @@ def check_flexibility(W: Array) -> bool:
 
 @jit
 def relative_displacement(v, v_free, W, R, r, q):
-    """Compute ``v = v_free + R q - W r`` for the symmetric W."""
+    """Compute ``v = v_free + R q - W r`` row by row of the symmetric W, zero reactions skipped."""
     n = v.shape[0]
     for i in range(n):
         s = -v_free[i]
         for a in range(q.shape[0]):
             s -= R[i, a] * q[a]
         v[i] = s
-    add_symmetric(W, r, v)
+    add_rows(W, r, v)
     for i in range(n):
         v[i] = -v[i]
 

@@ -16,9 +16,8 @@ from __future__ import annotations
 import numpy as np
 
 from microslip.contact.compiled import jit
-from microslip.contact.products import add_rows
 from microslip.contact.spatial_system import coupling, law_errors
-from microslip.contact.tableau import solve_small
+from microslip.contact.tableau import add_rows, solve_small
 
 MANY = 200
 """Unknowns from which on iterations are faster than elimination."""

@@ -27,12 +27,11 @@ import numpy as np
 from microslip.contact.compiled import jit
 from microslip.contact.pairs import SEPARATED, SLIP, STICK
 from microslip.contact.problem import relative_displacement
-from microslip.contact.products import add_rows
 from microslip.contact.spatial_krylov import MANY, correct
 from microslip.contact.spatial_problem import certify, off_cone, own_stiffness
 from microslip.contact.spatial_system import obey, solve_directly, unknowns
 from microslip.contact.spatial_tableau import keep, make, pending
-from microslip.contact.tableau import MADE, exchange
+from microslip.contact.tableau import MADE, add_rows, exchange
 
 ACCEPTED = 1e-10
 """Natural-map residual, computed from W, with which a solution is accepted."""

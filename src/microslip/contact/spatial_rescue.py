@@ -191,7 +191,6 @@ def _empty_memory(memory):
         memory.resistance.copy(),
         np.zeros_like(memory.flags),
         np.zeros_like(memory.solved),
-        memory.answers,
     )
 
 

@@ -15,8 +15,7 @@ import numpy as np
 
 from microslip.contact.compiled import jit
 from microslip.contact.pairs import SEPARATED, SLIP
-from microslip.contact.products import add_rows
-from microslip.contact.tableau import LARGE, solve_small
+from microslip.contact.tableau import LARGE, add_rows, solve_small
 
 
 @jit

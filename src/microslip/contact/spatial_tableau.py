@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 from microslip.contact.compiled import jit
 from microslip.contact.pairs import SEPARATED, SLIP
-from microslip.contact.tableau import FLAGS, MADE, WARM, exchange
+from microslip.contact.tableau import MADE, WARM, exchange
 from microslip.typing import Array, Mask, Status
 
 RULES = 8
@@ -52,12 +52,10 @@ class Memory(NamedTuple):
         Of the slip of each pair, unit vectors; zero where it is not known.
     resistance : (m,) array
         Force over slip across that direction, as the last linearisation had it, N/m.
-    flags : (5,) bool array
+    flags : (2,) bool array
         At `WARM` and `MADE` of `tableau.py`.
     solved : (8,) int array
         Problems by how they were solved, numbered as in `spatial.py`.
-    answers : (0, n) array
-        None: changes of spatial problems are not steered.
     """
 
     transposed: Array
@@ -72,7 +70,6 @@ class Memory(NamedTuple):
     resistance: Array
     flags: Mask
     solved: NDArray[np.int64]
-    answers: Array
 
 
 def memory(pairs: int, coordinates: int) -> Memory:
@@ -89,9 +86,8 @@ def memory(pairs: int, coordinates: int) -> Memory:
         status=np.full(pairs, SEPARATED, np.int8),
         direction=np.zeros((pairs, 2)),
         resistance=np.zeros(pairs),
-        flags=np.zeros(FLAGS, np.bool_),
+        flags=np.zeros(2, np.bool_),
         solved=np.zeros(RULES, np.int64),
-        answers=np.zeros((0, n)),
     )
 
 

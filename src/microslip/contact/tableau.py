@@ -33,7 +33,6 @@ from numpy.typing import NDArray
 
 from microslip.contact.compiled import jit
 from microslip.contact.pairs import BACKWARD, FORWARD, SEPARATED, STICK
-from microslip.contact.products import add_rows
 from microslip.typing import Array, Mask
 
 LARGE = 48
@@ -42,12 +41,8 @@ LARGE = 48
 SINGULAR = 1e-13
 """Smallest pivot over the largest entry of its row."""
 
-WARM, MADE, ANSWERED, STEERED, LOOSE = 0, 1, 2, 3, 4
-"""Places in the flags of a memory: there is a last solution; the tableau is made; so are its answers; the
-change to the next problem is told by them; the last solution is worth a correction."""
-
-FLAGS = 5
-"""So many."""
+WARM, MADE = 0, 1
+"""Places in the flags of a memory: there is a last solution; the tableau is made."""
 
 
 class Memory(NamedTuple):
@@ -63,17 +58,10 @@ class Memory(NamedTuple):
         Sign s of each pair.
     v_free : (2 m,) array
         Of the last solution.
-    flags : (5,) bool array
-        At `WARM`, `MADE`, `ANSWERED`, `STEERED` and `LOOSE`.
+    flags : (2,) bool array
+        At `WARM` and `MADE`.
     solved : (6,) int array
         Problems by how they were solved, numbered as in `active_set.py`.
-    shapes : (k, 2 m) array
-        Free displacements that problems change by from one to the next, see `steering.py`; none where that is
-        not known.
-    answers : (k, n) array
-        Unknowns of the tableau's states under each of them.
-    shares, moved : (k,) and (2 m,) arrays
-        The next change of the free displacement: shares of the shapes, and what there is beside them.
     """
 
     transposed: Array
@@ -82,27 +70,18 @@ class Memory(NamedTuple):
     v_free: Array
     flags: Mask
     solved: NDArray[np.int64]
-    shapes: Array
-    answers: Array
-    shares: Array
-    moved: Array
 
 
-def memory(pairs: int, coordinates: int, shapes: Array | None = None) -> Memory:
+def memory(pairs: int, coordinates: int) -> Memory:
     """Arrays of a solver, not yet valid: `restart` fills them."""
     n = 2 * pairs + coordinates
-    shapes = np.zeros((0, 2 * pairs)) if shapes is None else np.ascontiguousarray(shapes)
     return Memory(
         transposed=np.zeros((n, n)),
         held=np.zeros(n, np.bool_),
         sign=np.ones(pairs),
         v_free=np.zeros(2 * pairs),
-        flags=np.zeros(FLAGS, np.bool_),
+        flags=np.zeros(2, np.bool_),
         solved=np.zeros(6, np.int64),
-        shapes=shapes,
-        answers=np.zeros((len(shapes), n)),
-        shares=np.zeros(len(shapes)),
-        moved=np.zeros(2 * pairs),
     )
 
 
@@ -110,6 +89,32 @@ def memory(pairs: int, coordinates: int, shapes: Array | None = None) -> Memory:
 def dimension_of(memory):
     """Components per pair."""
     return 2
+
+
+@jit
+def add_rows(M, weights, out):
+    """``out += weights @ M``, zero weights skipped, four rows of M at a time."""
+    n = out.shape[0]
+    which = np.empty(weights.shape[0], np.int64)
+    count = 0
+    for j in range(weights.shape[0]):
+        if weights[j] != 0.0:
+            which[count] = j
+            count += 1
+    j = 0
+    while j + 4 <= count:
+        a, b, c, d = which[j], which[j + 1], which[j + 2], which[j + 3]
+        xa, xb, xc, xd = weights[a], weights[b], weights[c], weights[d]
+        ma, mb, mc, md = M[a], M[b], M[c], M[d]
+        for i in range(n):
+            out[i] += xa * ma[i] + xb * mb[i] + xc * mc[i] + xd * md[i]
+        j += 4
+    while j < count:
+        x = weights[which[j]]
+        row = M[which[j]]
+        for i in range(n):
+            out[i] += x * row[i]
+        j += 1
 
 
 @jit
@@ -198,16 +203,15 @@ def pending(held, status, J):
 
 @jit
 def exchange(memory, J, c):
-    """Exchange held and free for the components J, in the tableau, its answers and c. False if singular."""
-    Dt, held, answers = memory.transposed, memory.held, memory.answers
+    """Exchange held and free for the components J, in the tableau and in c. False if singular."""
+    Dt, held = memory.transposed, memory.held
     n = Dt.shape[0]
     k = J.shape[0]
-    shapes = answers.shape[0] if memory.flags[ANSWERED] else 0
     if k == 0:
         return True
     cols = np.empty((k, n))
     C = np.empty((k, k))
-    Y = np.empty((k, n + 1 + shapes))
+    Y = np.empty((k, n + 1))
     for b in range(k):
         cols[b] = Dt[J[b]]
     for i in range(n):
@@ -216,8 +220,6 @@ def exchange(memory, J, c):
             Y[b, i] = row[J[b]]
     for b in range(k):
         Y[b, n] = c[J[b]]
-        for a in range(shapes):
-            Y[b, n + 1 + a] = answers[a, J[b]]
         for a in range(k):
             C[b, a] = Y[b, J[a]]
             Y[b, J[a]] = 1.0 if a == b else 0.0
@@ -233,10 +235,6 @@ def exchange(memory, J, c):
         y = Y[b, n]
         for i in range(n):
             c[i] -= y * cols[b, i]
-        for a in range(shapes):
-            y = Y[b, n + 1 + a]
-            for i in range(n):
-                answers[a, i] -= y * cols[b, i]
     Yt = np.ascontiguousarray(Y[:, :n].T)
     if k >= LARGE:
         Dt -= np.dot(Yt, cols)
@@ -248,8 +246,6 @@ def exchange(memory, J, c):
             row[J[b]] = Yt[i, b]
     for b in range(k):
         c[J[b]] = Y[b, n]
-        for a in range(shapes):
-            answers[a, J[b]] = Y[b, n + 1 + a]
         held[J[b]] = not held[J[b]]
     return True
 
@@ -307,8 +303,6 @@ def turn(mu, memory, pair, sign_new, c):
         for i in range(Dt.shape[0]):
             Dt[i, t] -= change * Dt[i, n]
         c[t] -= change * c[n]
-        for a in range(memory.answers.shape[0]):
-            memory.answers[a, t] -= change * memory.answers[a, n]
     else:
         for i in range(Dt.shape[0]):
             Dt[n, i] += change * Dt[t, i]
@@ -316,14 +310,10 @@ def turn(mu, memory, pair, sign_new, c):
 
 @jit
 def follow(problem, memory, status):
-    """Make the tableau fit for other states than those it was left with, afresh where it has to.
-
-    Answers to shapes are found anew: what exchanges have rounded in them goes with that.
-    """
+    """Make the tableau fit for other states than those it was left with, afresh where it has to."""
     mu = problem.friction
     held, sign, flags = memory.held, memory.sign, memory.flags
     flags[WARM] = False
-    flags[ANSWERED] = False
     J = np.empty(held.shape[0], np.int64)
     nothing = np.zeros(held.shape[0])
     if not flags[MADE] or pending(held, status, J) > status.shape[0] // 2:

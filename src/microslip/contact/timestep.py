@@ -53,13 +53,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip.contact.by_dimension import dimension_of, follow, learn, solve, steer
+from microslip.contact.by_dimension import dimension_of, follow, solve
 from microslip.contact.compiled import jit
 from microslip.contact.coupled_modes import UNCOUPLED, Coupling, coupled_ahead, coupled_behind
 from microslip.contact.pairs import SEPARATED
 from microslip.contact.problem import Contact, Given
-from microslip.contact.products import add_rows
-from microslip.contact.steering import steering
+from microslip.contact.tableau import add_rows
 from microslip.contact.tangent import carry, ease, take_back_all, workspace
 from microslip.typing import Array, Mask, Status
 
@@ -290,8 +289,6 @@ def step_through(problems, memories, constants, load, motion, records, tangents)
     reduced = np.empty(N)
     r_old = r.copy()
     v_old = v.copy()
-    eta_old = eta.copy()
-    known = steering(k, m, d)
     slight = 0.0
     for i in range(m):
         slight = max(slight, SLIGHT * problem.force[i] ** 2 * problem.W[d * i, d * i])
@@ -325,8 +322,6 @@ def step_through(problems, memories, constants, load, motion, records, tangents)
             if stage == DISSIPATIVE:
                 its, residual, rule = solve(dissipative_problem, dissipative_memory, given, contact)
             else:
-                raised = load[step] - load[step - 1]
-                steer(memory, constants.lags, known, predicted, raised, stage == EASED)
                 its, residual, rule = solve(problem, memory, given, contact)
             iterations[step] += its
             if rule == not_solved or stage == DISSIPATIVE:
@@ -384,7 +379,6 @@ def step_through(problems, memories, constants, load, motion, records, tangents)
             for t in range(d * i + 1, d * i + d):
                 friction[i] += 0.5 * (r[t] + carried[t]) * (v[t] - v_old[t])
                 memory.v_free[t] -= v[t]
-        reduced[:] = v
         v += shift
         raised = load[step] - load[step - 1]
         for i in range(N):
@@ -409,8 +403,6 @@ def step_through(problems, memories, constants, load, motion, records, tangents)
             eta2[j] = acceleration
             for i in range(N):
                 s[i] -= position * p[i]
-        learn(memory, known, status, reduced, eta_old, eta)
-        eta_old[:] = eta
         for i in range(N):
             works[RESIDUAL] -= 0.5 * (r[i] + r_old[i]) * s[i]
         for i in range(m):

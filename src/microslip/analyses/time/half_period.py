@@ -90,7 +90,6 @@ class HalfPeriod(Brief):
         own.held[:] = own.held[rows]
         own.v_free[:] = own.v_free[rows]
         own.sign[:] = own.sign[self.pairs]
-        own.flags[tableau.ANSWERED] = False
 
 
 @dataclass(frozen=True, repr=False)

@@ -316,12 +316,10 @@ ContactMemory = (
 
 
 def contact_memory(scheme: TimeScheme) -> ContactMemory:
-    """Working memory of the contact solver for marches on this scheme alone, one at a time."""
+    """Working memory of the contact solver for marches on one scheme, one at a time."""
     model = scheme.joint.model
-    if loaded(model.dimension).tableau is spatial_tableau:
-        return spatial_tableau.memory(model.pairs, 0), spatial_tableau.memory(model.pairs, 0)
-    shapes = np.vstack([scheme.kernel.psi_t, scheme.kernel.drive_v])
-    return tableau.memory(model.pairs, 0, shapes), tableau.memory(model.pairs, 0)
+    kernels = loaded(model.dimension)
+    return kernels.tableau.memory(model.pairs, 0), kernels.tableau.memory(model.pairs, 0)
 
 
 @singularity_named()
