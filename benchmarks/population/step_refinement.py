@@ -16,7 +16,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from time_points import every_point
+from time_points import STEPS, every_point, raised
 
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.time.point import Request, TimePoint
@@ -47,9 +47,8 @@ def sought(
 
 def sought_on(joint: PreparedJoint, request: Request, alone: SteadyState) -> SteadyState:
     """A motion of the steps of a request as a point shows it: with more of them, where it settles so."""
-    median = float(np.median(joint.law.friction))
-    error = alone.change
-    found = TimePoint(float("nan"), median, alone, error=error, steps=request.steps)
+    nan = float("nan")
+    found = TimePoint(nan, nan, alone, error=alone.change, steps=request.steps)
     return with_finer_steps(joint, request, found).steady
 
 
@@ -92,8 +91,8 @@ def report(rows: list[dict]) -> None:
     """Errors, what is said of them, and how many points hold what is asked."""
     known = [row for row in rows if row.get("refined")]
     print(f"{len(rows)} points, {sum(bool(row.get('settled')) for row in rows)} settled, ", end="")
-    finer = np.mean([row["steps"] > REFINEMENT * 150 for row in known])
-    print(f"{100 * finer:.0f} % with more than {REFINEMENT * 150} steps, ", end="")
+    finer = np.mean([row["steps"] > REFINEMENT * STEPS for row in known])
+    print(f"{100 * finer:.0f} % with more than {REFINEMENT * STEPS} steps, ", end="")
     longer = np.median([row["seconds"] / row["seconds_plain"] for row in known])
     print(f"{len(known)} with a limit, {longer:.2f} times as long in the median")
     for name in ("plain", "refined"):
@@ -124,16 +123,7 @@ def report(rows: list[dict]) -> None:
 
 def row_of(joint: PreparedJoint, frequency: float, load: float) -> dict:
     """A row of the study, with a line that says it."""
-    request = Request(
-        rho=float("nan"),
-        frequency=frequency,
-        load=load,
-        friction=None,
-        guess=0j,
-        past="raised",
-        refinement=REFINEMENT,
-    )
-    row = point(joint, request)
+    row = point(joint, raised(frequency, load, REFINEMENT))
     return row | {"said": f"steps_error {row.get('steps_error')}, off by {row.get('refined')}"}
 
 

@@ -56,10 +56,9 @@ def frequencies(joint: PreparedJoint, load: float) -> list[float]:
     return [float(band[i]) for i in (below, top, above)]
 
 
-def point(joint: PreparedJoint, frequency: float, load: float) -> dict:
-    """Search, its stability and error, and classification of what it ends in."""
-    began = time.perf_counter()
-    request = Request(
+def raised(frequency: float, load: float, refinement: int = 1) -> Request:
+    """A point of a population, from rest with the load raised."""
+    return Request(
         rho=float("nan"),
         frequency=frequency,
         load=load,
@@ -67,8 +66,15 @@ def point(joint: PreparedJoint, frequency: float, load: float) -> dict:
         guess=0j,
         steps=STEPS,
         max_cycles=CYCLES,
+        refinement=refinement,
         past="raised",
     )
+
+
+def point(joint: PreparedJoint, frequency: float, load: float) -> dict:
+    """Search, its stability and error, and classification of what it ends in."""
+    began = time.perf_counter()
+    request = raised(frequency, load)
     try:
         found = solve_request(joint, request)
     except JointOpensError as error:

@@ -13,7 +13,7 @@ hangs on where it starts:
 | above | the steady state at the next frequency above, come from still higher ones |
 
 Two answers are one state where their first harmonics agree within `SAME` of the larger one and what
-both leave open (`TimePoint.error`, and between other numbers of steps `TimePoint.steps_error`). An unstable
+both leave open (`TimePoint.error`, and between two numbers of steps what these have changed). An unstable
 one that is so close to a settled one is not told apart from it: a pair on the verge of slip makes two of
 one.
 """
