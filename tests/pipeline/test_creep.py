@@ -199,6 +199,28 @@ def test_two_motions_on_the_branch_scatter_by_their_difference(scheme, raised, m
     assert found.scatter == pytest.approx(0.02, rel=0.03)
 
 
+def test_what_falls_from_its_branch_says_nothing_of_the_other(scheme, raised, monkeypatch):
+    """Raising the load leads to a smaller motion, and so does the larger one, but with its bodies elsewhere:
+    the former is the answer, marched to its end and not left as one of another branch."""
+    settled = steady_state(scheme, FREQUENCY, LOAD, start=raised, tolerance=1e-5)
+    passed = creep.Crept(0.9 + 0j, 0.0, 1e-4, raised, 60, 60.0)
+    fallen = passed._replace(amplitude=0.92 + 0j, rest=np.array([1.0]))
+    ended = passed._replace(amplitude=0.901 + 0j)
+    met = []
+
+    def marching(*arguments, sizes=(0.0, 0.0), **settings):
+        met.append(sizes)
+        return [passed, fallen, fallen, ended, ended][len(met) - 1]
+
+    monkeypatch.setattr(marched, "crept", marching)
+    target = replace(aimed(1.0 + 0j, settled), expected=10.0, most=10.0)
+    (found,) = raised_and_marched(scheme.joint, [target])
+    assert found.own
+    assert found.amplitude == ended.amplitude
+    assert met == [(10.0, 10.0), (0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (0.0, 0.0)]
+    assert found.cycles == 5 * 60 + 10 + 10 + 16
+
+
 def aimed(Q, settled):
     """A motion to be marched from the guess, else from a state."""
     return Target(

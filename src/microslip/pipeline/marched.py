@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
+from dataclasses import replace
 
 import numpy as np
 
@@ -40,7 +41,11 @@ def raised_and_marched(joint: PreparedJoint, targets: Sequence[Target]) -> Itera
 
 
 def _ended(joint: PreparedJoint, target: Target, ramps: Sequence[int]) -> Found:
-    """After the load was raised, or where that leads to another branch from the motion that is known."""
+    """After the load was raised, or where that leads to another branch from the motion that is known.
+
+    A motion that leaves its branch then is none, and would keep the places to which it has walked the bodies:
+    the answer is that after the load was raised.
+    """
     f = target.frequency
     scheme = time_scheme(joint, 1 / (f * STEPS), frequency=f)
     walk = Walk(target.offset)
@@ -51,8 +56,10 @@ def _ended(joint: PreparedJoint, target: Target, ramps: Sequence[int]) -> Found:
         ends = _own_ends(scheme, target, walk)
         spent += sum(one.cycles for one in ends)
         # several motions may exist there: by how much two that stay differ is how well one is known
-        staying = [one for one in ends if not elsewhere(abs(one.amplitude), target.sizes)]
-        ends = staying or ends[-1:]
+        ends = [one for one in ends if not elsewhere(abs(one.amplitude), target.sizes)]
+        if not ends:
+            ends = _raised_ends(scheme, replace(target, expected=0.0, most=0.0), ramps, walk)
+            spent += sum(one.cycles for one in ends) + sum(ramps[: len(ends)])
     # bodies that stick beyond where others come to rest have been put there
     ends = [one for one in ends if one.rest is not None] or ends
     ends.sort(key=lambda end: end.doubt)
