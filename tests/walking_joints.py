@@ -9,7 +9,8 @@ import microslip
 from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.steady import raised_state
 from microslip.contact.pairs import tangential_vectors
-from microslip.pipeline.walk import STEPS, watched
+from microslip.pipeline.targets import STEPS
+from microslip.pipeline.walk import watched
 from microslip.typing import Array
 
 WEAKLY_DAMPED = """

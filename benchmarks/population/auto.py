@@ -135,26 +135,26 @@ def marched(
     finer = time_scheme(joint, 1 / (f * FINER), frequency=f)
     try:
         state = raised_state(scheme, f, load, RAISED) if state is None else state
-        end, state = to_its_end(scheme, load, state, phase, STEPS, MOST)
+        end, state = to_its_end(scheme, load, state, phase, MOST)
     except MicroslipError:
         return None
     if not end.settled:
         return end
     try:
         state = placed(end_of(state, phase, scheme, f), finer, f, load)
-        better = to_its_end(finer, load, state, phase, FINER, MOST_FINER)[0]
+        better = to_its_end(finer, load, state, phase, MOST_FINER)[0]
     except MicroslipError:
         return end
     return better if better.settled else end
 
 
 def to_its_end(
-    scheme: TimeScheme, load: float, state: State, phase: float, steps: int, most: int
+    scheme: TimeScheme, load: float, state: State, phase: float, most: int
 ) -> tuple[End, State]:
     """Where a motion is once its amplitude no longer drifts, or after so many cycles; and its state."""
     before = np.inf
     for count in range(1, most // PART + 1):
-        Q, states = watched(scheme, load, state, PART, phase, steps=steps)
+        Q, states = watched(scheme, load, state, PART, phase)
         size, state = np.abs(Q), states[-1]
         left = 2 * count * abs(size.mean() / before - 1) + np.ptp(size) / size.mean()
         if left <= SETTLED:

@@ -20,7 +20,8 @@ from microslip.analyses.time.steady import raised_state
 from microslip.pipeline.creep import crept
 from microslip.pipeline.loads import loads_of_file
 from microslip.pipeline.prepare import assemble
-from microslip.pipeline.walk import STEPS, watched
+from microslip.pipeline.targets import STEPS
+from microslip.pipeline.walk import watched
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks" / "population"))
 

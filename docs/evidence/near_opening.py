@@ -20,7 +20,7 @@ from microslip.analyses.reduced.sweep import CONVERGED
 from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.steady import steady_state
 from microslip.pipeline.run import Run
-from microslip.pipeline.walk import STEPS
+from microslip.pipeline.targets import STEPS
 
 JOINT = Path(__file__).parents[2] / "examples" / "lap_joint.toml"
 RHO_SCALE = 2.03e-3

@@ -21,7 +21,8 @@ from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.steady import raised_state, steady_state
 from microslip.pipeline.loads import loads_of_file
 from microslip.pipeline.prepare import assemble
-from microslip.pipeline.walk import STEPS, TOLERANCE
+from microslip.pipeline.targets import STEPS
+from microslip.pipeline.walk import TOLERANCE
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks" / "population"))
 

@@ -23,7 +23,8 @@ from microslip.contact.pairs import tangential_vectors
 from microslip.pipeline import creep
 from microslip.pipeline.loads import loads_of_file
 from microslip.pipeline.prepare import assemble
-from microslip.pipeline.walk import STEPS, watched
+from microslip.pipeline.targets import STEPS
+from microslip.pipeline.walk import watched
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks" / "population"))
 

@@ -20,8 +20,8 @@ from microslip.analyses.time.points import steady_states
 from microslip.errors import InputError
 from microslip.pipeline import auto as method
 from microslip.pipeline.search import leaving
-from microslip.pipeline.stepping import More
-from microslip.pipeline.targets import Found, Lost
+from microslip.pipeline.stepping import FARTHEST, More
+from microslip.pipeline.targets import STEPS, Found, Lost
 from microslip.pipeline.walk import sought
 
 FILE = coupled_document(41, load={"moment": ["90 N*m/m"]})
@@ -210,10 +210,14 @@ def test_a_jump_may_lie_between_steady_states_that_are_no_neighbours():
     assert leaving(anchors, bound) == [11, 12, 13, 14, 15, 16]
 
 
+BUMP = 115
+"""Where more steps change the response, by index: none of the states that are sought first."""
+
+
 def bumped(height):
     """Amplitudes of few steps, smooth, and of many, of which a piece is larger by so much."""
     few = branch("larger")
-    return few, few * (1 + height * np.exp(-(((np.arange(len(FOLD)) - 100) / 6) ** 2)))
+    return few, few * (1 + height * np.exp(-(((np.arange(len(FOLD)) - BUMP) / 6) ** 2)))
 
 
 def with_more_steps(true, sought=None, beyond=np.inf):
@@ -260,7 +264,7 @@ def test_between_states_that_more_steps_have_moved_others_are_sought(refined, mo
     new = np.array(asked[began:])
     print(f"{began} and {len(new)} more, off by {off.max():.1e}")
     assert 0 < len(new) < began
-    assert (np.abs(new - 100) < 20).all()
+    assert (np.abs(new - BUMP) < 20).all()
     assert sorted(sought_on) == sorted(asked), "each once"
     assert (found.error_indicator <= 0.01).all()
     assert (off <= found.error_indicator).all()
@@ -273,8 +277,36 @@ def test_where_no_more_can_become_sure_none_are_sought(refined, monkeypatch, beg
     sought, asked = smooth(few)
     more, _ = with_more_steps((1 + height) * few)
     found = held_to(sought, refined, monkeypatch, 100, more=more).response
-    assert len(asked) == began
+    assert len(set(asked)) == began
+    # those that move too far to be the same motion say nothing of the steps
+    assert (len(asked) > began) == (height < FARTHEST)
     assert (found.error_indicator > 0.01).all()
+
+
+def test_where_the_first_show_that_the_steps_err_all_have_more(refined, monkeypatch):
+    """Few steps put all of the response off by a twentieth, four times as many by a two-hundredth."""
+    true, asked = branch("larger"), []
+
+    def size(k, steps):
+        return complex(true[k] * (1 - 0.05 * STEPS / steps if steps < 16 * STEPS else 1.0))
+
+    def sought(joint, targets):
+        for target in targets:
+            asked.append((target.point, target.steps))
+            yield Found(size(target.point, target.steps), 1e-6, 1e-5, "larger", 10)
+
+    def more(joint, load, states):
+        return ((k, More(size(k, 4 * one.steps), 16)) for k, one in states.items())
+
+    found = held_to(sought, refined, monkeypatch, 100, more=more)
+    first = [k for k, steps in asked if steps == STEPS]
+    assert 3 <= len(first) <= 5
+    assert asked[len(first) : 2 * len(first)] == [(k, 4 * STEPS) for k in first]
+    assert {steps for _, steps in asked[len(first) :]} == {4 * STEPS}
+    assert f"of {4 * STEPS} steps" in found.spent
+    off = np.abs(np.abs(found.response.amplitude) / np.abs(true) - 1)
+    assert (found.response.error_indicator <= 0.01).all()
+    assert (off <= found.response.error_indicator).all()
 
 
 @pytest.mark.parametrize(
@@ -361,7 +393,7 @@ def held_to(sought, refined, monkeypatch, points, marched=ends_nowhere, more=Non
     monkeypatch.setattr(method, "sought", sought)
     monkeypatch.setattr(method, "raised_and_marched", marched)
     if more is None:
-        monkeypatch.setattr(method.Search, "refine", lambda search, joint: None)
+        monkeypatch.setattr(method.Search, "seek_on", lambda search, joint: None)
     else:
         monkeypatch.setattr("microslip.pipeline.search.more_steps", more)
     return method.anchored_response(

@@ -101,8 +101,8 @@ def test_beside_a_motion_that_is_not_steady_the_bound_says_so(done, monkeypatch)
     (curve,) = done.responses
     middle, true = curve.peak_frequency, method.patient_motion
 
-    def wandering(joint, load, frequency, guess):
-        found = true(joint, load, frequency, guess)
+    def wandering(joint, load, frequency, guess, steps):
+        found = true(joint, load, frequency, guess, steps)
         return found._replace(doubt=0.2) if abs(frequency - middle) < 0.02 else found
 
     monkeypatch.setattr(method, "patient_motion", wandering)
@@ -131,7 +131,7 @@ def test_between_states_that_more_steps_have_moved_others_are_sought(done, monke
         assert not set(states) & set(sought_on)
         sought_on.update(states)
         for k, one in states.items():
-            size = 1 + 0.04 * np.exp(-(((one.frequency - peak) / 1.0) ** 2))
+            size = 1 + 0.018 * np.exp(-(((one.frequency - peak) / 1.0) ** 2))
             yield k, More(size * one.amplitude, 16)
 
     monkeypatch.setattr(method, "more_steps", moved)

@@ -15,8 +15,8 @@ from microslip.pipeline import ringing as module
 from microslip.pipeline.corrected import patient_motion
 from microslip.pipeline.creep import crept
 from microslip.pipeline.marched import raised_and_marched
-from microslip.pipeline.targets import Found, Lost, Target
-from microslip.pipeline.walk import STEPS, watched
+from microslip.pipeline.targets import STEPS, Found, Lost, Target
+from microslip.pipeline.walk import watched
 
 LOAD, FREQUENCY = 40.0, 182.0
 

@@ -13,7 +13,7 @@ from microslip.analyses.time.steady import steady_state
 from microslip.analyses.time.step_refinement import REFINEMENT
 from microslip.pipeline import stepping
 from microslip.pipeline.stepping import ACCURACY, More, Refined, Stepped, more_steps, refined
-from microslip.pipeline.walk import STEPS
+from microslip.pipeline.targets import STEPS
 from microslip.results.dataset import dataset
 from microslip.results.summary import summary
 

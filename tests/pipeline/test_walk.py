@@ -11,11 +11,11 @@ from microslip.analyses.time.starts import mixed, placed
 from microslip.analyses.time.steady import raised_state, steady_state
 from microslip.errors import ContactError
 from microslip.pipeline import walk
+from microslip.pipeline.targets import STEPS
 from microslip.pipeline.walk import (
     DOUBTFUL,
     RAISED,
     RAISED_AGAIN,
-    STEPS,
     Found,
     Lost,
     Target,

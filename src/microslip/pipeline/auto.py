@@ -3,9 +3,11 @@
 Steady states of the full joint are found where the response under a load is least known: first at its
 resonance, half-power points and ends, from the answers of the refined model, then in the middle of the
 stretches of frequencies whose bound (`analyses.reduced.anchors`) is above what the file asks for, each
-started from the states to either side. At the finest every frequency is one. Where the size jumps between two
-frequencies, the smaller is sought again from the larger: a branch is followed to its end, and the jump lies
-where that is. The search ends when the bound holds everywhere, or with what it may cost.
+started from the states to either side. At the finest every frequency is one. Where the first of them show
+that their time steps err by more than is asked for, all of it begins anew with four times as many. Where the
+size jumps between two frequencies, the smaller is sought again from the larger: a branch is followed to its
+end, and the jump lies where that is. The search ends when the bound holds everywhere, or with what it may
+cost.
 """
 
 from __future__ import annotations
@@ -30,14 +32,13 @@ from microslip.analyses.reduced.sweep import CONVERGED
 from microslip.analyses.time.starts import Start
 from microslip.describe.requests import (
     MARCHED_EACH,
-    SECONDS_EACH,
     ResponseAnalysis,
 )
 from microslip.pipeline.band import Curve
 from microslip.pipeline.marched import raised_and_marched
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.search import Search, larger_sides
-from microslip.pipeline.targets import Target
+from microslip.pipeline.targets import STEPS, Target
 from microslip.pipeline.walk import TOLERANCE, sought, what_it_is
 from microslip.typing import Array
 
@@ -123,6 +124,9 @@ def anchored_response(
     guess = largest(contours(surface, base.load))
     try:
         advance(_learn(assembly, search, _first(search, guess)))
+        if search.steps_tell(assembly.prepared, settings.error):
+            search = search.with_more_steps()
+            advance(_learn(assembly, search, _first(search, guess)))
         while not search.over:
             picks = _least_known(search, guess, settings.error)
             if not picks:
@@ -142,8 +146,10 @@ def anchored_response(
         stop.set()
         if search.sought_on:
             search.take_refined()
-    cycles = search.spent + search.marched
-    spent = f"{search.count} steady states, {cycles} cycles and {search.seconds:.0f} s"
+    cycles = f"{search.spent + search.marched} cycles"
+    if search.steps != STEPS:
+        cycles += f" of {search.steps} steps"
+    spent = f"{search.count} steady states, {cycles} and {search.seconds:.0f} s"
     said = _said(assembly, search, stop)
     return Anchored(_response(search), said, search.opens, spent, search.walks, search.walks_on)
 
@@ -225,7 +231,7 @@ def _middles(
 
 def _to_march(search: Search, wanted: float) -> list[Target]:
     """Steady states that are not known well, far from those marched so far, then what is flagged between."""
-    slow = search.seconds >= 2 * SECONDS_EACH * search.points
+    slow = search.seconds >= 2 * search.may_take
     if slow or search.marched >= MARCHED_EACH * search.points or search.count >= search.points:
         return []
     now, marched = search.held(), sorted(search.tried)
@@ -289,6 +295,7 @@ def _marched_target(search: Search, k: int) -> Target:
         expected=min(sizes),
         most=max(sizes),
         offset=_rest_at(search, k),
+        steps=search.steps,
     )
 
 
@@ -340,6 +347,7 @@ def _target(
         starts,
         max((j for j in beside if j in search.found), key=_size_in(search), default=-1),
         expected=expected,
+        steps=search.steps,
     )
 
 
@@ -383,7 +391,7 @@ def _said(assembly: Assembly, search: Search, stop: threading.Event) -> tuple[st
         answer, frequency = search.lost[k], float(search.base.frequency[k])
         reason = answer.reason
         if answer.steady is not None and len(said) < SAID and not stop.is_set():
-            reason += f": {what_it_is(assembly.prepared, frequency, answer.steady)}"
+            reason += f": {what_it_is(assembly.prepared, frequency, answer.steady, search.steps)}"
         said.append(f"{frequency:.6g} Hz: {reason}")
     return tuple(said)
 

@@ -3,7 +3,8 @@
 What the refined table misses, ``correction = kappa - kappa_table(|A|, omega)``, is a smooth function along
 a response (`analyses.reduced.anchors`). Here it is tabulated: steady states of the full joint by time
 integration at the resonance, about half power, farther out and at the ends of the band, then in the middle
-of those stretches of the response that the others predict worst, as many as the file allows and no more. Each
+of those stretches of the response that the others predict worst, as many as the file allows and no more;
+with four times the time steps where the first show that these err by more than is asked for. Each
 begins at rest with the velocity of the motion that the corrected model has there, and is sought once; what
 then is still open is marched for some hundred cycles. What its past may do to it is not measured, as method
 ``"auto"`` does: only what of that scatters from one steady state to the next is in the bound.
@@ -34,6 +35,7 @@ from microslip.analyses.time.readings import opening_of
 from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.starts import Start
 from microslip.analyses.time.steady import raised_state, steady_state
+from microslip.analyses.time.step_refinement import REFINEMENT
 from microslip.describe.requests import ResponseAnalysis
 from microslip.errors import JointOpensError, MicroslipError
 from microslip.numerics.execute import each, threads
@@ -42,12 +44,12 @@ from microslip.pipeline.auto import AT_A_TIME
 from microslip.pipeline.band import Curve
 from microslip.pipeline.creep import crept
 from microslip.pipeline.prepare import Assembly
-from microslip.pipeline.stepping import ACCURACY, Stepped, more_steps, refined_anchors
+from microslip.pipeline.stepping import ACCURACY, Stepped, err_by_more, more_steps, refined_anchors
+from microslip.pipeline.targets import STEPS
 from microslip.pipeline.walk import (
     DOUBTFUL,
     LONGEST,
     RAISED,
-    STEPS,
     TOLERANCE,
     lasting,
     watched,
@@ -96,13 +98,18 @@ class _Table:
     settled: dict[int, Stepped] = field(default_factory=dict)
     sought_on: dict[int, complex | None] = field(default_factory=dict)
     accuracy: float | Array = ACCURACY
+    steps: int = STEPS
 
     def refine(self, joint: PreparedJoint) -> None:
         """Seek settled states on with more steps that are not yet, and know what the steps do."""
+        self.seek_on(joint)
+        self.take_refined()
+
+    def seek_on(self, joint: PreparedJoint) -> None:
+        """Seek settled states on with more steps that are not yet; those with fewer stay."""
         new = {k: one for k, one in self.settled.items() if k not in self.sought_on}
         for k, more in more_steps(joint, self.load, new):
             self.sought_on[k] = more.amplitude
-        self.take_refined()
 
     def take_refined(self) -> None:
         """Have the anchors with more steps, where they were sought on, and what is left of the error."""
@@ -182,10 +189,15 @@ def corrected_response(
     picks = _first(guess, len(base.frequency))[: settings.corrections]
 
     try:
-        while picks:
+        _learn(joint, table, picks, guess)
+        table.seek_on(joint)
+        if err_by_more(table.settled, table.sought_on, settings.error):
+            table = _Table(surface, base.load, steps=REFINEMENT * table.steps)
+            _learn(joint, table, picks, guess)
+        advance(len(picks))
+        while picks := _least_known(table, settings):
             _learn(joint, table, picks, guess)
             advance(len(picks))
-            picks = _least_known(table, settings)
         table.refine(joint)
         # with more steps there may be more to see than there was with fewer
         while picks := _least_known(table, settings):
@@ -206,7 +218,7 @@ def _learn(joint: PreparedJoint, table: _Table, picks: list[int], guess: Contour
 
     def work(task: tuple[float, complex]) -> BriefMotion:
         try:
-            return patient_motion(joint, table.load, *task)
+            return patient_motion(joint, table.load, *task, table.steps)
         except MicroslipError as error:
             return BriefMotion(0j, np.inf, np.inf, isinstance(error, JointOpensError))
 
@@ -219,7 +231,7 @@ def _learn(joint: PreparedJoint, table: _Table, picks: list[int], guess: Contour
         anchor = anchor_at(table.surface, f, table.load, *found[:3])
         table.anchors[k] = replace(anchor, scatter=np.nan)
         if found.end is not None:
-            table.settled[k] = Stepped(f, found.amplitude, found.end)
+            table.settled[k] = Stepped(f, found.amplitude, found.end, table.steps)
 
 
 class BriefMotion(NamedTuple):
@@ -250,7 +262,7 @@ class BriefMotion(NamedTuple):
 
 
 def brief_motion(
-    joint: PreparedJoint, load: float, frequency: float, guess: complex
+    joint: PreparedJoint, load: float, frequency: float, guess: complex, steps: int = STEPS
 ) -> BriefMotion:
     """The motion from rest with the velocity of a guess; where it still changes, its mean over cycles.
 
@@ -261,13 +273,15 @@ def brief_motion(
         Amplitude of the load, N/m or N m/m, and Hz.
     guess : complex
         First harmonic of the modal coordinate that is expected.
+    steps : int
+        Per cycle.
 
     Raises
     ------
     MicroslipError
         Where a time step has no solution, or the joint opens.
     """
-    scheme = time_scheme(joint, 1 / (frequency * STEPS), frequency=frequency)
+    scheme = time_scheme(joint, 1 / (frequency * steps), frequency=frequency)
     found = steady_state(
         scheme, frequency, load, guess=guess, tolerance=TOLERANCE, max_cycles=CYCLES
     )
@@ -292,7 +306,7 @@ def brief_motion(
 
 
 def patient_motion(
-    joint: PreparedJoint, load: float, frequency: float, guess: complex
+    joint: PreparedJoint, load: float, frequency: float, guess: complex, steps: int = STEPS
 ) -> BriefMotion:
     """As `brief_motion`; what that leaves open is marched, with leaps, after the load was raised from rest.
 
@@ -303,7 +317,7 @@ def patient_motion(
 
     Parameters
     ----------
-    joint, load, frequency, guess
+    joint, load, frequency, guess, steps
         As there.
 
     Raises
@@ -311,10 +325,10 @@ def patient_motion(
     MicroslipError
         As there.
     """
-    found = brief_motion(joint, load, frequency, guess)
+    found = brief_motion(joint, load, frequency, guess, steps)
     if found.opens or (found.doubt <= OPEN and found.change <= TOLERANCE):
         return found
-    scheme = time_scheme(joint, 1 / (frequency * STEPS), frequency=frequency)
+    scheme = time_scheme(joint, 1 / (frequency * steps), frequency=frequency)
     try:
         end = crept(scheme, load, raised_state(scheme, frequency, load, RAISED), PATIENCE)
     except MicroslipError:

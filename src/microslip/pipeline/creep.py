@@ -63,7 +63,7 @@ from microslip.pipeline.ringing import (
     stays,
     stray_of,
 )
-from microslip.pipeline.walk import DOUBTFUL, STEPS, watched
+from microslip.pipeline.walk import DOUBTFUL, watched
 from microslip.typing import Array, Complex
 
 LEAP, FARTHEST = 60.0, 1280.0
@@ -158,7 +158,7 @@ def crept(
     Parameters
     ----------
     scheme : TimeScheme
-        With `microslip.pipeline.walk.STEPS` steps per cycle.
+        At a frequency.
     load : float
         Amplitude of the driven port, under ``load sin(theta)``.
     state : State
@@ -176,7 +176,7 @@ def crept(
         Where a step does not solve or the joint opens.
     """
     block, memory = WINDOW + STEP, contact_memory(scheme)
-    space = StateSpace(scheme, 2 * np.pi / (scheme.dt * STEPS))
+    space = StateSpace(scheme, 2 * np.pi * scheme.frequency)
     before: _Drift | None = None
     reached, leapt, missed, lost, look = 0.0, 0.0, 0.0, 0, WALKS_AFTER
     drifts, strays = list[float](), list[float]()
@@ -240,7 +240,7 @@ def _walked(
     A motion is looked at by a search, and where that does not settle, or pairs do not move alike, marched.
     """
     block, scheme = WINDOW + STEP, space.scheme
-    frequency = 1 / (scheme.dt * STEPS)
+    frequency = scheme.frequency
     spent, last = 0, state
     quiet = QUIET * float(np.linalg.norm(begin.rate.mean(axis=0)))
 
@@ -303,7 +303,7 @@ def _stable(
     scheme: TimeScheme, load: float, state: State, size: float, memory: ContactMemory
 ) -> tuple[State, float, int] | None:
     """The steady state where bodies rest, if it is stable: its state, how well it is known, cycles."""
-    frequency = 1 / (scheme.dt * STEPS)
+    frequency = scheme.frequency
     try:
         start = end_of(state, 0.0, scheme, frequency)
         steady = steady_state(

@@ -39,7 +39,7 @@ from microslip.analyses.time.scheme import (
 from microslip.analyses.time.starts import Start, end_of, placed, true_rates
 from microslip.contact.tangent import Tangents
 from microslip.numerics.fourier import harmonic, without_drift
-from microslip.pipeline.walk import STEPS
+from microslip.pipeline.targets import STEPS
 from microslip.typing import Array, Complex
 
 

@@ -20,7 +20,7 @@ from microslip.errors import ContactError, JointOpensError, MicroslipError
 from microslip.numerics.execute import each, threads
 from microslip.pipeline.creep import Crept, Walk, crept
 from microslip.pipeline.targets import Found, Lost, Target
-from microslip.pipeline.walk import RAISED, RAISED_AGAIN, STEPS
+from microslip.pipeline.walk import RAISED, RAISED_AGAIN
 
 
 def raised_and_marched(joint: PreparedJoint, targets: Sequence[Target]) -> Iterator[Found | Lost]:
@@ -47,7 +47,7 @@ def _ended(joint: PreparedJoint, target: Target, ramps: Sequence[int]) -> Found:
     the answer is that after the load was raised.
     """
     f = target.frequency
-    scheme = time_scheme(joint, 1 / (f * STEPS), frequency=f)
+    scheme = time_scheme(joint, 1 / (f * target.steps), frequency=f)
     walk = Walk(target.offset)
     ends = _raised_ends(scheme, target, ramps, walk) if target.cold else []
     spent = sum(one.cycles for one in ends) + sum(ramps[: len(ends)])
@@ -115,8 +115,9 @@ def _own_starts(scheme: TimeScheme, target: Target) -> Iterator[State]:
     begins at rest has others.
     """
     if target.guess:
-        steps = STEPS - round(float(-np.angle(target.guess)) % (2 * np.pi) / (2 * np.pi) * STEPS)
-        wave = target.load * np.sin(2 * np.pi * np.arange(-steps, 1) / STEPS)
+        whole = target.steps
+        steps = whole - round(float(-np.angle(target.guess)) % (2 * np.pi) / (2 * np.pi) * whole)
+        wave = target.load * np.sin(2 * np.pi * np.arange(-steps, 1) / whole)
         rest = prestressed_state(scheme, abs(target.guess), 2 * np.pi * target.frequency)
         kicked: State | None = None
         with suppress(ContactError):

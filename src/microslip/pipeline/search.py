@@ -25,9 +25,17 @@ from microslip.analyses.reduced.anchors import (
 from microslip.analyses.reduced.response import Response
 from microslip.analyses.reduced.surface import LoadSurface
 from microslip.analyses.time.offset import BRANCH
+from microslip.analyses.time.step_refinement import REFINEMENT
 from microslip.describe.requests import CYCLES_EACH, SECONDS_EACH
-from microslip.pipeline.stepping import ACCURACY, Stepped, more_steps, refined_anchors, taken
-from microslip.pipeline.targets import Found, Lost, Target
+from microslip.pipeline.stepping import (
+    ACCURACY,
+    Stepped,
+    err_by_more,
+    more_steps,
+    refined_anchors,
+    taken,
+)
+from microslip.pipeline.targets import STEPS, Found, Lost, Target
 from microslip.pipeline.walk import DOUBTFUL, FINE, TOLERANCE
 from microslip.typing import Array
 
@@ -39,6 +47,7 @@ class Search:
     surface: LoadSurface
     base: Response
     points: int
+    steps: int = STEPS
     anchors: dict[int, Anchor] = field(default_factory=dict)
     found: dict[int, Found] = field(default_factory=dict)
     origins: dict[int, set[int]] = field(default_factory=dict)
@@ -64,8 +73,13 @@ class Search:
     @property
     def over(self) -> bool:
         """Whether all that may be spent is."""
-        dear = self.spent >= CYCLES_EACH * self.points or self.seconds >= SECONDS_EACH * self.points
+        dear = self.spent >= CYCLES_EACH * self.points or self.seconds >= self.may_take
         return dear or self.count >= self.points
+
+    @property
+    def may_take(self) -> float:
+        """Processor time that the search may take, s: more steps take more."""
+        return SECONDS_EACH * self.points * self.steps / STEPS
 
     @property
     def marks(self) -> list[int]:
@@ -92,7 +106,7 @@ class Search:
         """Steady states whose motion repeats, by index of their frequency."""
         settled = (k for k, one in self.anchors.items() if one.change <= TOLERANCE)
         return {
-            k: Stepped(float(self.base.frequency[k]), found.amplitude, found.state)
+            k: Stepped(float(self.base.frequency[k]), found.amplitude, found.state, self.steps)
             for k in settled
             if (found := self.found.get(k)) is not None
         }
@@ -104,11 +118,33 @@ class Search:
 
     def refine(self, joint: PreparedJoint) -> None:
         """Seek settled anchors on with more steps that are not yet, and know what the steps do."""
+        self.seek_on(joint)
+        self.take_refined()
+
+    def seek_on(self, joint: PreparedJoint) -> None:
+        """Seek settled anchors on with more steps that are not yet; those with fewer stay."""
         new = {k: one for k, one in self.settled.items() if k not in self.sought_on}
         for k, more in more_steps(joint, self.base.load, new):
             self.sought_on[k] = more.amplitude
             self.spent += more.cycles
-        self.take_refined()
+
+    def steps_tell(self, joint: PreparedJoint, wanted: float) -> bool:
+        """Whether the steps put a settled anchor off by more than is wanted."""
+        self.seek_on(joint)
+        return err_by_more(self.settled, self.sought_on, wanted)
+
+    def with_more_steps(self) -> Search:
+        """The same begun anew with `REFINEMENT` times the steps; what was spent counts."""
+        return Search(
+            self.surface,
+            self.base,
+            self.points,
+            REFINEMENT * self.steps,
+            count=self.count,
+            spent=self.spent,
+            opens=self.opens,
+            began=self.began,
+        )
 
     def take_refined(self) -> None:
         """Have the anchors with more steps, where they were sought on, and what is left of the error."""
@@ -258,6 +294,7 @@ class Search:
     def _take(self, target: Target, answer: Found) -> None:
         k, Q, load = target.point, answer.amplitude, self.base.load
         self.found[k] = answer
+        self.sought_on.pop(k, None)
         past = float(np.nan_to_num(answer.past))
         self.anchors[k] = anchor_at(
             self.surface, target.frequency, load, Q, answer.change, answer.doubt, past

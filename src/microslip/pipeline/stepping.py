@@ -2,8 +2,9 @@
 
 Contact that changes its state inside a step makes errors that no formula tells; four times the steps do
 (`microslip.analyses.time.step_refinement`). The states of a response that have settled are sought on with
-these once its search ends, which then goes on where they leave it unsure. Between frequencies the larger of
-two errors counts.
+these once its search ends, which then goes on where they leave it unsure. Where the first few show that the
+steps err by more than is wanted of the response, the search begins anew with four times as many. Between
+frequencies the larger of two errors counts.
 """
 
 from __future__ import annotations
@@ -23,11 +24,12 @@ from microslip.analyses.time.steady import steady_state
 from microslip.analyses.time.step_refinement import REFINEMENT
 from microslip.errors import MicroslipError
 from microslip.numerics.execute import each, threads
-from microslip.pipeline.walk import STEPS, TOLERANCE
+from microslip.pipeline.targets import STEPS
+from microslip.pipeline.walk import TOLERANCE
 from microslip.typing import Array
 
 ACCURACY = 1e-3
-"""Relative error of the amplitude that `STEPS` are taken to make where that is not known."""
+"""Relative error of the amplitude that the steps are taken to make where that is not known."""
 
 PATIENCE = 100
 """Cycles with `REFINEMENT` times the steps at most."""
@@ -37,7 +39,7 @@ FARTHEST = 0.1
 
 
 class Stepped(NamedTuple):
-    """A steady state with `STEPS` steps per cycle.
+    """A steady state to be sought on with more steps.
 
     Attributes
     ----------
@@ -45,11 +47,14 @@ class Stepped(NamedTuple):
         Hz.
     amplitude : complex
     state : Start
+    steps : int
+        That it has, per cycle.
     """
 
     frequency: float
     amplitude: complex
     state: Start
+    steps: int = STEPS
 
 
 class Refined(NamedTuple):
@@ -84,11 +89,12 @@ class More(NamedTuple):
 
 def with_more_steps(joint: PreparedJoint, load: float, one: Stepped) -> More:
     """A steady state with `REFINEMENT` times the steps."""
-    scheme = time_scheme(joint, 1 / (one.frequency * REFINEMENT * STEPS), frequency=one.frequency)
+    f = one.frequency
+    scheme = time_scheme(joint, 1 / (f * REFINEMENT * one.steps), frequency=f)
     try:
         found = steady_state(
             scheme,
-            one.frequency,
+            f,
             load,
             start=one.state,
             tolerance=TOLERANCE,
@@ -112,11 +118,28 @@ def taken(states: Mapping[int, Stepped], found: Mapping[int, complex | None]) ->
     """First harmonics with more steps, where these have settled and are the same motion."""
     amplitudes = {k: found.get(k) for k in states}
     return {
-        k: Q for k, Q in amplitudes.items() if Q is not None and _changed(states[k], Q) <= FARTHEST
+        k: Q for k, Q in amplitudes.items() if Q is not None and changed(states[k], Q) <= FARTHEST
     }
 
 
-def _changed(one: Stepped, Q: complex) -> float:
+def err_by_more(
+    states: Mapping[int, Stepped], found: Mapping[int, complex | None], wanted: float
+) -> bool:
+    """Whether the steps put a state off by more than is wanted of the response.
+
+    States between which a search looks for more are no better known then than what it is to find.
+
+    Parameters
+    ----------
+    states, found
+        Settled, and with more steps; see `refined`.
+    wanted : float
+        Relative error of the amplitude.
+    """
+    return any(changed(states[k], Q) > wanted for k, Q in taken(states, found).items())
+
+
+def changed(one: Stepped, Q: complex) -> float:
     """By how much the amplitude of a state has changed, relative."""
     return abs(abs(Q) / max(abs(one.amplitude), 1e-300) - 1)
 
@@ -149,7 +172,7 @@ def refined(
     if not known:
         return Refined({}, np.full(count, ACCURACY))
     share = REFINEMENT / (REFINEMENT - 1)
-    before = {k: share * _changed(states[k], Q) for k, Q in known.items()}
+    before = {k: share * changed(states[k], Q) for k, Q in known.items()}
     left = {k: before[k] / REFINEMENT if k in amplitude else before[k] for k in before}
     unknown = [k for k in {*states, *others} if k not in left]
     left |= dict(zip(unknown, _larger_beside(before, count)[unknown], strict=True))

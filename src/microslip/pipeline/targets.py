@@ -8,6 +8,9 @@ from microslip.analyses.time.starts import Start
 from microslip.analyses.time.steady import SteadyState
 from microslip.typing import Array
 
+STEPS = 150
+"""Time steps per cycle, unless a response needs more."""
+
 
 @dataclass(frozen=True)
 class Target:
@@ -31,6 +34,8 @@ class Target:
         be marched, the least and the largest size of its branch about it, zero where none is known.
     offset : (d - 1,) array or None
         At which bodies that walk come to rest in motions beside it.
+    steps : int
+        Time steps per cycle.
     """
 
     point: int
@@ -43,6 +48,7 @@ class Target:
     expected: float = 0.0
     most: float = 0.0
     offset: Array | None = None
+    steps: int = STEPS
 
     @property
     def sizes(self) -> tuple[float, float]:

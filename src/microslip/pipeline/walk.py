@@ -46,9 +46,6 @@ from microslip.numerics.fourier import harmonic
 from microslip.pipeline.targets import Found, Lost, Target
 from microslip.typing import Array, Complex
 
-STEPS = 150
-"""Time steps per cycle."""
-
 WARM, COLD, ANOTHER = 50, 100, 50
 """Cycles at most: from states beside, from rest, and from rest with another past."""
 
@@ -110,9 +107,8 @@ def sought(joint: PreparedJoint, targets: Sequence[Target]) -> Iterator[Found | 
 
 def seek(joint: PreparedJoint, target: Target) -> Found | Lost:
     """One steady state: from rest, then where that is smaller than expected from the starts in turn."""
-    search = _Seeking(
-        time_scheme(joint, 1 / (target.frequency * STEPS), frequency=target.frequency), target
-    )
+    f = target.frequency
+    search = _Seeking(time_scheme(joint, 1 / (f * target.steps), frequency=f), target)
     found = search.attempt(None, target.guess, COLD) if target.cold else None
     if found is None or abs(found.amplitude) < np.exp(-OTHER) * target.expected:
         for mixture in target.starts:
@@ -257,12 +253,11 @@ class _Seeking:
         return Lost(self.reason, self.spent, self.ended, self.opened)
 
 
-def what_it_is(joint: PreparedJoint, frequency: float, steady: SteadyState) -> str:
-    """The kind of a motion that is not steady, and its evidence."""
+def what_it_is(joint: PreparedJoint, frequency: float, steady: SteadyState, steps: int) -> str:
+    """The kind of a motion that is not steady, in so many steps per cycle, and its evidence."""
     try:
-        return motion_of(
-            time_scheme(joint, 1 / (frequency * STEPS), frequency=frequency), steady
-        ).said
+        scheme = time_scheme(joint, 1 / (frequency * steps), frequency=frequency)
+        return motion_of(scheme, steady).said
     except MicroslipError as error:
         return str(error)
 
@@ -353,13 +348,9 @@ def watched(
     cycles: int,
     phase: float = 0.0,
     memory: ContactMemory | None = None,
-    steps: int = STEPS,
 ) -> tuple[Complex, list[State]]:
-    """First harmonic of every cycle of a motion from a state at a phase of the load, and its end.
-
-    `steps` are those of the scheme, per cycle.
-    """
-    theta = phase + 2 * np.pi * np.arange(steps + 1) / steps
+    """First harmonic of every cycle of a motion from a state at a phase of the load, and its end."""
+    theta = phase + 2 * np.pi * np.arange(scheme.steps + 1) / scheme.steps
     wave, memory = load * np.sin(theta), memory or contact_memory(scheme)
     port = scheme.joint.model.port(scheme.joint.coordinate)
     Q, ends = [], [state]

@@ -21,7 +21,7 @@ from microslip.analyses.time import resting
 from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.steady import raised_state, steady_state
 from microslip.contact.pairs import mean_slip, tangential, tangential_vectors
-from microslip.pipeline.walk import STEPS
+from microslip.pipeline.targets import STEPS
 
 FREQUENCY, LOAD = 466.48, 2.3224
 

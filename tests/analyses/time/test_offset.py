@@ -16,9 +16,9 @@ from microslip.analyses.time.steady import drift_of, raised_state, steady_state
 from microslip.contact.pairs import tangential_vectors
 from microslip.pipeline import creep
 from microslip.pipeline.creep import Walk, crept
-from microslip.pipeline.targets import Found, Target
+from microslip.pipeline.targets import STEPS, Found, Target
 from microslip.pipeline.time import walking
-from microslip.pipeline.walk import STEPS, seek, watched
+from microslip.pipeline.walk import seek, watched
 
 
 def moving(speed, size):

@@ -16,8 +16,8 @@ from microslip.analyses.time.resting import WalksOnError, rested
 from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.steady import raised_state, steady_state
 from microslip.contact.pairs import mean_slip
+from microslip.pipeline.targets import STEPS
 from microslip.pipeline.time import walking
-from microslip.pipeline.walk import STEPS
 
 FREQUENCY, LOAD = 466.48, 2.3224
 

@@ -54,6 +54,8 @@ class TimeScheme(Brief):
         it.
     kernel : StepConstants
         What the compiled stepping needs of all this.
+    frequency : float
+        Of the load whose periodic answer is sought, Hz; nan where none was given.
     """
 
     joint: PreparedJoint
@@ -62,6 +64,12 @@ class TimeScheme(Brief):
     W: Array
     W_dissipative: Array
     kernel: StepConstants = field(repr=False)
+    frequency: float = np.nan
+
+    @property
+    def steps(self) -> int:
+        """Per cycle of that load."""
+        return round(1 / (self.frequency * self.dt))
 
 
 @dataclass(frozen=True, repr=False)
@@ -90,16 +98,7 @@ class State(Brief):
     status: Status
 
 
-LINEAR_FIELDS = (
-    "eta",
-    "rate",
-    "acceleration",
-    "residual_v",
-    "residual_before",
-    "r",
-    "v",
-    "taken",
-)
+LINEAR_FIELDS = tuple(f.name for f in fields(State) if f.name != "status")
 """Fields of a `State` that may be combined linearly."""
 
 
@@ -243,6 +242,7 @@ def time_scheme(
         W=_symmetric(residual + modal),
         W_dissipative=_symmetric(residual + 2 * modal),
         kernel=kernel,
+        frequency=np.nan if frequency is None else float(frequency),
     )
 
 
