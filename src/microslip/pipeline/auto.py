@@ -38,7 +38,7 @@ from microslip.pipeline.band import Curve
 from microslip.pipeline.marched import raised_and_marched
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.search import Search, larger_sides
-from microslip.pipeline.targets import STEPS, Target
+from microslip.pipeline.targets import STEPS, Found, Lost, Target
 from microslip.pipeline.walk import TOLERANCE, sought, what_it_is
 from microslip.typing import Array
 
@@ -138,9 +138,13 @@ def anchored_response(
             advance(_march(assembly, search, ends, settings.error))
         search.refine(assembly.prepared)
         # with more steps there may be more to see than there was with fewer
-        while not search.over and (picks := _between_refined(search, guess, settings.error)):
-            answers = sought(assembly.prepared, picks)
-            search.keep_refined(assembly.prepared, list(zip(picks, answers, strict=True)))
+        while not search.over:
+            if picks := _between_refined(search, guess, settings.error):
+                search.keep_refined(assembly.prepared, _answers(assembly, picks))
+            elif picks := _anew(search, guess, settings.error):
+                search.keep_anew(assembly.prepared, _answers(assembly, picks))
+            else:
+                break
             advance(len(picks))
     except KeyboardInterrupt:
         stop.set()
@@ -159,6 +163,11 @@ def _learn(assembly: Assembly, search: Search, targets: list[Target]) -> int:
     for target, answer in zip(targets, sought(assembly.prepared, targets), strict=True):
         search.keep(target, answer)
     return len(targets)
+
+
+def _answers(assembly: Assembly, targets: list[Target]) -> list[tuple[Target, Found | Lost]]:
+    """Steady states at targets, each with its own."""
+    return list(zip(targets, sought(assembly.prepared, targets), strict=True))
 
 
 def _march(assembly: Assembly, search: Search, targets: list[Target], wanted: float) -> int:
@@ -205,8 +214,24 @@ def _least_known(search: Search, guess: Contours, wanted: float) -> list[Target]
     return targets[: min(AT_A_TIME, search.points - search.count)]
 
 
+def _anew(search: Search, guess: Contours, wanted: float) -> list[Target]:
+    """Steady states that more steps leave unsure, and what was passed over where it is so, to be sought with
+    these from the beginning; each once.
+
+    What has settled with fewer need not lie where a search with more finds what it has become.
+    """
+    now, refined, targets = search.held(), search.refined, list[Target]()
+    for k in sorted({*search.marks, *search.passed} - search.anew):
+        if now.error[k] <= wanted:
+            continue
+        below, above = [j for j in refined if j < k], [j for j in refined if j > k]
+        beside = tuple([max(below)] if below else []) + tuple([min(above)] if above else [])
+        targets.append(replace(_target(search, k, guess, now, beside), steps=search.more))
+    return targets[: min(AT_A_TIME, search.points - search.count)]
+
+
 def _between_refined(search: Search, guess: Contours, wanted: float) -> list[Target]:
-    """The middles of the stretches between two states with more steps where most is not known.
+    """The middles of the stretches between states with more steps, or known as well, where most is not known.
 
     Not between two that are themselves not known as well as is wanted.
     """
@@ -214,7 +239,8 @@ def _between_refined(search: Search, guess: Contours, wanted: float) -> list[Tar
     doubtful, weighed = now.error > wanted, []
     for left, right in pairwise(search.marks):
         unknown, middle = int(doubtful[left + 1 : right].sum()), (left + right) // 2
-        sure = {left, right} <= refined and not {left, right} <= blurred
+        ends = {left, right}
+        sure = not (ends <= blurred or ends & blurred - refined)
         if unknown and sure and middle not in search.passed:
             weighed.append((unknown, middle, left, right))
     targets = _middles(search, guess, now, weighed)

@@ -63,6 +63,9 @@ class Search:
     accuracy: float | Array = ACCURACY
     sought_on: dict[int, complex | None] = field(default_factory=dict)
     passed: set[int] = field(default_factory=set)
+    anew: set[int] = field(default_factory=set)
+    finer: set[int] = field(default_factory=set)
+    before: tuple[int, float] = (0, 0.0)
     began: float = field(default_factory=time.process_time)
 
     @property
@@ -72,8 +75,9 @@ class Search:
 
     @property
     def over(self) -> bool:
-        """Whether all that may be spent is."""
-        dear = self.spent >= CYCLES_EACH * self.points or self.seconds >= self.may_take
+        """Whether all that may be spent is, since `refine` first had more steps if it has."""
+        cycles, seconds = self.spent - self.before[0], self.seconds - self.before[1]
+        dear = cycles >= CYCLES_EACH * self.points or seconds >= self.may_take
         return dear or self.count >= self.points
 
     @property
@@ -106,10 +110,21 @@ class Search:
         """Steady states whose motion repeats, by index of their frequency."""
         settled = (k for k, one in self.anchors.items() if one.change <= TOLERANCE)
         return {
-            k: Stepped(float(self.base.frequency[k]), found.amplitude, found.state, self.steps)
+            k: Stepped(
+                float(self.base.frequency[k]), found.amplitude, found.state, self.steps_at(k)
+            )
             for k in settled
             if (found := self.found.get(k)) is not None
         }
+
+    def steps_at(self, k: int) -> int:
+        """Per cycle, of the steady state at a frequency."""
+        return self.more if k in self.finer else self.steps
+
+    @property
+    def more(self) -> int:
+        """Steps per cycle with which what is not known is sought anew."""
+        return REFINEMENT * self.steps
 
     @property
     def refined(self) -> set[int]:
@@ -120,6 +135,8 @@ class Search:
         """Seek settled anchors on with more steps that are not yet, and know what the steps do."""
         self.seek_on(joint)
         self.take_refined()
+        if not any(self.before):
+            self.before = self.spent, self.seconds
 
     def seek_on(self, joint: PreparedJoint) -> None:
         """Seek settled anchors on with more steps that are not yet; those with fewer stay."""
@@ -139,7 +156,7 @@ class Search:
             self.surface,
             self.base,
             self.points,
-            REFINEMENT * self.steps,
+            self.more,
             count=self.count,
             spent=self.spent,
             opens=self.opens,
@@ -166,10 +183,38 @@ class Search:
                 self.count += 1
                 self.spent += answer.cycles
         self.refine(joint)
-        for k in {target.point for target, _ in answers} - self.refined:
-            self.passed.add(k)
+        new = {target.point for target, _ in answers} - self.refined
+        self.passed |= new
+        self._drop(new)
+        self.take_refined()
+
+    def _drop(self, dropped: set[int]) -> None:
+        for k in dropped:
             self.anchors.pop(k, None)
             self.found.pop(k, None)
+
+    def keep_anew(
+        self, joint: PreparedJoint, answers: Sequence[tuple[Target, Found | Lost]]
+    ) -> None:
+        """Learn from what was sought anew with more steps, where that is a motion of the branch known there.
+
+        What was passed over has to settle with still more, as others do.
+        """
+        size, new = np.abs(self.held().amplitude), set(self.passed)
+        for target, answer in answers:
+            k = target.point
+            self.count += 1
+            self.anew.add(k)
+            self.spent += answer.cycles
+            if not isinstance(answer, Found) or answer.change > TOLERANCE:
+                continue
+            off = abs(np.log(abs(answer.amplitude) / size[k]))
+            if k in self.lost or off <= BRANCH:
+                self.lost.pop(k, None)
+                self.finer.add(k)
+                self._take(target, answer)
+        self.refine(joint)
+        self._drop(new - self.refined)
         self.take_refined()
 
     def held(self) -> Held:
