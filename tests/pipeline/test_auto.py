@@ -20,7 +20,7 @@ from microslip.analyses.time.points import steady_states
 from microslip.errors import InputError
 from microslip.pipeline import auto as method
 from microslip.pipeline.search import leaving
-from microslip.pipeline.stepping import FARTHEST, More
+from microslip.pipeline.stepping import ACCURACY, FARTHEST, More
 from microslip.pipeline.targets import STEPS, Found, Lost
 from microslip.pipeline.walk import sought
 
@@ -363,6 +363,96 @@ def test_what_is_known_with_more_steps_stays_when_the_search_is_interrupted(
     print(f"off by {off.max():.1e}, there {found.error_indicator[off.argmax()]:.1e} said")
     assert len(found.anchors) > began
     assert (off <= found.error_indicator).all()
+
+
+def err_by(share):
+    """A joint whose steps put all of it off by so much in `STEPS`, in proportion to their length."""
+    true = branch("larger")
+
+    def size(k, steps):
+        return complex(true[k] * (1 - share * STEPS / steps))
+
+    def sought(joint, targets):
+        for target in targets:
+            yield Found(size(target.point, target.steps), 1e-6, 1e-5, "larger", 10)
+
+    def more(joint, load, states):
+        return ((k, More(size(k, 4 * one.steps), 16)) for k, one in states.items())
+
+    return true, sought, more
+
+
+@pytest.mark.parametrize("after", [0, 3, 20])
+def test_what_the_first_have_shown_stays_when_the_search_anew_is_interrupted(
+    refined, monkeypatch, after
+):
+    true, seek, more = err_by(0.06)
+    count = []
+
+    def sought(joint, targets):
+        for target, found in zip(targets, seek(joint, targets), strict=True):
+            if target.steps > STEPS:
+                count.append(target)
+            if len(count) > after:
+                raise KeyboardInterrupt
+            yield found
+
+    found = held_to(sought, refined, monkeypatch, 100, more=more).response
+    assert len(found.anchors) >= 3
+    off = np.abs(np.abs(found.amplitude) / np.abs(true) - 1)
+    known = np.isfinite(found.amplitude)
+    assert known.any()
+    assert (off <= found.error_indicator)[known].all()
+
+
+def test_what_settles_with_no_more_steps_errs_as_the_first_have(refined, monkeypatch):
+    true, sought, few = err_by(0.06)
+
+    def more(joint, load, states):
+        for k, found in few(joint, load, states):
+            yield k, found if states[k].steps == STEPS else More(None, 400)
+
+    found = held_to(sought, refined, monkeypatch, 100, more=more).response
+    off = np.abs(np.abs(found.amplitude) / np.abs(true) - 1)
+    assert (off > ACCURACY).all()
+    assert (off <= found.error_indicator).all()
+
+
+def test_where_few_states_may_be_sought_the_search_does_not_begin_anew(refined, monkeypatch):
+    true, seek, more = err_by(0.06)
+    asked = []
+
+    def sought(joint, targets):
+        asked.extend(target.steps for target in targets)
+        return seek(joint, targets)
+
+    found = held_to(sought, refined, monkeypatch, 12, more=more).response
+    assert len(asked) <= 12
+    assert len(found.anchors) > 5
+    off = np.abs(np.abs(found.amplitude) / np.abs(true) - 1)
+    assert (off <= found.error_indicator).all()
+
+
+def test_what_leaves_its_branch_when_marched_is_not_brought_back(refined, monkeypatch):
+    """Searches find motions that linger, with however many steps."""
+
+    def sought(joint, targets):
+        for target in targets:
+            Q = complex(branch("larger")[target.point])
+            yield Found(Q, 1e-6 if target.steps > STEPS else 1e-4, 1e-4, "larger", 10)
+
+    def marched(joint, targets):
+        for target in targets:
+            Q = complex(branch("smaller")[target.point])
+            yield Found(Q, 1e-4, np.inf, "smaller", 100, own=True)
+
+    def more(joint, load, states):
+        return ((k, More(one.amplitude, 16)) for k, one in states.items())
+
+    found = held_to(sought, refined, monkeypatch, 60, marched, more)
+    gone = [k for k in range(len(FOLD)) if any(f"{FOLD[k]:.6g} Hz" in one for one in found.lost)]
+    assert gone
+    assert not (found.response.error_indicator[gone] <= 0.01).any()
 
 
 @pytest.mark.parametrize("share", [1.0, 0.2])

@@ -14,6 +14,7 @@ from microslip.errors import InputError
 from microslip.numerics.fourier import to_complex, to_real
 from microslip.pipeline import corrected as method
 from microslip.pipeline.stepping import More
+from microslip.pipeline.targets import STEPS
 from microslip.results.response import response_datasets
 
 FILE = coupled_document(21)
@@ -141,6 +142,35 @@ def test_between_states_that_more_steps_have_moved_others_are_sought(done, monke
     assert 0 < len(new) < before
     assert len(sought_on) == before + len(new)
     assert (np.abs(new - peak) < 5.0).all()
+
+
+def test_where_the_first_show_that_the_steps_err_all_have_more(done, monkeypatch):
+    """Few steps put all of the response off by a twentieth, four times as many by an eightieth."""
+    true, asked = method.patient_motion, []
+
+    def erring(joint, load, frequency, guess, steps):
+        asked.append(steps)
+        found = true(joint, load, frequency, guess)
+        return found._replace(amplitude=found.amplitude * (1 - 0.05 * STEPS / steps))
+
+    def more(joint, load, states):
+        for k, one in states.items():
+            few, many = (1 - 0.05 * STEPS / steps for steps in (one.steps, 4 * one.steps))
+            yield k, More(one.amplitude * many / few, 16)
+
+    monkeypatch.setattr(method, "patient_motion", erring)
+    monkeypatch.setattr(method, "more_steps", more)
+    (curve,) = corrected(30.0, corrections=16).responses
+    first = asked.count(STEPS)
+    assert set(asked[:first]) == {STEPS}
+    assert set(asked[first:]) == {4 * STEPS}
+    (plain,) = done.responses
+    size = np.interp(curve.frequency, plain.frequency, np.abs(plain.amplitude))
+    off = np.abs(np.abs(curve.amplitude) / size - 1)
+    told = curve.error_indicator + np.interp(
+        curve.frequency, plain.frequency, plain.error_indicator
+    )
+    assert (off <= told).mean() > 0.9
 
 
 def test_results_carry_the_steady_states_and_no_past(done):

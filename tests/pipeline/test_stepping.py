@@ -12,7 +12,16 @@ from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.steady import steady_state
 from microslip.analyses.time.step_refinement import REFINEMENT
 from microslip.pipeline import stepping
-from microslip.pipeline.stepping import ACCURACY, More, Refined, Stepped, more_steps, refined
+from microslip.pipeline.stepping import (
+    ACCURACY,
+    Fewest,
+    More,
+    Refined,
+    Stepped,
+    left_by_more,
+    more_steps,
+    refined,
+)
 from microslip.pipeline.targets import STEPS
 from microslip.results.dataset import dataset
 from microslip.results.summary import summary
@@ -33,7 +42,7 @@ def motions(small_reference):
             for steps in (STEPS, MANY)
         )
         steady = steady_state(coarse, frequency, load)
-        found[10 * k] = Stepped(frequency, steady.amplitude, steady.end)
+        found[10 * k] = Stepped(frequency, steady.amplitude, steady.end, STEPS)
         finer = steady_state(fine, frequency, load, start=steady.end, tolerance=2e-6)
         limits[10 * k] = abs(finer.amplitude)
     return load, found, limits
@@ -80,7 +89,7 @@ def test_what_does_not_settle_is_not_known(small_reference, motions, monkeypatch
 
 def test_another_motion_is_not_taken_for_the_same(monkeypatch):
     """A fifth larger: kept as it was, known no better than that."""
-    states = {k: Stepped(1.0 + k, 1.0 + 0j, None) for k in range(3)}
+    states = {k: Stepped(1.0 + k, 1.0 + 0j, None, STEPS) for k in range(3)}
     sizes = {1.0: 1.001, 2.0: 1.2, 3.0: None}
     monkeypatch.setattr(
         stepping, "with_more_steps", lambda joint, load, one: More(sizes[one.frequency], 12)
@@ -88,6 +97,31 @@ def test_another_motion_is_not_taken_for_the_same(monkeypatch):
     found = refined(states, with_more(None, 1.0, states), [], 3)
     assert found.amplitude == {0: 1.001}
     assert found.error == pytest.approx([1e-3 / 3, 0.2 * 4 / 3, 0.2 * 4 / 3])
+
+
+def test_states_of_few_steps_are_no_better_known_for_others_of_more_beside_them():
+    """Of three that have been sought anew with four times the steps one was off by a twentieth before; those
+    are known well with more still, and what has few steps has the error of few."""
+    steps = {0: 4 * STEPS, 5: STEPS, 10: 4 * STEPS, 15: 4 * STEPS}
+    states = {k: Stepped(1.0, 1.0 + 0j, None, n) for k, n in steps.items()}
+    found = {0: 1.0001, 5: None, 10: 1.0001, 15: None}
+    error = refined(states, found, [20], 21, Fewest(STEPS, {0: 0.05, 10: 0.02, 15: 0.04})).error
+    assert error[0] == pytest.approx(1e-4 / 3)
+    assert error[5] == 0.05
+    assert (error[1:5] == 0.05).all()
+    assert error[15] == pytest.approx(0.04 / REFINEMENT)
+    assert error[20] == 0.04
+
+
+def test_where_no_state_settles_with_more_steps_the_error_is_that_of_the_first():
+    states = {k: Stepped(1.0, 1.0 + 0j, None, STEPS) for k in range(4)}
+    first = {0: 1.03, 1: 1.001, 2: None, 3: 1.2}
+    left = left_by_more(states, first)
+    assert left == pytest.approx(0.01)  # the last is another motion
+    states = {k: one._replace(steps=4 * STEPS) for k, one in states.items()}
+    none = refined(states, dict.fromkeys(states), [], 6, Fewest(4 * STEPS, {}, left))
+    assert (none.error == left).all()
+    assert left_by_more(states, dict.fromkeys(states)) == ACCURACY
 
 
 @pytest.fixture(scope="module")
@@ -109,7 +143,7 @@ def test_a_response_has_the_amplitudes_of_more_steps_and_their_error(response, m
     assert ratio == pytest.approx(1.05, rel=2e-3)
 
 
-def moved(states, found, others, count):
+def moved(states, found, others, count, few):
     """Amplitudes a twentieth larger, known to a fiftieth."""
     amplitude = {k: 1.05 * one.amplitude for k, one in states.items()}
     return Refined(amplitude, np.full(count, 0.02))

@@ -48,8 +48,8 @@ LISTS = ("moment_over_clamp_force_length", "moment", "force", "acceleration", "p
 """Keys that can list the amplitudes of cycles."""
 
 CYCLES_EACH, SECONDS_EACH, MARCHED_EACH = 80, 0.6, 320
-"""Cycles, and processor time in seconds, that a steady state of method "auto" may take on average, and cycles
-that it may be marched beside, where motions creep."""
+"""Cycles, and processor time in seconds, that a steady state of method "auto" may take on average, with few
+steps and once more with more, and cycles that it may be marched beside, where motions creep."""
 
 Variant = Literal["printed", "consistent", "refined"]
 Drives = Annotated[tuple[Drive, ...], OneOrMore]
@@ -168,7 +168,8 @@ class ResponseAnalysis(Section):
     """Of method "reduced": motions of the full joint to hold it against, a load. Some tenths of a second."""
     points: Count = Field(default=200, ge=8, le=10_000)
     """Of method "auto": steady states at most, per load, and eighty cycles and 0.6 s of processor time each
-    on average; 320 cycles more where motions creep. Some tenths of a second each where the motion settles."""
+    on average; as much again with more steps, and four times as much where these begin (pairs that bounce);
+    320 cycles more where motions creep. Some tenths of a second each where the motion settles."""
     variants: Variants = ("refined",)
     """Reduced models: the accurate one, "refined"; as the paper prints it, "printed"; put right,
     "consistent". Each gives a curve per load."""

@@ -45,7 +45,10 @@ def response_request(joint: Joint) -> Iterator[Line]:
     yield "response", band
     yield "reduced models", ", ".join(joint.variants)
     if asked.method == "auto":
-        each = f"{CYCLES_EACH} cycles each on average, {MARCHED_EACH} more where motions creep"
+        each = (
+            f"{CYCLES_EACH} cycles each on average, as many again with more steps, {MARCHED_EACH} more "
+            "where motions creep"
+        )
         most = f"at most {asked.points} steady states in time per load, {each}"
         yield "put right", f"{most}, to an error of {asked.error:g}"
     if asked.method == "corrected":

@@ -3,11 +3,13 @@
 Steady states of the full joint are found where the response under a load is least known: first at its
 resonance, half-power points and ends, from the answers of the refined model, then in the middle of the
 stretches of frequencies whose bound (`analyses.reduced.anchors`) is above what the file asks for, each
-started from the states to either side. At the finest every frequency is one. Where the first of them show
-that their time steps err by more than is asked for, all of it begins anew with four times as many. Where the
-size jumps between two frequencies, the smaller is sought again from the larger: a branch is followed to its
-end, and the jump lies where that is. The search ends when the bound holds everywhere, or with what it may
-cost.
+started from the states to either side. At the finest every frequency is one. Where the size jumps between two
+frequencies, the smaller is sought again from the larger: a branch is followed to its end, and the jump lies
+where that is. The search ends when the bound holds everywhere, or with what it may cost.
+
+Where the first of them show that their time steps err by more than is asked for, all of it begins anew with
+four times as many. In the end what has settled is sought on with four times the steps, further ones are
+sought where that leaves the response unsure, and what stays unsure itself is sought anew with these.
 """
 
 from __future__ import annotations
@@ -30,6 +32,7 @@ from microslip.analyses.reduced.surface import (
 )
 from microslip.analyses.reduced.sweep import CONVERGED
 from microslip.analyses.time.starts import Start
+from microslip.analyses.time.step_refinement import REFINEMENT
 from microslip.describe.requests import (
     MARCHED_EACH,
     ResponseAnalysis,
@@ -44,6 +47,9 @@ from microslip.typing import Array
 
 FIRST = (0.0, -1.2, 1.2)
 """Detunings of the first anchors: the resonance, below and above half power. Then come the ends."""
+
+ANEW_AT_A_TIME = 2
+"""Steady states sought at once with more steps from the beginning: each takes long."""
 
 AT_A_TIME = 4
 """Steady states sought at a time."""
@@ -120,12 +126,14 @@ def anchored_response(
     """
     assert case.table is not None
     surface = load_surface(case.model, case.table, base.frequency, base.load)
-    search = Search(surface, base, settings.points)
+    first = search = Search(surface, base, settings.points)
     guess = largest(contours(surface, base.load))
     try:
         advance(_learn(assembly, search, _first(search, guess)))
-        if search.steps_tell(assembly.prepared, settings.error):
-            search = search.with_more_steps()
+        # what that costs has to leave some for the rest
+        may = REFINEMENT * max(search.count / search.points, search.seconds / search.may_take) < 1
+        if may and search.steps_tell(assembly.prepared, settings.error):
+            first, search = search, search.begun_anew()
             advance(_learn(assembly, search, _first(search, guess)))
         while not search.over:
             picks = _least_known(search, guess, settings.error)
@@ -148,8 +156,8 @@ def anchored_response(
             advance(len(picks))
     except KeyboardInterrupt:
         stop.set()
-        if search.sought_on:
-            search.take_refined()
+        search = max(first, search, key=lambda one: len(one.anchors))
+        search.take_refined()
     cycles = f"{search.spent + search.marched} cycles"
     if search.steps != STEPS:
         cycles += f" of {search.steps} steps"
@@ -221,13 +229,17 @@ def _anew(search: Search, guess: Contours, wanted: float) -> list[Target]:
     What has settled with fewer need not lie where a search with more finds what it has become.
     """
     now, refined, targets = search.held(), search.refined, list[Target]()
-    for k in sorted({*search.marks, *search.passed} - search.anew):
-        if now.error[k] <= wanted:
-            continue
+    unsure = [
+        k for k in {*search.marks, *search.passed} - search.anew if not now.error[k] <= wanted
+    ]
+    # last what more steps alone do not make sure
+    others = now.error - search.accuracy
+    unsure.sort(key=lambda k: (not others[k] <= wanted, -now.error[k], k))
+    for k in unsure[:ANEW_AT_A_TIME]:
         below, above = [j for j in refined if j < k], [j for j in refined if j > k]
         beside = tuple([max(below)] if below else []) + tuple([min(above)] if above else [])
         targets.append(replace(_target(search, k, guess, now, beside), steps=search.more))
-    return targets[: min(AT_A_TIME, search.points - search.count)]
+    return targets[: search.points - search.count]
 
 
 def _between_refined(search: Search, guess: Contours, wanted: float) -> list[Target]:
@@ -235,12 +247,13 @@ def _between_refined(search: Search, guess: Contours, wanted: float) -> list[Tar
 
     Not between two that are themselves not known as well as is wanted.
     """
-    now, refined, blurred = search.held(), search.refined, search.blurred(wanted)
-    doubtful, weighed = now.error > wanted, []
+    now, refined = search.held(), search.refined
+    doubtful, weighed = ~(now.error <= wanted), []
     for left, right in pairwise(search.marks):
         unknown, middle = int(doubtful[left + 1 : right].sum()), (left + right) // 2
-        ends = {left, right}
-        sure = not (ends <= blurred or ends & blurred - refined)
+        ends = (left, right)
+        sure = not all(doubtful[k] for k in ends)
+        sure = sure and all(k in refined or not doubtful[k] for k in ends)
         if unknown and sure and middle not in search.passed:
             weighed.append((unknown, middle, left, right))
     targets = _middles(search, guess, now, weighed)
@@ -310,7 +323,8 @@ def _marched_target(search: Search, k: int) -> Target:
     beside = (k,) if k in search.found else tuple(marks[max(i - 1, 0) : i + 1])
     begin, starts, _ = _from_beside(search, k, beside)
     sizes = [abs(search.found[j].amplitude) for j in beside] or [0.0]
-    raised = not (starts and all(search.found[j].own for j in beside))
+    own = all(search.found[j].own and j not in search.fell for j in beside)
+    raised = not (starts and own)
     return Target(
         k,
         float(f[k]),

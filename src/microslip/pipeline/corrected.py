@@ -44,7 +44,16 @@ from microslip.pipeline.auto import AT_A_TIME
 from microslip.pipeline.band import Curve
 from microslip.pipeline.creep import crept
 from microslip.pipeline.prepare import Assembly
-from microslip.pipeline.stepping import ACCURACY, Stepped, err_by_more, more_steps, refined_anchors
+from microslip.pipeline.stepping import (
+    ACCURACY,
+    NOTHING_KNOWN,
+    Fewest,
+    Stepped,
+    err_by_more,
+    left_by_more,
+    more_steps,
+    refined_anchors,
+)
 from microslip.pipeline.targets import STEPS
 from microslip.pipeline.walk import (
     DOUBTFUL,
@@ -98,7 +107,12 @@ class _Table:
     settled: dict[int, Stepped] = field(default_factory=dict)
     sought_on: dict[int, complex | None] = field(default_factory=dict)
     accuracy: float | Array = ACCURACY
-    steps: int = STEPS
+    few: Fewest = NOTHING_KNOWN
+
+    @property
+    def steps(self) -> int:
+        """Per cycle."""
+        return self.few.steps
 
     def refine(self, joint: PreparedJoint) -> None:
         """Seek settled states on with more steps that are not yet, and know what the steps do."""
@@ -111,10 +125,15 @@ class _Table:
         for k, more in more_steps(joint, self.load, new):
             self.sought_on[k] = more.amplitude
 
+    def begun_anew(self) -> _Table:
+        """The same with `REFINEMENT` times the steps, and nothing known but what those err by."""
+        few = Fewest(REFINEMENT * self.steps, {}, left_by_more(self.settled, self.sought_on))
+        return _Table(self.surface, self.load, opens=self.opens, few=few)
+
     def take_refined(self) -> None:
         """Have the anchors with more steps, where they were sought on, and what is left of the error."""
         self.anchors, self.accuracy = refined_anchors(
-            self.surface, self.load, self.anchors, self.settled, self.sought_on
+            self.surface, self.load, self.anchors, self.settled, self.sought_on, self.few
         )
 
     @property
@@ -184,7 +203,7 @@ def corrected_response(
     """
     assert case.table is not None
     surface = load_surface(case.model, case.table, base.frequency, base.load)
-    table = _Table(surface, base.load)
+    first = table = _Table(surface, base.load)
     joint, guess = assembly.prepared, largest(contours(surface, base.load))
     picks = _first(guess, len(base.frequency))[: settings.corrections]
 
@@ -192,7 +211,7 @@ def corrected_response(
         _learn(joint, table, picks, guess)
         table.seek_on(joint)
         if err_by_more(table.settled, table.sought_on, settings.error):
-            table = _Table(surface, base.load, steps=REFINEMENT * table.steps)
+            table = first.begun_anew()
             _learn(joint, table, picks, guess)
         advance(len(picks))
         while picks := _least_known(table, settings):
@@ -206,8 +225,8 @@ def corrected_response(
             table.refine(joint)
     except KeyboardInterrupt:
         stop.set()
-        if table.sought_on:
-            table.take_refined()
+        table = max(first, table, key=lambda one: len(one.anchors))
+        table.take_refined()
     return Corrected(_response(table, base), base.frequency[sorted(table.lost)], table.opens)
 
 

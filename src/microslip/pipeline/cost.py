@@ -259,7 +259,7 @@ def response_seconds(joint: Joint) -> float:
     loads = len(joint.load.values)
     checks = asked.checks * SETTLING if "refined" in joint.variants else 0
     each = {
-        "auto": asked.points * (CYCLES_EACH + MARCHED_EACH),
+        "auto": asked.points * (2 * CYCLES_EACH + MARCHED_EACH),
         "corrected": asked.corrections * SETTLING,
     }
     cycles = 0 if joint.frictionless else loads * each.get(asked.method, checks)

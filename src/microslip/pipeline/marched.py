@@ -56,10 +56,15 @@ def _ended(joint: PreparedJoint, target: Target, ramps: Sequence[int]) -> Found:
         ends = _own_ends(scheme, target, walk)
         spent += sum(one.cycles for one in ends)
         # several motions may exist there: by how much two that stay differ is how well one is known
+        fallen = ends[-1]
         ends = [one for one in ends if not elsewhere(abs(one.amplitude), target.sizes)]
         if not ends:
-            ends = _raised_ends(scheme, replace(target, expected=0.0, most=0.0), ramps, walk)
-            spent += sum(one.cycles for one in ends) + sum(ramps[: len(ends)])
+            target = replace(target, expected=0.0, most=0.0)
+            try:
+                ends = _raised_ends(scheme, target, ramps, walk)
+                spent += sum(one.cycles for one in ends) + sum(ramps[: len(ends)])
+            except MicroslipError:  # that it has fallen is known
+                ends = [fallen._replace(doubt=np.inf)]
     # bodies that stick beyond where others come to rest have been put there
     ends = [one for one in ends if one.rest is not None] or ends
     ends.sort(key=lambda end: end.doubt)

@@ -29,8 +29,10 @@ from microslip.analyses.time.step_refinement import REFINEMENT
 from microslip.describe.requests import CYCLES_EACH, SECONDS_EACH
 from microslip.pipeline.stepping import (
     ACCURACY,
+    Fewest,
     Stepped,
     err_by_more,
+    left_by_more,
     more_steps,
     refined_anchors,
     taken,
@@ -38,6 +40,9 @@ from microslip.pipeline.stepping import (
 from microslip.pipeline.targets import STEPS, Found, Lost, Target
 from microslip.pipeline.walk import DOUBTFUL, FINE, TOLERANCE
 from microslip.typing import Array
+
+AT_A_FREQUENCY = ("anchors", "found", "lost", "sought_on", "off")
+"""What is known by index of the frequency."""
 
 
 @dataclass
@@ -61,6 +66,8 @@ class Search:
     spent: int = 0
     opens: bool = False
     accuracy: float | Array = ACCURACY
+    unknown: float = ACCURACY
+    off: dict[int, float] = field(default_factory=dict)
     sought_on: dict[int, complex | None] = field(default_factory=dict)
     passed: set[int] = field(default_factory=set)
     anew: set[int] = field(default_factory=set)
@@ -75,10 +82,10 @@ class Search:
 
     @property
     def over(self) -> bool:
-        """Whether all that may be spent is, since `refine` first had more steps if it has."""
+        """Whether all that may be spent is; since there have been more steps, of more cycles' worth."""
         cycles, seconds = self.spent - self.before[0], self.seconds - self.before[1]
-        dear = cycles >= CYCLES_EACH * self.points or seconds >= self.may_take
-        return dear or self.count >= self.points
+        most = CYCLES_EACH * self.points * (REFINEMENT if any(self.before) else 1)
+        return cycles >= most or seconds >= self.may_take or self.count >= self.points
 
     @property
     def may_take(self) -> float:
@@ -143,30 +150,33 @@ class Search:
         new = {k: one for k, one in self.settled.items() if k not in self.sought_on}
         for k, more in more_steps(joint, self.base.load, new):
             self.sought_on[k] = more.amplitude
-            self.spent += more.cycles
+            self.spent += more.cycles * (new[k].steps // self.steps)
 
     def steps_tell(self, joint: PreparedJoint, wanted: float) -> bool:
         """Whether the steps put a settled anchor off by more than is wanted."""
         self.seek_on(joint)
         return err_by_more(self.settled, self.sought_on, wanted)
 
-    def with_more_steps(self) -> Search:
-        """The same begun anew with `REFINEMENT` times the steps; what was spent counts."""
+    def begun_anew(self) -> Search:
+        """The same with `REFINEMENT` times the steps, and nothing known but what those err by; what was spent
+        counts."""
         return Search(
             self.surface,
             self.base,
             self.points,
             self.more,
+            unknown=left_by_more(self.settled, self.sought_on),
             count=self.count,
-            spent=self.spent,
+            spent=self.spent // REFINEMENT,
             opens=self.opens,
             began=self.began,
         )
 
     def take_refined(self) -> None:
         """Have the anchors with more steps, where they were sought on, and what is left of the error."""
+        few = Fewest(self.steps, self.off, self.unknown)
         self.anchors, self.accuracy = refined_anchors(
-            self.surface, self.base.load, self.anchors, self.settled, self.sought_on
+            self.surface, self.base.load, self.anchors, self.settled, self.sought_on, few
         )
 
     def keep_refined(
@@ -182,6 +192,7 @@ class Search:
             else:
                 self.count += 1
                 self.spent += answer.cycles
+                self.opens = self.opens or answer.opens
         self.refine(joint)
         new = {target.point for target, _ in answers} - self.refined
         self.passed |= new
@@ -196,26 +207,50 @@ class Search:
     def keep_anew(
         self, joint: PreparedJoint, answers: Sequence[tuple[Target, Found | Lost]]
     ) -> None:
-        """Learn from what was sought anew with more steps, where that is a motion of the branch known there.
+        """Learn from what was sought anew with more steps, where that is on the branch and then known better.
 
-        What was passed over has to settle with still more, as others do.
+        Of motions that leave their branch when they are marched nothing is learned so, nor of those at rest
+        where bodies are not. What was passed over has to settle with still more, as others do.
         """
-        size, new = np.abs(self.held().amplitude), set(self.passed)
+        known, ended = self.held().error, set(self.ended)
+        before = {name: dict(getattr(self, name)) for name in AT_A_FREQUENCY}
         for target, answer in answers:
             k = target.point
             self.count += 1
             self.anew.add(k)
-            self.spent += answer.cycles
-            if not isinstance(answer, Found) or answer.change > TOLERANCE:
-                continue
-            off = abs(np.log(abs(answer.amplitude) / size[k]))
-            if k in self.lost or off <= BRANCH:
+            self.spent += REFINEMENT * answer.cycles
+            self.opens = self.opens or answer.opens
+            if isinstance(answer, Found) and self._may_replace(k, answer):
+                if k in self.found:
+                    off = abs(abs(answer.amplitude) / abs(self.found[k].amplitude) - 1)
+                    self.off[k] = off * REFINEMENT / (REFINEMENT - 1)
                 self.lost.pop(k, None)
+                self.ended.discard(k)
                 self.finer.add(k)
                 self._take(target, answer)
         self.refine(joint)
-        self._drop(new - self.refined)
+        now, refined = self.held().error, self.refined
+        for k in self.finer & {target.point for target, _ in answers}:
+            was_passed = k not in before["anchors"] and k not in before["lost"]
+            if not (k in refined if was_passed else now[k] < known[k]):
+                for name, old in before.items():
+                    own = getattr(self, name)
+                    own.pop(k, None)
+                    own.update({k: old[k]} if k in old else {})
+                self.finer.discard(k)
+                self.ended |= ended & {k}
         self.take_refined()
+
+    def _may_replace(self, k: int, answer: Found) -> bool:
+        """Whether a motion sought anew is one of what is known at a frequency, or beside it."""
+        old = self.found.get(k)
+        left = k in self.lost and k in self.tried
+        walked = old is not None and old.rest is not None and answer.rest is None
+        if answer.change > TOLERANCE or left or walked:
+            return False
+        own = [self.anchors[k]] if k in self.anchors else self.beside(k)
+        apart = [abs(np.log(abs(answer.amplitude) / abs(one.amplitude))) for one in own]
+        return min(apart, default=np.inf) <= BRANCH
 
     def held(self) -> Held:
         """The response through the anchors so far; of what may be on its way out nothing is known."""

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -54,7 +55,29 @@ class Stepped(NamedTuple):
     frequency: float
     amplitude: complex
     state: Start
+    steps: int
+
+
+class Fewest(NamedTuple):
+    """What is known of the states with the fewest steps of a search.
+
+    Attributes
+    ----------
+    steps : int
+        Per cycle.
+    off : mapping of int to float
+        What some that have been replaced have turned out to be off by, relative, by index of their frequency.
+    unknown : float
+        The error where nothing is known.
+    """
+
     steps: int = STEPS
+    off: Mapping[int, float] = MappingProxyType({})
+    unknown: float = ACCURACY
+
+
+NOTHING_KNOWN = Fewest()
+"""Of a search that begins."""
 
 
 class Refined(NamedTuple):
@@ -139,6 +162,12 @@ def err_by_more(
     return any(changed(states[k], Q) > wanted for k, Q in taken(states, found).items())
 
 
+def left_by_more(states: Mapping[int, Stepped], found: Mapping[int, complex | None]) -> float:
+    """The largest error of the amplitude that states with more steps have, `ACCURACY` at least."""
+    left = [changed(states[k], Q) / (REFINEMENT - 1) for k, Q in taken(states, found).items()]
+    return max([ACCURACY, *left])
+
+
 def changed(one: Stepped, Q: complex) -> float:
     """By how much the amplitude of a state has changed, relative."""
     return abs(abs(Q) / max(abs(one.amplitude), 1e-300) - 1)
@@ -149,12 +178,13 @@ def refined(
     found: Mapping[int, complex | None],
     others: Sequence[int],
     count: int,
+    few: Fewest = NOTHING_KNOWN,
 ) -> Refined:
     """Steady states with more steps, and what is left of the error of the steps at every frequency.
 
     Where errors fall no faster than with the number of steps, k times as many that change an amplitude by d
-    leave d/(k - 1), and there was d k/(k - 1) before. The latter counts, the larger to either side, for
-    states that are not sought on or do not settle.
+    leave d/(k - 1), and there was d k/(k - 1) before. The latter counts, the larger to either side of those
+    with as many steps, for states that are not sought on or do not settle; with k times as many, that over k.
 
     Parameters
     ----------
@@ -163,20 +193,24 @@ def refined(
     found : mapping of int to (complex or None)
         First harmonics with more steps of those that were sought on, see `more_steps`.
     others : sequence of int
-        Frequencies of other steady states of the response, with as many steps.
+        Frequencies of other steady states of the response, with the fewest steps.
     count : int
         Frequencies of the response.
+    few : Fewest
     """
     amplitude = taken(states, found)
     known = {k: Q for k in states if (Q := found.get(k)) is not None}
-    if not known:
-        return Refined({}, np.full(count, ACCURACY))
     share = REFINEMENT / (REFINEMENT - 1)
     before = {k: share * changed(states[k], Q) for k, Q in known.items()}
     left = {k: before[k] / REFINEMENT if k in amplitude else before[k] for k in before}
-    unknown = [k for k in {*states, *others} if k not in left]
-    left |= dict(zip(unknown, _larger_beside(before, count)[unknown], strict=True))
-    return Refined(amplitude, _larger_beside(left, count))
+    finer = {k for k, one in states.items() if one.steps > few.steps}
+    of_few = dict(few.off) | {k: e for k, e in before.items() if k not in finer}
+    of_more = {k: e / REFINEMENT for k, e in of_few.items()}
+    of_more |= {k: before[k] for k in finer if k in before}
+    beside = [_larger_beside(one, count, few.unknown) for one in (of_few, of_more)]
+    for k in {*states, *others} - set(left):
+        left[k] = float(beside[k in finer][k])
+    return Refined(amplitude, _larger_beside(left, count, few.unknown))
 
 
 def refined_anchors(
@@ -185,6 +219,7 @@ def refined_anchors(
     anchors: Mapping[int, Anchor],
     states: Mapping[int, Stepped],
     found: Mapping[int, complex | None],
+    few: Fewest = NOTHING_KNOWN,
 ) -> tuple[dict[int, Anchor], Array]:
     """Anchors, those that have settled with more steps, and the error of the steps at every frequency.
 
@@ -195,11 +230,11 @@ def refined_anchors(
     load : float
     anchors : mapping of int to Anchor
         By index of their frequency.
-    states, found
-        Those that have settled, and with more steps; see `refined`.
+    states, found, few
+        Those that have settled, with more steps, and what is known beside these; see `refined`.
     """
     others = [k for k in anchors if k not in states]
-    better = refined(states, found, others, len(surface.frequency))
+    better = refined(states, found, others, len(surface.frequency), few)
     kept = dict(anchors)
     for k, Q in better.amplitude.items():
         old = anchors[k]
@@ -208,8 +243,10 @@ def refined_anchors(
     return kept, better.error
 
 
-def _larger_beside(values: Mapping[int, float], count: int) -> Array:
+def _larger_beside(values: Mapping[int, float], count: int, unknown: float) -> Array:
     """At every index the larger of the values to either side; its own where it has one."""
+    if not values:
+        return np.full(count, unknown)
     known = np.array(sorted(values))
     y = np.array([values[int(k)] for k in known])
     every, last = np.arange(count), len(known) - 1

@@ -81,7 +81,8 @@ class Found:
         Cycles until they do, about; the relative change of the amplitude until then, where they have not
         within `microslip.analyses.time.offset.HORIZON` cycles: this is the motion after so many.
     own : bool
-        Marched from the motion that was known there, as raising the load leads to another branch.
+        Marched from the motion that was known there, as raising the load leads to another branch; where that
+        has left its branch too, this is the motion after the load was raised.
     """
 
     amplitude: complex
