@@ -181,6 +181,10 @@ def branch(name):
     return size * np.exp(-0.02j * k)
 
 
+def settled(anchors):
+    return {k for k, one in anchors.items() if one.change <= 1e-5}
+
+
 def test_what_has_not_settled_beside_a_jump_may_be_leaving():
     """Up to the first that has settled, on the larger side alone, and nowhere else."""
     sizes = [1.0, 1.01, 1.02, 1.03, 0.2, 0.19, 0.18]
@@ -193,8 +197,12 @@ def test_what_has_not_settled_beside_a_jump_may_be_leaving():
         }
 
     bound = np.zeros(18)
-    assert leaving(anchors(range(7)), bound) == [11, 12, 13]
-    assert leaving(anchors(range(6, -1, -1)), bound) == [13, 14, 15]
+    assert leaving(anchors(range(7)), bound, settled(anchors(range(7)))) == [11, 12, 13]
+    assert leaving(anchors(range(6, -1, -1)), bound, settled(anchors(range(6, -1, -1)))) == [
+        13,
+        14,
+        15,
+    ]
 
 
 def test_a_jump_may_lie_between_steady_states_that_are_no_neighbours():
@@ -205,9 +213,9 @@ def test_a_jump_may_lie_between_steady_states_that_are_no_neighbours():
         for j, (size, change) in enumerate(zip(sizes, changes, strict=True))
     }
     bound = np.zeros(22)
-    assert leaving(anchors, bound) == []
+    assert leaving(anchors, bound, settled(anchors)) == []
     bound[18] = np.inf
-    assert leaving(anchors, bound) == [11, 12, 13, 14, 15, 16]
+    assert leaving(anchors, bound, settled(anchors)) == [11, 12, 13, 14, 15, 16]
 
 
 BUMP = 115
@@ -484,6 +492,36 @@ def test_what_more_steps_leave_unsure_is_sought_anew_with_them(refined, monkeypa
     assert (off[~unsure] <= found.error_indicator[~unsure]).all()
     inside = np.abs(np.arange(len(FOLD)) - BUMP) < 4
     assert unsure[inside].all() if share < 1 else not unsure.any()
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_a_branch_that_ends_sooner_with_more_steps_is_not_claimed_beyond(
+    refined, monkeypatch, mirrored
+):
+    """From its end with few steps to that with more the larger motion settles with few alone."""
+    sooner = 6
+
+    def size(k, steps):
+        at = len(FOLD) - 1 - k if mirrored else k
+        larger = at >= (ENDS if steps == STEPS else ENDS + sooner)
+        return complex(branch("larger" if larger else "smaller")[k])
+
+    def sought(joint, targets):
+        for target in targets:
+            yield Found(size(target.point, target.steps), 1e-6, 1e-5, "larger", 10)
+
+    def more(joint, load, states):
+        for k, one in states.items():
+            Q = size(k, 4 * one.steps)
+            yield k, More(Q if abs(Q / one.amplitude) > 0.5 else None, 16)
+
+    found = held_to(sought, refined, monkeypatch, 141, more=more).response
+    true = np.abs([size(k, 4 * STEPS) for k in range(len(FOLD))])
+    off = np.abs(np.abs(found.amplitude) / true - 1)
+    sure = found.error_indicator <= 0.01
+    print(f"{sure.mean():.1%} sure")
+    assert (off[sure] <= found.error_indicator[sure]).all()
+    assert sure.mean() > 0.9
 
 
 def joint_with_a_fold(asked):

@@ -6,7 +6,7 @@ Anchors by index of their frequency, what was lost, what was marched to its end,
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
@@ -213,6 +213,7 @@ class Search:
         where bodies are not. What was passed over has to settle with still more, as others do.
         """
         known, ended = self.held().error, set(self.ended)
+        ends = set(self._leaving(known))
         before = {name: dict(getattr(self, name)) for name in AT_A_FREQUENCY}
         for target, answer in answers:
             k = target.point
@@ -220,8 +221,10 @@ class Search:
             self.anew.add(k)
             self.spent += REFINEMENT * answer.cycles
             self.opens = self.opens or answer.opens
-            if isinstance(answer, Found) and self._may_replace(k, answer):
-                if k in self.found:
+            if isinstance(answer, Found) and self._may_replace(k, answer, k in ends):
+                if k in self.found and self._apart(k, answer) > BRANCH:
+                    self.fell.add(k)
+                elif k in self.found:
                     off = abs(abs(answer.amplitude) / abs(self.found[k].amplitude) - 1)
                     self.off[k] = off * REFINEMENT / (REFINEMENT - 1)
                 self.lost.pop(k, None)
@@ -241,22 +244,40 @@ class Search:
                 self.ended |= ended & {k}
         self.take_refined()
 
-    def _may_replace(self, k: int, answer: Found) -> bool:
-        """Whether a motion sought anew is one of what is known at a frequency, or beside it."""
+    def _may_replace(self, k: int, answer: Found, ends: bool) -> bool:
+        """Whether a motion sought anew is of the branch that is known at a frequency; where none is or it may
+        end there, of one beside it."""
         old = self.found.get(k)
         left = k in self.lost and k in self.tried
         walked = old is not None and old.rest is not None and answer.rest is None
         if answer.change > TOLERANCE or left or walked:
             return False
-        own = [self.anchors[k]] if k in self.anchors else self.beside(k)
-        apart = [abs(np.log(abs(answer.amplitude) / abs(one.amplitude))) for one in own]
-        return min(apart, default=np.inf) <= BRANCH
+        if k in self.anchors and self._apart(k, answer) <= BRANCH:
+            return True
+        others = [j for j in self.anchors if j != k]
+        near = [
+            max([j for j in others if j < k], default=k),
+            min([j for j in others if j > k], default=k),
+        ]
+        apart = [self._apart(j, answer) for j in near if j != k]
+        return (ends or k not in self.anchors) and min(apart, default=np.inf) <= BRANCH
+
+    def _apart(self, k: int, answer: Found) -> float:
+        """Logarithm of the sizes of a motion and of the one that is known at a frequency."""
+        return abs(float(np.log(abs(answer.amplitude) / abs(self.anchors[k].amplitude))))
 
     def held(self) -> Held:
         """The response through the anchors so far; of what may be on its way out nothing is known."""
         now = held(self.surface, self.base.load, self.doubted(), self.lost, self.accuracy)
-        now.error[leaving(self.anchors, now.error)] = np.inf
+        now.error[self._leaving(now.error)] = np.inf
         return now
+
+    def _leaving(self, error: Array) -> list[int]:
+        """Where motions may be on their way out: with more steps a branch may end before it does with few."""
+        settled = {k for k, one in self.anchors.items() if one.change <= TOLERANCE}
+        return leaving(
+            self.anchors, error, self.refined if any(self.before) and self.sought_on else settled
+        )
 
     def doubted(self) -> dict[int, Anchor]:
         """The anchors, each with how far its amplitude scatters with its past.
@@ -381,7 +402,7 @@ class Search:
         )
 
 
-def leaving(anchors: Mapping[int, Anchor], error: Array) -> list[int]:
+def leaving(anchors: Mapping[int, Anchor], error: Array, settled: Container[int]) -> list[int]:
     """Where motions may be on their way out, by index of the frequency.
 
     Past the end of a branch a motion lingers near where its states were, and falls to another branch after
@@ -395,12 +416,14 @@ def leaving(anchors: Mapping[int, Anchor], error: Array) -> list[int]:
     error : (n,) array
         Bound between them. Sizes jump from one to the next where these are neighbours, or where nothing
         bounds what lies between.
+    settled : container of int
+        Those that have settled.
     """
     found = set[int]()
     for way, outward in larger_sides(anchors, error):
         end = len(error) if way > 0 else -1
-        settled = next((k for k in outward if anchors[k].change <= TOLERANCE), end)
-        found.update(range(outward[0], settled, way))
+        first = next((k for k in outward if k in settled), end)
+        found.update(range(outward[0], first, way))
     return sorted(found)
 
 
