@@ -555,7 +555,7 @@ def held_to(sought, refined, monkeypatch, points, marched=ends_nowhere, more=Non
     if more is None:
         monkeypatch.setattr(method.Search, "seek_on", lambda search, joint: None)
     else:
-        monkeypatch.setattr("microslip.pipeline.search.more_steps", more)
+        monkeypatch.setattr("microslip.pipeline.stepping.more_steps", more)
     return method.anchored_response(
         SimpleNamespace(prepared=None),
         SimpleNamespace(points=points, error=0.01),

@@ -123,7 +123,7 @@ def test_between_states_that_more_steps_have_moved_others_are_sought(done, monke
         sought_on.update(states)
         return ((k, More(one.amplitude, 16)) for k, one in states.items())
 
-    monkeypatch.setattr(method, "more_steps", unmoved)
+    monkeypatch.setattr("microslip.pipeline.stepping.more_steps", unmoved)
     (plain,) = corrected(30.0, corrections=60, error=0.02, count=121).responses
     before = len(sought_on)
     sought_on.clear()
@@ -135,7 +135,7 @@ def test_between_states_that_more_steps_have_moved_others_are_sought(done, monke
             size = 1 + 0.018 * np.exp(-(((one.frequency - peak) / 1.0) ** 2))
             yield k, More(size * one.amplitude, 16)
 
-    monkeypatch.setattr(method, "more_steps", moved)
+    monkeypatch.setattr("microslip.pipeline.stepping.more_steps", moved)
     (curve,) = corrected(30.0, corrections=60, error=0.02, count=121).responses
     new = np.setdiff1d(*([one.frequency for one in c.anchors] for c in (curve, plain)))
     print(f"{before} and {len(new)} more: {new - peak}")
@@ -159,7 +159,7 @@ def test_where_the_first_show_that_the_steps_err_all_have_more(done, monkeypatch
             yield k, More(one.amplitude * many / few, 16)
 
     monkeypatch.setattr(method, "patient_motion", erring)
-    monkeypatch.setattr(method, "more_steps", more)
+    monkeypatch.setattr("microslip.pipeline.stepping.more_steps", more)
     (curve,) = corrected(30.0, corrections=16).responses
     first = asked.count(STEPS)
     assert set(asked[:first]) == {STEPS}

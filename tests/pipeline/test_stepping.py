@@ -14,12 +14,10 @@ from microslip.analyses.time.step_refinement import REFINEMENT
 from microslip.pipeline import stepping
 from microslip.pipeline.stepping import (
     ACCURACY,
-    Fewest,
     More,
     Refined,
     Stepped,
-    left_by_more,
-    more_steps,
+    Stepping,
     refined,
 )
 from microslip.pipeline.targets import STEPS
@@ -49,8 +47,10 @@ def motions(small_reference):
 
 
 def with_more(joint, load, states):
-    """First harmonics of states with more steps."""
-    return {k: more.amplitude for k, more in more_steps(joint, load, states)}
+    """What states become with more steps."""
+    known = Stepping()
+    known.seek_on(joint, load, states)
+    return known
 
 
 @pytest.fixture(scope="module")
@@ -84,7 +84,7 @@ def test_what_does_not_settle_is_not_known(small_reference, motions, monkeypatch
     none = refined(found, with_more(small_reference.joint, load, found), [], 45)
     assert none.amplitude == {}
     assert (none.error == ACCURACY).all()
-    assert (refined({}, {}, [], 3).error == ACCURACY).all()
+    assert (refined({}, Stepping(), [], 3).error == ACCURACY).all()
 
 
 def test_another_motion_is_not_taken_for_the_same(monkeypatch):
@@ -105,7 +105,8 @@ def test_states_of_few_steps_are_no_better_known_for_others_of_more_beside_them(
     steps = {0: 4 * STEPS, 5: STEPS, 10: 4 * STEPS, 15: 4 * STEPS}
     states = {k: Stepped(1.0, 1.0 + 0j, None, n) for k, n in steps.items()}
     found = {0: 1.0001, 5: None, 10: 1.0001, 15: None}
-    error = refined(states, found, [20], 21, Fewest(STEPS, {0: 0.05, 10: 0.02, 15: 0.04})).error
+    known = Stepping(sought_on=found, off={0: 0.05, 10: 0.02, 15: 0.04})
+    error = refined(states, known, [20], 21).error
     assert error[0] == pytest.approx(1e-4 / 3)
     assert error[5] == 0.05
     assert (error[1:5] == 0.05).all()
@@ -116,12 +117,16 @@ def test_states_of_few_steps_are_no_better_known_for_others_of_more_beside_them(
 def test_where_no_state_settles_with_more_steps_the_error_is_that_of_the_first():
     states = {k: Stepped(1.0, 1.0 + 0j, None, STEPS) for k in range(4)}
     first = {0: 1.03, 1: 1.001, 2: None, 3: 1.2}
-    left = left_by_more(states, first)
+    known = Stepping(sought_on=first).anew(states)
+    left = known.unknown
     assert left == pytest.approx(0.01)  # the last is another motion
     states = {k: one._replace(steps=4 * STEPS) for k, one in states.items()}
-    none = refined(states, dict.fromkeys(states), [], 6, Fewest(4 * STEPS, {}, left))
+    assert known.steps == 4 * STEPS
+    assert known.sought_on == {}
+    known.sought_on.update(dict.fromkeys(states))
+    none = refined(states, known, [], 6)
     assert (none.error == left).all()
-    assert left_by_more(states, dict.fromkeys(states)) == ACCURACY
+    assert known.anew(states).unknown == ACCURACY
 
 
 @pytest.fixture(scope="module")
@@ -143,7 +148,7 @@ def test_a_response_has_the_amplitudes_of_more_steps_and_their_error(response, m
     assert ratio == pytest.approx(1.05, rel=2e-3)
 
 
-def moved(states, found, others, count, few):
+def moved(states, known, others, count):
     """Amplitudes a twentieth larger, known to a fiftieth."""
     amplitude = {k: 1.05 * one.amplitude for k, one in states.items()}
     return Refined(amplitude, np.full(count, 0.02))

@@ -40,7 +40,7 @@ from microslip.describe.requests import (
 from microslip.pipeline.band import Curve
 from microslip.pipeline.marched import raised_and_marched
 from microslip.pipeline.prepare import Assembly
-from microslip.pipeline.search import Search, larger_sides
+from microslip.pipeline.search import Search, around, larger_sides
 from microslip.pipeline.targets import STEPS, Found, Lost, Target
 from microslip.pipeline.walk import TOLERANCE, sought, what_it_is
 from microslip.typing import Array
@@ -158,7 +158,7 @@ def anchored_response(
         stop.set()
         search = max(first, search, key=lambda one: len(one.anchors))
         search.take_refined()
-    cycles = f"{search.spent + search.marched} cycles"
+    cycles = f"{search.cycles + search.marched} cycles"
     if search.steps != STEPS:
         cycles += f" of {search.steps} steps"
     spent = f"{search.count} steady states, {cycles} and {search.seconds:.0f} s"
@@ -236,9 +236,9 @@ def _anew(search: Search, guess: Contours, wanted: float) -> list[Target]:
     others = now.error - search.accuracy
     unsure.sort(key=lambda k: (not others[k] <= wanted, -now.error[k], k))
     for k in unsure[:ANEW_AT_A_TIME]:
-        below, above = [j for j in refined if j < k], [j for j in refined if j > k]
-        beside = tuple([max(below)] if below else []) + tuple([min(above)] if above else [])
-        targets.append(replace(_target(search, k, guess, now, beside), steps=search.more))
+        beside = tuple(around(refined - {k}, k))
+        anew = replace(_target(search, k, guess, now, beside), steps=search.stepping.more)
+        targets.append(anew)
     return targets[: search.points - search.count]
 
 
@@ -318,9 +318,7 @@ def _marched_target(search: Search, k: int) -> Target:
     both of them it is not raised again.
     """
     f, load = search.base.frequency, search.base.load
-    marks = sorted(search.found)
-    i = int(np.searchsorted(marks, k))
-    beside = (k,) if k in search.found else tuple(marks[max(i - 1, 0) : i + 1])
+    beside = (k,) if k in search.found else tuple(around(search.found, k))
     begin, starts, _ = _from_beside(search, k, beside)
     sizes = [abs(search.found[j].amplitude) for j in beside] or [0.0]
     own = all(search.found[j].own and j not in search.fell for j in beside)
@@ -342,11 +340,9 @@ def _marched_target(search: Search, k: int) -> Target:
 def _rest_at(search: Search, k: int) -> Array | None:
     """Offset at which bodies may come to rest at a frequency, from where they have beside it."""
     rests = {j: one.rest for j, one in search.found.items() if one.rest is not None}
-    rested = sorted(rests)
-    if not rested:
+    beside = around(rests, k)
+    if not beside:
         return None
-    i = int(np.searchsorted(rested, k))
-    beside = rested[max(i - 1, 0) : i + 1]
     share = (k - beside[0]) / (beside[-1] - beside[0]) if len(beside) > 1 else 0.0
     return (1 - share) * rests[beside[0]] + share * rests[beside[-1]]
 

@@ -35,7 +35,6 @@ from microslip.analyses.time.readings import opening_of
 from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.starts import Start
 from microslip.analyses.time.steady import raised_state, steady_state
-from microslip.analyses.time.step_refinement import REFINEMENT
 from microslip.describe.requests import ResponseAnalysis
 from microslip.errors import JointOpensError, MicroslipError
 from microslip.numerics.execute import each, threads
@@ -44,16 +43,7 @@ from microslip.pipeline.auto import AT_A_TIME
 from microslip.pipeline.band import Curve
 from microslip.pipeline.creep import crept
 from microslip.pipeline.prepare import Assembly
-from microslip.pipeline.stepping import (
-    ACCURACY,
-    NOTHING_KNOWN,
-    Fewest,
-    Stepped,
-    err_by_more,
-    left_by_more,
-    more_steps,
-    refined_anchors,
-)
+from microslip.pipeline.stepping import ACCURACY, Stepped, Stepping, refined_anchors
 from microslip.pipeline.targets import STEPS
 from microslip.pipeline.walk import (
     DOUBTFUL,
@@ -105,35 +95,23 @@ class _Table:
     lost: dict[int, float] = field(default_factory=dict)
     opens: bool = False
     settled: dict[int, Stepped] = field(default_factory=dict)
-    sought_on: dict[int, complex | None] = field(default_factory=dict)
     accuracy: float | Array = ACCURACY
-    few: Fewest = NOTHING_KNOWN
-
-    @property
-    def steps(self) -> int:
-        """Per cycle."""
-        return self.few.steps
+    stepping: Stepping = field(default_factory=Stepping)
 
     def refine(self, joint: PreparedJoint) -> None:
         """Seek settled states on with more steps that are not yet, and know what the steps do."""
-        self.seek_on(joint)
+        self.stepping.seek_on(joint, self.load, self.settled)
         self.take_refined()
 
-    def seek_on(self, joint: PreparedJoint) -> None:
-        """Seek settled states on with more steps that are not yet; those with fewer stay."""
-        new = {k: one for k, one in self.settled.items() if k not in self.sought_on}
-        for k, more in more_steps(joint, self.load, new):
-            self.sought_on[k] = more.amplitude
-
     def begun_anew(self) -> _Table:
-        """The same with `REFINEMENT` times the steps, and nothing known but what those err by."""
-        few = Fewest(REFINEMENT * self.steps, {}, left_by_more(self.settled, self.sought_on))
-        return _Table(self.surface, self.load, opens=self.opens, few=few)
+        """The same with more steps, and nothing known but what those err by."""
+        stepping = self.stepping.anew(self.settled)
+        return _Table(self.surface, self.load, opens=self.opens, stepping=stepping)
 
     def take_refined(self) -> None:
         """Have the anchors with more steps, where they were sought on, and what is left of the error."""
         self.anchors, self.accuracy = refined_anchors(
-            self.surface, self.load, self.anchors, self.settled, self.sought_on, self.few
+            self.surface, self.load, self.anchors, self.settled, self.stepping
         )
 
     @property
@@ -209,8 +187,8 @@ def corrected_response(
 
     try:
         _learn(joint, table, picks, guess)
-        table.seek_on(joint)
-        if err_by_more(table.settled, table.sought_on, settings.error):
+        table.stepping.seek_on(joint, table.load, table.settled)
+        if table.stepping.err_by_more(table.settled, settings.error):
             table = first.begun_anew()
             _learn(joint, table, picks, guess)
         advance(len(picks))
@@ -237,7 +215,7 @@ def _learn(joint: PreparedJoint, table: _Table, picks: list[int], guess: Contour
 
     def work(task: tuple[float, complex]) -> BriefMotion:
         try:
-            return patient_motion(joint, table.load, *task, table.steps)
+            return patient_motion(joint, table.load, *task, table.stepping.steps)
         except MicroslipError as error:
             return BriefMotion(0j, np.inf, np.inf, isinstance(error, JointOpensError))
 
@@ -250,7 +228,7 @@ def _learn(joint: PreparedJoint, table: _Table, picks: list[int], guess: Contour
         anchor = anchor_at(table.surface, f, table.load, *found[:3])
         table.anchors[k] = replace(anchor, scatter=np.nan)
         if found.end is not None:
-            table.settled[k] = Stepped(f, found.amplitude, found.end, table.steps)
+            table.settled[k] = Stepped(f, found.amplitude, found.end, table.stepping.steps)
 
 
 class BriefMotion(NamedTuple):

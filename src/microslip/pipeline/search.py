@@ -6,9 +6,11 @@ Anchors by index of their frequency, what was lost, what was marched to its end,
 from __future__ import annotations
 
 import time
-from collections.abc import Container, Iterator, Mapping, Sequence
+from bisect import bisect_left
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -27,22 +29,10 @@ from microslip.analyses.reduced.surface import LoadSurface
 from microslip.analyses.time.offset import BRANCH
 from microslip.analyses.time.step_refinement import REFINEMENT
 from microslip.describe.requests import CYCLES_EACH, SECONDS_EACH
-from microslip.pipeline.stepping import (
-    ACCURACY,
-    Fewest,
-    Stepped,
-    err_by_more,
-    left_by_more,
-    more_steps,
-    refined_anchors,
-    taken,
-)
+from microslip.pipeline.stepping import ACCURACY, Stepped, Stepping, refined_anchors, taken
 from microslip.pipeline.targets import STEPS, Found, Lost, Target
 from microslip.pipeline.walk import DOUBTFUL, FINE, TOLERANCE
 from microslip.typing import Array
-
-AT_A_FREQUENCY = ("anchors", "found", "lost", "sought_on", "off")
-"""What is known by index of the frequency."""
 
 
 @dataclass
@@ -52,7 +42,7 @@ class Search:
     surface: LoadSurface
     base: Response
     points: int
-    steps: int = STEPS
+    stepping: Stepping = field(default_factory=Stepping)
     anchors: dict[int, Anchor] = field(default_factory=dict)
     found: dict[int, Found] = field(default_factory=dict)
     origins: dict[int, set[int]] = field(default_factory=dict)
@@ -66,13 +56,10 @@ class Search:
     spent: int = 0
     opens: bool = False
     accuracy: float | Array = ACCURACY
-    unknown: float = ACCURACY
-    off: dict[int, float] = field(default_factory=dict)
-    sought_on: dict[int, complex | None] = field(default_factory=dict)
     passed: set[int] = field(default_factory=set)
     anew: set[int] = field(default_factory=set)
     finer: set[int] = field(default_factory=set)
-    before: tuple[int, float] = (0, 0.0)
+    before: tuple[int, float] | None = None
     began: float = field(default_factory=time.process_time)
 
     @property
@@ -83,9 +70,20 @@ class Search:
     @property
     def over(self) -> bool:
         """Whether all that may be spent is; since there have been more steps, of more cycles' worth."""
-        cycles, seconds = self.spent - self.before[0], self.seconds - self.before[1]
-        most = CYCLES_EACH * self.points * (REFINEMENT if any(self.before) else 1)
-        return cycles >= most or seconds >= self.may_take or self.count >= self.points
+        cycles, seconds = self.before or (0, 0.0)
+        most = CYCLES_EACH * self.points * (1 if self.before is None else REFINEMENT)
+        dear = self.cycles - cycles >= most or self.seconds - seconds >= self.may_take
+        return dear or self.count >= self.points
+
+    @property
+    def cycles(self) -> int:
+        """Spent on searches, of `steps` each."""
+        return self.spent + self.stepping.cycles
+
+    @property
+    def steps(self) -> int:
+        """Per cycle."""
+        return self.stepping.steps
 
     @property
     def may_take(self) -> float:
@@ -126,46 +124,36 @@ class Search:
 
     def steps_at(self, k: int) -> int:
         """Per cycle, of the steady state at a frequency."""
-        return self.more if k in self.finer else self.steps
-
-    @property
-    def more(self) -> int:
-        """Steps per cycle with which what is not known is sought anew."""
-        return REFINEMENT * self.steps
+        return self.stepping.more if k in self.finer else self.steps
 
     @property
     def refined(self) -> set[int]:
         """Anchors that are steady states with more steps, by index of their frequency."""
-        return set(taken(self.settled, self.sought_on))
+        return set(taken(self.settled, self.stepping.sought_on))
 
     def refine(self, joint: PreparedJoint) -> None:
         """Seek settled anchors on with more steps that are not yet, and know what the steps do."""
         self.seek_on(joint)
         self.take_refined()
-        if not any(self.before):
-            self.before = self.spent, self.seconds
+        if self.before is None:
+            self.before = self.cycles, self.seconds
 
     def seek_on(self, joint: PreparedJoint) -> None:
         """Seek settled anchors on with more steps that are not yet; those with fewer stay."""
-        new = {k: one for k, one in self.settled.items() if k not in self.sought_on}
-        for k, more in more_steps(joint, self.base.load, new):
-            self.sought_on[k] = more.amplitude
-            self.spent += more.cycles * (new[k].steps // self.steps)
+        self.stepping.seek_on(joint, self.base.load, self.settled)
 
     def steps_tell(self, joint: PreparedJoint, wanted: float) -> bool:
         """Whether the steps put a settled anchor off by more than is wanted."""
         self.seek_on(joint)
-        return err_by_more(self.settled, self.sought_on, wanted)
+        return self.stepping.err_by_more(self.settled, wanted)
 
     def begun_anew(self) -> Search:
-        """The same with `REFINEMENT` times the steps, and nothing known but what those err by; what was spent
-        counts."""
+        """The same with more steps, and nothing known but what those err by; what was spent counts."""
         return Search(
             self.surface,
             self.base,
             self.points,
-            self.more,
-            unknown=left_by_more(self.settled, self.sought_on),
+            self.stepping.anew(self.settled),
             count=self.count,
             spent=self.spent // REFINEMENT,
             opens=self.opens,
@@ -174,9 +162,8 @@ class Search:
 
     def take_refined(self) -> None:
         """Have the anchors with more steps, where they were sought on, and what is left of the error."""
-        few = Fewest(self.steps, self.off, self.unknown)
         self.anchors, self.accuracy = refined_anchors(
-            self.surface, self.base.load, self.anchors, self.settled, self.sought_on, few
+            self.surface, self.base.load, self.anchors, self.settled, self.stepping
         )
 
     def keep_refined(
@@ -213,8 +200,8 @@ class Search:
         where bodies are not. What was passed over has to settle with still more, as others do.
         """
         known, ended = self.held().error, set(self.ended)
-        ends = set(self._leaving(known))
-        before = {name: dict(getattr(self, name)) for name in AT_A_FREQUENCY}
+        ends, marks = set(self._leaving(known)), self.marks
+        before = [dict(one) for one in self._at_a_frequency()]
         for target, answer in answers:
             k = target.point
             self.count += 1
@@ -225,8 +212,7 @@ class Search:
                 if k in self.found and self._apart(k, answer) > BRANCH:
                     self.fell.add(k)
                 elif k in self.found:
-                    off = abs(abs(answer.amplitude) / abs(self.found[k].amplitude) - 1)
-                    self.off[k] = off * REFINEMENT / (REFINEMENT - 1)
+                    self.stepping.replaced(k, self.found[k].amplitude, answer.amplitude)
                 self.lost.pop(k, None)
                 self.ended.discard(k)
                 self.finer.add(k)
@@ -234,15 +220,19 @@ class Search:
         self.refine(joint)
         now, refined = self.held().error, self.refined
         for k in self.finer & {target.point for target, _ in answers}:
-            was_passed = k not in before["anchors"] and k not in before["lost"]
-            if not (k in refined if was_passed else now[k] < known[k]):
-                for name, old in before.items():
-                    own = getattr(self, name)
+            better = now[k] < known[k] if k in marks else k in refined
+            if not better:
+                for own, old in zip(self._at_a_frequency(), before, strict=True):
                     own.pop(k, None)
                     own.update({k: old[k]} if k in old else {})
                 self.finer.discard(k)
                 self.ended |= ended & {k}
         self.take_refined()
+
+    def _at_a_frequency(self) -> tuple[dict[int, Any], ...]:
+        """What is known, by index of the frequency."""
+        own = self.stepping
+        return self.anchors, self.found, self.lost, own.sought_on, own.off
 
     def _may_replace(self, k: int, answer: Found, ends: bool) -> bool:
         """Whether a motion sought anew is of the branch that is known at a frequency; where none is or it may
@@ -254,12 +244,7 @@ class Search:
             return False
         if k in self.anchors and self._apart(k, answer) <= BRANCH:
             return True
-        others = [j for j in self.anchors if j != k]
-        near = [
-            max([j for j in others if j < k], default=k),
-            min([j for j in others if j > k], default=k),
-        ]
-        apart = [self._apart(j, answer) for j in near if j != k]
+        apart = [self._apart(j, answer) for j in around(set(self.anchors) - {k}, k)]
         return (ends or k not in self.anchors) and min(apart, default=np.inf) <= BRANCH
 
     def _apart(self, k: int, answer: Found) -> float:
@@ -274,10 +259,8 @@ class Search:
 
     def _leaving(self, error: Array) -> list[int]:
         """Where motions may be on their way out: with more steps a branch may end before it does with few."""
-        settled = {k for k, one in self.anchors.items() if one.change <= TOLERANCE}
-        return leaving(
-            self.anchors, error, self.refined if any(self.before) and self.sought_on else settled
-        )
+        finer = self.before is not None and self.stepping.sought_on
+        return leaving(self.anchors, error, self.refined if finer else self.settled)
 
     def doubted(self) -> dict[int, Anchor]:
         """The anchors, each with how far its amplitude scatters with its past.
@@ -311,8 +294,8 @@ class Search:
         self.opens = self.opens or answer.opens
         if isinstance(answer, Lost):
             return
-        own = [self.anchors[k]] if k in self.anchors else self.beside(k)
-        apart = [abs(np.log(abs(answer.amplitude) / abs(one.amplitude))) for one in own]
+        own = [k] if k in self.anchors else around(self.anchors, k)
+        apart = [self._apart(j, answer) for j in own]
         left = answer.own and k in self.anchors and min(apart) > BRANCH
         if left:  # the motion that was taken for steady has left its branch
             self._leave(k, abs(answer.amplitude))
@@ -346,12 +329,6 @@ class Search:
                     break
                 passed.append(j)
         self.fell.add(k)
-
-    def beside(self, k: int) -> list[Anchor]:
-        """The steady states next to a frequency, below and above."""
-        marks = sorted(self.anchors)
-        i = int(np.searchsorted(marks, k))
-        return [self.anchors[j] for j in marks[max(i - 1, 0) : i + 1]]
 
     def forget_between(self, wanted: float) -> None:
         """Drop steady states that are not known well and lie on a branch between two that are.
@@ -395,11 +372,24 @@ class Search:
     def _take(self, target: Target, answer: Found) -> None:
         k, Q, load = target.point, answer.amplitude, self.base.load
         self.found[k] = answer
-        self.sought_on.pop(k, None)
+        self.stepping.sought_on.pop(k, None)
         past = float(np.nan_to_num(answer.past))
         self.anchors[k] = anchor_at(
             self.surface, target.frequency, load, Q, answer.change, answer.doubt, past
         )
+
+
+def around(marks: Iterable[int], k: int) -> list[int]:
+    """The marks next to an index, below it, and at it or above.
+
+    Examples
+    --------
+    >>> around([3, 7, 5], 6), around([3, 7, 5], 5), around([3, 7, 5], 8), around([], 2)
+    ([5, 7], [3, 5], [7], [])
+    """
+    ordered = sorted(marks)
+    i = bisect_left(ordered, k)
+    return ordered[max(i - 1, 0) : i + 1]
 
 
 def leaving(anchors: Mapping[int, Anchor], error: Array, settled: Container[int]) -> list[int]:

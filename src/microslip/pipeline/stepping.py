@@ -10,8 +10,7 @@ frequencies the larger of two errors counts.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
-from types import MappingProxyType
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -39,6 +38,11 @@ FARTHEST = 0.1
 """Where the amplitude changes by more, relative, the motion is not taken for the same one."""
 
 
+BEFORE = REFINEMENT / (REFINEMENT - 1)
+"""Times what more steps change an amplitude by: its error with the fewer at most, where errors fall no faster
+than with the number of steps."""
+
+
 class Stepped(NamedTuple):
     """A steady state to be sought on with more steps.
 
@@ -56,28 +60,6 @@ class Stepped(NamedTuple):
     amplitude: complex
     state: Start
     steps: int
-
-
-class Fewest(NamedTuple):
-    """What is known of the states with the fewest steps of a search.
-
-    Attributes
-    ----------
-    steps : int
-        Per cycle.
-    off : mapping of int to float
-        What some that have been replaced have turned out to be off by, relative, by index of their frequency.
-    unknown : float
-        The error where nothing is known.
-    """
-
-    steps: int = STEPS
-    off: Mapping[int, float] = MappingProxyType({})
-    unknown: float = ACCURACY
-
-
-NOTHING_KNOWN = Fewest()
-"""Of a search that begins."""
 
 
 class Refined(NamedTuple):
@@ -141,44 +123,77 @@ def taken(states: Mapping[int, Stepped], found: Mapping[int, complex | None]) ->
     """First harmonics with more steps, where these have settled and are the same motion."""
     amplitudes = {k: found.get(k) for k in states}
     return {
-        k: Q for k, Q in amplitudes.items() if Q is not None and changed(states[k], Q) <= FARTHEST
+        k: Q for k, Q in amplitudes.items() if Q is not None and _changed(states[k], Q) <= FARTHEST
     }
 
 
-def err_by_more(
-    states: Mapping[int, Stepped], found: Mapping[int, complex | None], wanted: float
-) -> bool:
-    """Whether the steps put a state off by more than is wanted of the response.
-
-    States between which a search looks for more are no better known then than what it is to find.
-
-    Parameters
-    ----------
-    states, found
-        Settled, and with more steps; see `refined`.
-    wanted : float
-        Relative error of the amplitude.
-    """
-    return any(changed(states[k], Q) > wanted for k, Q in taken(states, found).items())
-
-
-def left_by_more(states: Mapping[int, Stepped], found: Mapping[int, complex | None]) -> float:
-    """The largest error of the amplitude that states with more steps have, `ACCURACY` at least."""
-    left = [changed(states[k], Q) / (REFINEMENT - 1) for k, Q in taken(states, found).items()]
-    return max([ACCURACY, *left])
-
-
-def changed(one: Stepped, Q: complex) -> float:
+def _changed(one: Stepped, Q: complex) -> float:
     """By how much the amplitude of a state has changed, relative."""
-    return abs(abs(Q) / max(abs(one.amplitude), 1e-300) - 1)
+    return _apart(one.amplitude, Q)
+
+
+def _apart(few: complex, more: complex) -> float:
+    return abs(abs(more) / max(abs(few), 1e-300) - 1)
+
+
+@dataclass
+class Stepping:
+    """What more steps do to the states of a response, by index of their frequency, as it becomes known.
+
+    Attributes
+    ----------
+    steps : int
+        Per cycle, of the states with the fewest.
+    unknown : float
+        The error of the amplitude where nothing is known.
+    sought_on : dict of int to (complex or None)
+        First harmonics with more steps; None where they do not settle.
+    off : dict of int to float
+        What states with the fewest steps that have been replaced have turned out to be off by, relative.
+    cycles : int
+        Spent, of the fewest steps.
+    """
+
+    steps: int = STEPS
+    unknown: float = ACCURACY
+    sought_on: dict[int, complex | None] = field(default_factory=dict)
+    off: dict[int, float] = field(default_factory=dict)
+    cycles: int = 0
+
+    @property
+    def more(self) -> int:
+        """`REFINEMENT` times as many."""
+        return REFINEMENT * self.steps
+
+    def seek_on(self, joint: PreparedJoint, load: float, states: Mapping[int, Stepped]) -> None:
+        """Seek those states on with more steps that are not yet."""
+        new = {k: one for k, one in states.items() if k not in self.sought_on}
+        for k, more in more_steps(joint, load, new):
+            self.sought_on[k] = more.amplitude
+            self.cycles += more.cycles * (new[k].steps // self.steps)
+
+    def err_by_more(self, states: Mapping[int, Stepped], wanted: float) -> bool:
+        """Whether the steps put a state off by more than is wanted of the response, relative.
+
+        States between which a search looks for more are no better known then than what it is to find.
+        """
+        return any(
+            _changed(states[k], Q) > wanted for k, Q in taken(states, self.sought_on).items()
+        )
+
+    def anew(self, states: Mapping[int, Stepped]) -> Stepping:
+        """Of a search begun anew with more steps: the largest error that states with these have alone."""
+        known = taken(states, self.sought_on)
+        left = [_changed(states[k], Q) / (REFINEMENT - 1) for k, Q in known.items()]
+        return Stepping(self.more, max([ACCURACY, *left]), cycles=self.cycles // REFINEMENT)
+
+    def replaced(self, k: int, few: complex, more: complex) -> None:
+        """Learn what a state with the fewest steps was off by, from the first harmonic instead of it."""
+        self.off[k] = BEFORE * _apart(few, more)
 
 
 def refined(
-    states: Mapping[int, Stepped],
-    found: Mapping[int, complex | None],
-    others: Sequence[int],
-    count: int,
-    few: Fewest = NOTHING_KNOWN,
+    states: Mapping[int, Stepped], known: Stepping, others: Sequence[int], count: int
 ) -> Refined:
     """Steady states with more steps, and what is left of the error of the steps at every frequency.
 
@@ -190,27 +205,25 @@ def refined(
     ----------
     states : mapping of int to Stepped
         Settled, by index of their frequency.
-    found : mapping of int to (complex or None)
-        First harmonics with more steps of those that were sought on, see `more_steps`.
+    known : Stepping
+        What they have become with more steps.
     others : sequence of int
         Frequencies of other steady states of the response, with the fewest steps.
     count : int
         Frequencies of the response.
-    few : Fewest
     """
-    amplitude = taken(states, found)
-    known = {k: Q for k in states if (Q := found.get(k)) is not None}
-    share = REFINEMENT / (REFINEMENT - 1)
-    before = {k: share * changed(states[k], Q) for k, Q in known.items()}
+    amplitude = taken(states, known.sought_on)
+    settled = {k: Q for k in states if (Q := known.sought_on.get(k)) is not None}
+    before = {k: BEFORE * _changed(states[k], Q) for k, Q in settled.items()}
     left = {k: before[k] / REFINEMENT if k in amplitude else before[k] for k in before}
-    finer = {k for k, one in states.items() if one.steps > few.steps}
-    of_few = dict(few.off) | {k: e for k, e in before.items() if k not in finer}
+    finer = {k for k, one in states.items() if one.steps > known.steps}
+    of_few = known.off | {k: e for k, e in before.items() if k not in finer}
     of_more = {k: e / REFINEMENT for k, e in of_few.items()}
     of_more |= {k: before[k] for k in finer if k in before}
-    beside = [_larger_beside(one, count, few.unknown) for one in (of_few, of_more)]
+    beside = [_larger_beside(one, count, known.unknown) for one in (of_few, of_more)]
     for k in {*states, *others} - set(left):
         left[k] = float(beside[k in finer][k])
-    return Refined(amplitude, _larger_beside(left, count, few.unknown))
+    return Refined(amplitude, _larger_beside(left, count, known.unknown))
 
 
 def refined_anchors(
@@ -218,8 +231,7 @@ def refined_anchors(
     load: float,
     anchors: Mapping[int, Anchor],
     states: Mapping[int, Stepped],
-    found: Mapping[int, complex | None],
-    few: Fewest = NOTHING_KNOWN,
+    known: Stepping,
 ) -> tuple[dict[int, Anchor], Array]:
     """Anchors, those that have settled with more steps, and the error of the steps at every frequency.
 
@@ -230,11 +242,11 @@ def refined_anchors(
     load : float
     anchors : mapping of int to Anchor
         By index of their frequency.
-    states, found, few
-        Those that have settled, with more steps, and what is known beside these; see `refined`.
+    states, known
+        Those that have settled, and what they have become with more steps; see `refined`.
     """
     others = [k for k in anchors if k not in states]
-    better = refined(states, found, others, len(surface.frequency), few)
+    better = refined(states, known, others, len(surface.frequency))
     kept = dict(anchors)
     for k, Q in better.amplitude.items():
         old = anchors[k]
