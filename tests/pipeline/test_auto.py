@@ -730,3 +730,61 @@ def test_a_branch_is_followed_to_its_end_whatever_the_search_from_rest_finds(ref
     assert np.median(off) < 1e-3
     assert len(found.anchors) < len(FOLD)
     assert found.outgrown is None or not found.outgrown[ENDS:].any()
+
+
+def test_a_branch_that_marching_leads_to_is_followed_beside_others(refined, monkeypatch):
+    """Above, searches from rest settle nowhere; motions that are marched end on the larger branch there."""
+    asked = []
+
+    def sought(joint, targets):
+        for target in targets:
+            k = target.point
+            asked.append(k)
+            larger = k >= ENDS and any(one == "larger" for m in target.starts for one, _ in m)
+            if not larger and BEGINS < k < len(FOLD) - 1:
+                yield Lost("not steady", 10)
+                continue
+            name = "larger" if larger or k > BEGINS else "smaller"
+            yield Found(complex(branch(name)[k]), 1e-6, 1e-5, name, 10)
+
+    def marched(joint, targets):
+        for target in targets:
+            name = "larger" if target.point > BEGINS else "smaller"
+            Q = complex(branch(name)[target.point])
+            yield Found(Q, 1e-8, 1e-4, name, 100, scatter=1e-5, past=0.0)
+
+    found = held_to(sought, refined, monkeypatch, 300, marched)
+    own = np.searchsorted(FOLD, [one.frequency for one in found.response.anchors])
+    off = np.abs([one.amplitude for one in found.response.anchors]) / np.abs(branch("larger"))[own]
+    print(f"{len(asked)} sought, {len(own)} anchors")
+    np.testing.assert_allclose(off[own >= ENDS], 1.0)
+    assert {ENDS - 1, ENDS} <= set(own)
+
+
+def test_with_more_steps_branches_are_followed_as_well(refined, monkeypatch):
+    """The search with few steps ends before it knows more than a few states; from rest every other frequency
+    leads to the larger branch."""
+    few, asked = 24, []
+
+    def sought(joint, targets):
+        for target in targets:
+            k = target.point
+            begun = [max(m, key=lambda one: one[1])[0] for m in target.starts]
+            larger = k >= ENDS and ("larger" in begun[:1] or k % 2 or k > BEGINS)
+            asked.append(k)
+            name = "larger" if larger else "smaller"
+            cost = 80 * 141 // few if len(asked) <= few else 10
+            yield Found(complex(branch(name)[k]), 1e-6, 1e-5, name, cost, scatter=1e-5, past=0.0)
+
+    def more(joint, load, states):
+        return ((k, More(one.amplitude, 16)) for k, one in states.items())
+
+    found = held_to(sought, refined, monkeypatch, 141, more=more).response
+    own = np.searchsorted(FOLD, [one.frequency for one in found.anchors])
+    off = np.abs([one.amplitude for one in found.anchors]) / np.abs(branch("larger"))[own]
+    jumps = [
+        k for i, k in enumerate(own[:-1]) if own[i + 1] == k + 1 and abs(off[i + 1] - off[i]) > 0.5
+    ]
+    print(f"{len(asked)} sought, {len(own)} anchors, jumps at {jumps}")
+    assert len(asked) > few
+    assert jumps in ([], [ENDS - 1])

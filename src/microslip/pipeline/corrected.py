@@ -39,8 +39,8 @@ from microslip.describe.requests import ResponseAnalysis
 from microslip.errors import JointOpensError, MicroslipError
 from microslip.numerics.execute import each, threads
 from microslip.numerics.fourier import harmonic, without_drift
-from microslip.pipeline.auto import AT_A_TIME
 from microslip.pipeline.band import Curve
+from microslip.pipeline.choosing import AT_A_TIME
 from microslip.pipeline.creep import crept
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.stepping import ACCURACY, Stepped, Stepping, refined_anchors

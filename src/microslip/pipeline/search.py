@@ -169,27 +169,28 @@ class Search:
     def keep_refined(
         self, joint: PreparedJoint, answers: Sequence[tuple[Target, Found | Lost]]
     ) -> None:
-        """Learn from answers between anchors with more steps that settle with more steps themselves.
+        """Learn from answers between or beside anchors with more steps that settle with these themselves.
 
         Others say nothing that such anchors do not, and are passed over.
         """
+        marks, before = self.marks, [dict(one) for one in self._at_a_frequency()]
         for target, answer in answers:
             if isinstance(answer, Found) and answer.change <= TOLERANCE:
                 self.keep(target, answer)
             else:
-                self.count += 1
-                self.spent += answer.cycles
-                self.opens = self.opens or answer.opens
+                self._count(target, answer)
         self.refine(joint)
         new = {target.point for target, _ in answers} - self.refined
-        self.passed |= new
-        self._drop(new)
+        self.passed |= new.difference(marks)
+        self._put_back(new, before)
         self.take_refined()
 
-    def _drop(self, dropped: set[int]) -> None:
-        for k in dropped:
-            self.anchors.pop(k, None)
-            self.found.pop(k, None)
+    def _put_back(self, points: Iterable[int], before: Sequence[dict[int, Any]]) -> None:
+        """What was known at frequencies before."""
+        for own, old in zip(self._at_a_frequency(), before, strict=True):
+            for k in points:
+                own.pop(k, None)
+                own.update({k: old[k]} if k in old else {})
 
     def keep_anew(
         self, joint: PreparedJoint, answers: Sequence[tuple[Target, Found | Lost]]
@@ -222,9 +223,7 @@ class Search:
         for k in self.finer & {target.point for target, _ in answers}:
             better = now[k] < known[k] if k in marks else k in refined
             if not better:
-                for own, old in zip(self._at_a_frequency(), before, strict=True):
-                    own.pop(k, None)
-                    own.update({k: old[k]} if k in old else {})
+                self._put_back([k], before)
                 self.finer.discard(k)
                 self.ended |= ended & {k}
         self.take_refined()
@@ -350,10 +349,7 @@ class Search:
     def keep(self, target: Target, answer: Found | Lost) -> None:
         """Learn from an answer."""
         k = target.point
-        self.count += 1
-        self.spent += answer.cycles
-        self.opens = self.opens or answer.opens
-        self.origins.setdefault(k, set()).add(target.origin)
+        self._count(target, answer)
         if isinstance(answer, Lost):
             if k in self.anchors:
                 self.fell.add(k)
@@ -361,13 +357,24 @@ class Search:
                 self.lost[k] = answer
             return
         before = self.anchors.get(k)
-        if before is not None and abs(answer.amplitude) < abs(before.amplitude) * (1 + JUMP / 2):
-            return
+        if before is not None:
+            if abs(answer.amplitude) < abs(before.amplitude) * (1 + JUMP / 2):
+                return
+            self.fell.discard(k)
+            self.ended.discard(k)
         self.lost.pop(k, None)
         # what was started from the smaller motion here may be started anew
         for begun in self.origins.values():
             begun.discard(k)
         self._take(target, answer)
+
+    def _count(self, target: Target, answer: Found | Lost) -> None:
+        """Take down what an answer has cost, and what it began with."""
+        self.count += 1
+        self.spent += answer.cycles
+        self.opens = self.opens or answer.opens
+        if not target.cold:  # else it may have been from rest alone
+            self.origins.setdefault(target.point, set()).add(target.origin)
 
     def _take(self, target: Target, answer: Found) -> None:
         k, Q, load = target.point, answer.amplitude, self.base.load
