@@ -19,7 +19,7 @@ from microslip.analyses.time.point import Request
 from microslip.analyses.time.points import steady_states
 from microslip.errors import InputError
 from microslip.pipeline import auto as method
-from microslip.pipeline.search import leaving
+from microslip.pipeline.neighbours import leaving
 from microslip.pipeline.stepping import ACCURACY, FARTHEST, More
 from microslip.pipeline.targets import STEPS, Found, Lost
 from microslip.pipeline.walk import sought
@@ -544,7 +544,7 @@ def ends_nowhere(joint, targets):
     return [Lost("contact not solved", 10) for _ in targets]
 
 
-def held_to(sought, refined, monkeypatch, points, marched=ends_nowhere, more=None):
+def held_to(sought, refined, monkeypatch, points, marched=ends_nowhere, more=None, known=None):
     """The response of a joint that has such steady states, and motions that end there.
 
     `more` gives the states with more steps; left out, they are not sought on.
@@ -563,6 +563,7 @@ def held_to(sought, refined, monkeypatch, points, marched=ends_nowhere, more=Non
         base,
         threading.Event(),
         lambda count: None,
+        known,
     )
 
 
@@ -715,7 +716,7 @@ def test_a_dip_is_followed_once_from_either_side(refined, monkeypatch):
 def test_a_branch_is_followed_to_its_end_whatever_the_search_from_rest_finds(refined, monkeypatch):
     asked = []
     fold = joint_with_a_fold(asked)
-    found, lost, opens, spent, walks, _ = held_to(fold, refined, monkeypatch, 141)
+    found, lost, opens, spent, walks, *_ = held_to(fold, refined, monkeypatch, 141)
     k = np.arange(len(FOLD))
     true = np.where(k >= ENDS, branch("larger"), branch("smaller"))
     assert not lost
@@ -788,3 +789,40 @@ def test_with_more_steps_branches_are_followed_as_well(refined, monkeypatch):
     print(f"{len(asked)} sought, {len(own)} anchors, jumps at {jumps}")
     assert len(asked) > few
     assert jumps in ([], [ENDS - 1])
+
+
+@pytest.mark.parametrize("cut", [slice(60, None), slice(30, 100)])
+def test_over_a_wider_band_what_is_known_is_not_sought_again(refined, monkeypatch, cut):
+    """Of a band that begins on the larger branch: in a wider one that is followed to its end."""
+    model, table, whole = refined
+    asked = []
+
+    def sought(joint, targets):
+        for target in targets:
+            k = int(np.argmin(np.abs(target.frequency - FOLD)))
+            asked.append(k)
+            begun = [max(m, key=lambda one: one[1])[0] for m in target.starts]
+            larger = (k >= ENDS and "larger" in begun[:1]) or k > BEGINS
+            name = "larger" if larger else "smaller"
+            yield Found(complex(branch(name)[k]), 1e-6, 1e-5, name, 10, scatter=1e-5, past=0.0)
+
+    def more(joint, load, states):
+        return ((k, More(one.amplitude, 16)) for k, one in states.items())
+
+    part = forced_response(model, table, FOLD[cut], whole.load)
+    first = held_to(sought, (model, table, part), monkeypatch, 141, more=more)
+    before, count = {one.frequency: one for one in first.response.anchors}, len(asked)
+    found = held_to(sought, refined, monkeypatch, 141, more=more, known=first.search)
+    after = {one.frequency: one for one in found.response.anchors}
+    again = set(FOLD[asked[count:]]) & set(before)
+    larger = np.where(np.arange(len(FOLD)) >= ENDS, branch("larger"), branch("smaller"))
+    off = np.abs(np.abs(found.response.amplitude) / np.abs(larger) - 1)
+    print(f"{count} and {len(asked) - count} more, {len(again)} of them again")
+    assert set(before) <= set(after)
+    assert all(abs(after[f].amplitude) >= abs(one.amplitude) for f, one in before.items())
+    # what is sought again has become larger, or is beside the end of the branch
+    grown = {f for f in again if abs(after[f].amplitude) > 2 * abs(before[f].amplitude)}
+    assert again - grown <= {FOLD[ENDS - 1]}
+    assert (found.response.error_indicator <= 0.01).all()
+    assert (off <= found.response.error_indicator).all()
+    assert found.spent.startswith(f"{len(asked)} steady states")

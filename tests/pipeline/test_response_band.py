@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
+import threading
+from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 from conftest import description
 
-from microslip.analyses.reduced.response import forced_response
+from microslip.analyses.reduced.anchors import Anchor
+from microslip.analyses.reduced.response import Response, forced_response
+from microslip.analyses.reduced.sweep import CONVERGED
 from microslip.describe.reading import parse_joint
+from microslip.describe.requests import ResponseAnalysis
 from microslip.errors import Caution
+from microslip.pipeline import response
+from microslip.pipeline.auto import Anchored
+from microslip.pipeline.band import Curve
 from microslip.pipeline.loads import frictionless_resonance, opening_amplitude
+from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.response import models_of
 from microslip.pipeline.run import Run, run
 from microslip.results.summary import summary
@@ -53,10 +63,10 @@ def test_every_peak_is_inside_whatever_the_joint(sections: dict[str, Any]) -> No
     assert band["from_hz"] < found.mode.sliding_frequency
     assert found.mode.stuck_frequency < band["to_hz"]
     assert band["origin"] == "from the joint and its loads"
-    for response in found.responses:
-        assert band["from_hz"] < response.peak_frequency < band["to_hz"]
-        assert len(response.frequency) == band["points"] >= 101
-        steps = np.abs(np.diff(response.amplitude)) / np.abs(response.amplitude).max()
+    for curve in found.responses:
+        assert band["from_hz"] < curve.peak_frequency < band["to_hz"]
+        assert len(curve.frequency) == band["points"] >= 101
+        steps = np.abs(np.diff(curve.amplitude)) / np.abs(curve.amplitude).max()
         assert np.median(steps) < 0.05
     softened = [response.peak_frequency for response in found.responses]
     assert softened == sorted(softened, reverse=True)
@@ -85,6 +95,54 @@ def test_one_end_may_be_given(reference: Run) -> None:
     assert axis.origin == "'from' as given, the other end from the joint and its loads"
     wrong = asked({"moment": 50}, {"from": "2 kHz"})
     assert "analysis.response.from = 2000 Hz leaves no band" in str(wrong.failures[0])
+
+
+@pytest.mark.parametrize(("reach", "moves"), [(0.0, 0), (0.05, 1), (0.1, 2), (1.0, 3)])
+def test_a_band_holds_the_peak_that_motions_over_time_have(
+    reference: Run, monkeypatch: pytest.MonkeyPatch, reach: float, moves: int
+) -> None:
+    """That goes on below the resonance of the model: by a share of its frequency."""
+    low = reference.value("response").axis.low
+    peak, known = low * (1 - reach), []
+
+    def anchored(
+        assembly: Assembly,
+        settings: ResponseAnalysis,
+        case: Curve,
+        base: Response,
+        stop: threading.Event,
+        advance: Callable[[int], None],
+        before: Any = None,
+    ) -> Anchored:
+        known.append(before)
+        rises = np.where(base.frequency < low, 10.0 - np.abs(base.frequency - peak) / low, 1.0)
+        one = Anchor(low, 1e-3 + 0j, 0j, 0.0)
+        error = np.zeros(len(rises))
+        curve = replace(
+            base,
+            variant="auto",
+            amplitude=rises * np.abs(base.amplitude).max() + 0j,
+            flag=np.full(len(rises), CONVERGED),
+            anchors=(one,),
+            error_indicator=error,
+        )
+        if not reach:
+            curve = replace(curve, amplitude=base.amplitude, flag=base.flag)
+        return Anchored(curve, (), False, "", search=len(known))  # type: ignore[arg-type]
+
+    monkeypatch.setattr(response, "anchored_response", anchored)
+    found = asked({"moment": [50]}, {"method": "auto"})
+    (curve,), axis = found.responses, found.value("response").axis
+    assert known == [None, *range(1, moves + 1)]
+    assert (curve.frequency == axis.frequency).all()
+    assert (np.diff(axis.frequency) > 0).all()
+    cut = [one for one in found.cautions if "beyond which its resonance may lie" in str(one)]
+    assert len(cut) == (reach == 1.0)
+    assert (curve.peak_frequency == axis.low) == (reach == 1.0)
+    if 0 < reach < 1:
+        assert axis.low < peak
+    given = asked({"moment": [50]}, {"method": "auto", "from": low, "to": 190})
+    assert given.responses[0].frequency[0] == low
 
 
 @pytest.mark.parametrize(("band", "end"), [((120, 170), 170), ((186, 200), 186)])

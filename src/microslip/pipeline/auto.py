@@ -25,7 +25,7 @@ from microslip.analyses.reduced.response import Response, held_to
 from microslip.analyses.reduced.surface import Contours, contours, largest, load_surface
 from microslip.analyses.reduced.sweep import CONVERGED
 from microslip.analyses.time.step_refinement import REFINEMENT
-from microslip.describe.requests import ResponseAnalysis
+from microslip.describe.requests import CYCLES_EACH, ResponseAnalysis
 from microslip.pipeline import choosing
 from microslip.pipeline.band import Curve
 from microslip.pipeline.marched import raised_and_marched
@@ -33,6 +33,7 @@ from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.search import Search
 from microslip.pipeline.targets import STEPS, Found, Lost, Target
 from microslip.pipeline.walk import sought, what_it_is
+from microslip.pipeline.wider import wider
 from microslip.typing import Array
 
 SAID = 2
@@ -57,6 +58,8 @@ class Anchored(NamedTuple):
     walks_on : tuple of (float, float)
         Of bodies that have not come to rest in the motion that is shown, by how much the amplitude changes
         until they do, relative, and in how many cycles; a pair for each steady state.
+    search : Search or None
+        What is known, for a wider band.
     """
 
     response: Response
@@ -65,6 +68,7 @@ class Anchored(NamedTuple):
     spent: str
     walks: tuple[tuple[float, float], ...] = ()
     walks_on: tuple[tuple[float, float], ...] = ()
+    search: Search | None = None
 
 
 def anchored_response(
@@ -74,6 +78,7 @@ def anchored_response(
     base: Response,
     stop: threading.Event,
     advance: Callable[[int], None],
+    known: Search | None = None,
 ) -> Anchored:
     """A response of the refined model held to steady states.
 
@@ -89,16 +94,23 @@ def anchored_response(
         Set on Ctrl-C, which ends the search; what is known then is returned.
     advance : callable
         Told how many points have been sought.
+    known : Search, optional
+        Over a part of the band, all of whose frequencies this has.
     """
     assert case.table is not None
     surface = load_surface(case.model, case.table, base.frequency, base.load)
     first = search = Search(surface, base, settings.points)
     guess = largest(contours(surface, base.load))
     try:
-        advance(_learn(assembly, search, choosing.first(search, guess)))
+        if known is not None:
+            first = search = wider(known, surface, base)
+            begin = choosing.ends(search, guess)
+        else:
+            begin = choosing.first(search, guess)
+        advance(_learn(assembly, search, begin))
         # what that costs has to leave some for the rest
         may = REFINEMENT * max(search.count / search.points, search.seconds / search.may_take) < 1
-        if may and search.steps_tell(assembly.prepared, settings.error):
+        if known is None and may and search.steps_tell(assembly.prepared, settings.error):
             first, search = search, search.begun_anew()
             advance(_learn(assembly, search, choosing.first(search, guess)))
         while not search.over:
@@ -124,12 +136,13 @@ def anchored_response(
         stop.set()
         search = max(first, search, key=lambda one: len(one.anchors))
         search.take_refined()
-    cycles = f"{search.cycles + search.marched} cycles"
-    if search.steps != STEPS:
-        cycles += f" of {search.steps} steps"
-    spent = f"{search.count} steady states, {cycles} and {search.seconds:.0f} s"
+    count, cycles, seconds = search.in_all
+    steps = "" if search.steps == STEPS else f" of {search.steps} steps"
+    spent = f"{count} steady states, {cycles} cycles{steps} and {seconds:.0f} s"
     said = _said(assembly, search, stop)
-    return Anchored(_response(search), said, search.opens, spent, search.walks, search.walks_on)
+    return Anchored(
+        _response(search), said, search.opens, spent, search.walks, search.walks_on, search
+    )
 
 
 def _learn(assembly: Assembly, search: Search, targets: list[Target]) -> int:
@@ -175,18 +188,18 @@ def _to_their_ends(
 ) -> None:
     """March what is not known well; follow branches that this has led to as far as they go beside others.
 
-    The latter takes as long as the search may, at most.
+    The latter may cost as much as the search, on top of that.
     """
-    following = 0.0
+    cycles = search.cycles + CYCLES_EACH * search.points
     while True:
         while ends := choosing.to_march(search, wanted):
             advance(_march(assembly, search, ends, wanted))
         picks = choosing.beside_larger(search, guess)
-        if not picks or following >= search.may_take:
+        if not picks or search.following >= search.may_take or search.cycles >= cycles:
             return
         began = search.seconds
         advance(_learn(assembly, search, picks))
-        following += search.seconds - began
+        search.following += search.seconds - began
 
 
 def _said(assembly: Assembly, search: Search, stop: threading.Event) -> tuple[str, ...]:

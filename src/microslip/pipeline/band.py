@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from microslip.analyses.reduced.band import Peak, band_around, refined, widened
+from microslip.analyses.reduced.band import Peak, band_around, farther, goes_on, refined, widened
 from microslip.analyses.reduced.resonance import Resonance, linear_resonance, resonance_of
 from microslip.analyses.reduced.response import Response
+from microslip.analyses.reduced.sweep import CONVERGED
 from microslip.analyses.reduced.table import EquivalentTable
 from microslip.analyses.reduced.two_mode import TwoModeModel
 from microslip.brief import Brief
@@ -18,6 +19,9 @@ from microslip.errors import MicroslipError
 from microslip.pipeline.loads import Load
 from microslip.pipeline.prepare import Assembly
 from microslip.typing import Array
+
+MOVES_IN_TIME = 3
+"""So often an end is moved outward for curves that go through motions over time: each time takes a search."""
 
 LOOKED_AT = 201
 """Frequencies at which the ends of a band are judged, at least."""
@@ -73,6 +77,15 @@ class Axis(Brief):
     def high(self) -> float:
         """Upper end, Hz."""
         return float(self.frequency[-1])
+
+    def wider(self, curves: Sequence[Response]) -> Axis:
+        """The same with an end moved outward that is free and at which a curve is largest; itself without."""
+        down, up = (
+            not given
+            and any(curve.flag[end] == CONVERGED and goes_on(curve, end) for curve in curves)
+            for given, end in zip(self.given, (0, -1), strict=True)
+        )
+        return replace(self, frequency=farther(self.frequency, down, up)) if down or up else self
 
     @property
     def origin(self) -> str:

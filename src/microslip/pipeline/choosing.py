@@ -17,7 +17,8 @@ from microslip.analyses.reduced.anchors import JUMP, Held, step_of
 from microslip.analyses.reduced.surface import Contours
 from microslip.analyses.time.starts import Start
 from microslip.describe.requests import MARCHED_EACH
-from microslip.pipeline.search import Search, around, larger_sides
+from microslip.pipeline.neighbours import around, larger_sides
+from microslip.pipeline.search import Search
 from microslip.pipeline.targets import Target
 from microslip.pipeline.walk import TOLERANCE
 from microslip.typing import Array
@@ -57,6 +58,13 @@ def first(search: Search, guess: Contours) -> list[Target]:
     return [_target(search, k, guess, now) for k in dict.fromkeys(chosen)]
 
 
+def ends(search: Search, guess: Contours) -> list[Target]:
+    """The ends of the band, where they have not been sought."""
+    now, marks = search.held(), search.marks
+    chosen = [k for k in (0, len(search.base.frequency) - 1) if k not in marks]
+    return [_target(search, k, guess, now) for k in chosen]
+
+
 def least_known(search: Search, guess: Contours, wanted: float) -> list[Target]:
     """Jumps to be followed, then the middles of the stretches where most is not known."""
     now, targets = search.held(), beside_larger(search, guess)
@@ -74,18 +82,22 @@ def least_known(search: Search, guess: Contours, wanted: float) -> list[Target]:
             wanting = max(unknown, UNSEEN * (right - left))
             weighed.append((weight * wanting, (left + right) // 2, left, right))
     targets += _middles(search, guess, now, weighed)
-    return targets[: min(AT_A_TIME, search.points - search.count)]
+    return targets[: max(min(AT_A_TIME, search.points - search.count), 0)]
 
 
 def beside_larger(search: Search, guess: Contours) -> list[Target]:
     """Motions with larger ones next to them, each once from each of these: as many as may be sought."""
-    now = search.held()
+    now, chosen = search.held(), dict[int, int]()
+    for k, beside in sorted(_jumps(search), key=lambda pair: -_size_in(search)(pair[1])):
+        if beside not in search.origins.get(k, ()):
+            chosen.setdefault(k, beside)
+    # the larger first: what they become is what others start from
     targets = [
         replace(_target(search, k, guess, now, (beside,)), cold=False)
-        for k, beside in _jumps(search)
-        if beside not in search.origins.get(k, ())
+        for k, beside in chosen.items()
+        if beside not in chosen
     ]
-    return targets[: min(AT_A_TIME, search.points - search.count)]
+    return targets[: max(min(AT_A_TIME, search.points - search.count), 0)]
 
 
 def anew(search: Search, guess: Contours, wanted: float) -> list[Target]:
@@ -105,7 +117,7 @@ def anew(search: Search, guess: Contours, wanted: float) -> list[Target]:
         beside = tuple(around(refined - {k}, k))
         anew = replace(_target(search, k, guess, now, beside), steps=search.stepping.more)
         targets.append(anew)
-    return targets[: search.points - search.count]
+    return targets[: max(search.points - search.count, 0)]
 
 
 def between_refined(search: Search, guess: Contours, wanted: float) -> list[Target]:
@@ -123,7 +135,7 @@ def between_refined(search: Search, guess: Contours, wanted: float) -> list[Targ
         if unknown and sure and middle not in search.passed:
             weighed.append((unknown, middle, left, right))
     targets = _middles(search, guess, now, weighed)
-    return targets[: min(AT_A_TIME, search.points - search.count)]
+    return targets[: max(min(AT_A_TIME, search.points - search.count), 0)]
 
 
 def _middles(
@@ -136,7 +148,7 @@ def _middles(
 
 def to_march(search: Search, wanted: float) -> list[Target]:
     """Steady states that are not known well, far from those marched so far, then what is flagged between."""
-    slow = search.seconds >= 2 * search.may_take
+    slow = search.seconds - search.following >= 2 * search.may_take
     if slow or search.marched >= MARCHED_EACH * search.points or search.count >= search.points:
         return []
     now, marched = search.held(), sorted(search.tried)
@@ -216,7 +228,7 @@ def _rest_at(search: Search, k: int) -> Array | None:
 def _jumps(search: Search) -> list[tuple[int, int]]:
     """Pairs of neighbouring frequencies whose sizes jump: the smaller and the larger, by index.
 
-    Half a jump is more than a branch changes by from one frequency to the next.
+    Half a jump is more than a branch mostly changes by from one frequency to the next.
     """
     size = {k: abs(one.amplitude) for k, one in search.anchors.items()}
     pairs = [(k, j) for k in size for j in (k - 1, k + 1) if j in size]

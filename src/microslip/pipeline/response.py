@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from threading import Event
@@ -20,7 +20,7 @@ from microslip.describe.requests import ResponseAnalysis
 from microslip.describe.units import readable
 from microslip.errors import Caution, Failure, MicroslipError
 from microslip.pipeline.auto import Anchored, anchored_response, other_pasts, unsure
-from microslip.pipeline.band import Axis, Curve, axis_of
+from microslip.pipeline.band import MOVES_IN_TIME, Axis, Curve, axis_of
 from microslip.pipeline.checked import checks, not_as_in_time
 from microslip.pipeline.corrected import corrected_response
 from microslip.pipeline.loads import (
@@ -34,6 +34,7 @@ from microslip.pipeline.outputs import Model, with_outputs
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.progress import Progress
 from microslip.pipeline.reduced import tables_of
+from microslip.pipeline.search import Search
 from microslip.pipeline.unanswered import opening_of, response_failures, two_motions, with_opening
 from microslip.typing import Array
 
@@ -73,56 +74,93 @@ def run_responses(
     if not models:
         reason = "no table of equivalent stiffness and damping"
         return Outcome(Responses(), (Failure("response", "", reason),))
-    found = Responses()
-    failures: list[Failure] = []
-    cautions: list[Caution] = []
     with until_interrupted() as stop:
         try:
             loads = loads_of_file(assembly, tables_of(done))
             cases = [_case(assembly, models, name, load) for load in loads for name in models]
-            axis = axis_of(assembly, cases)
-            linear = frictionless_response(assembly, axis.frequency, loads[0].amplitude)
-            found = replace(found, loads=loads, axis=axis, frictionless=linear)
-            settings = assembly.joint.analysis.response
-            assert settings is not None
-            states = {"auto": settings.points, "corrected": settings.corrections}
-            most = states.get(settings.method, 1)
-            steps = [most if _corrigible(case) else 1 for case in cases]
-            progress.start("forced response", sum(steps))
-            for case, share in zip(cases, steps, strict=True):
-                base = case.respond(axis.frequency)
-                rest, opens = share, True
-                if settings.method == "corrected" and _corrigible(case):
-                    curve, unsteady, opens = corrected_response(
-                        assembly, settings, case, base, stop, progress.advance
-                    )
-                    rest = max(share - len(curve.anchors) - len(unsteady), 0)
-                    cautions += _unknown(settings, case, curve, unsteady)
-                elif settings.method == "auto" and _corrigible(case):
-                    found_by, rest = _put_right(
-                        assembly, settings, case, base, stop, share, progress
-                    )
-                    curve, opens = found_by.response, found_by.opens
-                    cautions += _cautions(settings, case, found_by)
-                else:
-                    curve = _judged(base, models)
-                    if _corrigible(case):
-                        curve = replace(
-                            curve, checks=checks(assembly, curve, settings.checks, stop)
-                        )
-                        cautions += not_as_in_time(f"refined, {case.load}", curve)
-                curve = with_outputs(assembly, models, curve)
-                curve = with_opening(assembly, curve, case) if opens else curve
-                found = replace(found, curves=(*found.curves, curve))
-                failures += response_failures(curve, case, axis)
-                cautions += opening_of(assembly, curve, case)
-                cautions += two_motions(curve, case)
-                progress.advance(rest)
-                if stop.is_set():
-                    break
-            progress.finish()
+            axis, known = axis_of(assembly, cases), dict[int, Search]()
         except MicroslipError as error:
-            failures.append(Failure("response", "", str(error)))
+            return Outcome(Responses(), (Failure("response", "", str(error)),))
+
+        def over(axis: Axis) -> Outcome[Responses]:
+            return _over(assembly, models, cases, loads, axis, known, stop, progress)
+
+        found = over(axis)
+        for _ in range(MOVES_IN_TIME):
+            wider = axis.wider([one for one in found.value.curves if one.anchors])
+            if wider is axis or stop.is_set():
+                break
+            more = over(wider)
+            if len(more.value) < len(cases):  # all of a narrower band is more
+                found = replace(found, interrupted=more.interrupted)
+                break
+            axis, found = wider, more
+    cut = [
+        _cut_off(case, curve, axis)
+        for case, curve in zip(cases, found.value.curves, strict=False)
+        if curve.anchors and axis.wider([curve]) is not axis
+    ]
+    return replace(found, cautions=(*found.cautions, *cut))
+
+
+def _over(
+    assembly: Assembly,
+    models: Mapping[str, Model],
+    cases: Sequence[Curve],
+    loads: tuple[Load, ...],
+    axis: Axis,
+    known: dict[int, Search],
+    stop: Event,
+    progress: Progress,
+) -> Outcome[Responses]:
+    """All curves over a band, as far as they are known on Ctrl-C or an error.
+
+    `known` has what method "auto" knows of each over a part of the band, and knows of all of it afterwards.
+    """
+    settings = assembly.joint.analysis.response
+    assert settings is not None
+    found, failures, cautions = Responses(loads=loads, axis=axis), list[Failure](), list[Caution]()
+    states = {"auto": settings.points, "corrected": settings.corrections}
+    most = states.get(settings.method, 1)
+    steps = [most if _corrigible(case) else 1 for case in cases]
+    try:
+        linear = frictionless_response(assembly, axis.frequency, loads[0].amplitude)
+        found = replace(found, frictionless=linear)
+        progress.start("forced response" + (", wider band" if known else ""), sum(steps))
+        for number, (case, share) in enumerate(zip(cases, steps, strict=True)):
+            base = case.respond(axis.frequency)
+            rest, opens = share, True
+            if settings.method == "corrected" and _corrigible(case):
+                curve, unsteady, opens = corrected_response(
+                    assembly, settings, case, base, stop, progress.advance
+                )
+                rest = max(share - len(curve.anchors) - len(unsteady), 0)
+                cautions += _unknown(settings, case, curve, unsteady)
+            elif settings.method == "auto" and _corrigible(case):
+                auto, rest = _put_right(
+                    assembly, settings, case, base, stop, share, progress, known.get(number)
+                )
+                curve, opens = auto.response, auto.opens
+                if auto.search is not None:
+                    known[number] = auto.search
+                cautions += _cautions(settings, case, auto)
+            else:
+                curve = _judged(base, models)
+                if _corrigible(case):
+                    curve = replace(curve, checks=checks(assembly, curve, settings.checks, stop))
+                    cautions += not_as_in_time(f"refined, {case.load}", curve)
+            curve = with_outputs(assembly, models, curve)
+            curve = with_opening(assembly, curve, case) if opens else curve
+            found = replace(found, curves=(*found.curves, curve))
+            failures += response_failures(curve, case, axis)
+            cautions += opening_of(assembly, curve, case)
+            cautions += two_motions(curve, case)
+            progress.advance(rest)
+            if stop.is_set():
+                break
+        progress.finish()
+    except MicroslipError as error:
+        failures.append(Failure("response", "", str(error)))
     return Outcome(found, tuple(failures), stop.is_set(), cautions=tuple(cautions))
 
 
@@ -139,6 +177,7 @@ def _put_right(
     stop: Event,
     points: int,
     progress: Progress,
+    known: Search | None,
 ) -> tuple[Anchored, int]:
     """A response by method "auto", and how many points it did without."""
     sought = 0
@@ -148,7 +187,7 @@ def _put_right(
         sought += count
         progress.advance(count)
 
-    found = anchored_response(assembly, settings, case, base, stop, advance)
+    found = anchored_response(assembly, settings, case, base, stop, advance, known)
     return found, max(points - sought, 0)
 
 
@@ -205,6 +244,19 @@ def _cautions(settings: ResponseAnalysis, case: Curve, auto: Anchored) -> list[C
         )
         found.append(Caution("response", place, reason, advice))
     return found
+
+
+def _cut_off(case: Curve, curve: Response, axis: Axis) -> Caution:
+    """That a curve is largest at an end of its band."""
+    low = curve.peak == 0
+    end, key = (axis.low, "from") if low else (axis.high, "to")
+    reason = (
+        f"it is largest at the {'lower' if low else 'upper'} end of the band, {end:.6g} Hz, "
+        f"beyond which its resonance may lie"
+    )
+    return Caution(
+        "response", f"{curve.variant}, {case.load}", reason, f"give analysis.response.{key}"
+    )
 
 
 def _unknown(

@@ -6,11 +6,9 @@ Anchors by index of their frequency, what was lost, what was marched to its end,
 from __future__ import annotations
 
 import time
-from bisect import bisect_left
-from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
@@ -22,17 +20,23 @@ from microslip.analyses.reduced.anchors import (
     anchor_at,
     branches,
     held,
-    step_of,
 )
 from microslip.analyses.reduced.response import Response
 from microslip.analyses.reduced.surface import LoadSurface
 from microslip.analyses.time.offset import BRANCH
 from microslip.analyses.time.step_refinement import REFINEMENT
 from microslip.describe.requests import CYCLES_EACH, SECONDS_EACH
+from microslip.pipeline.neighbours import around, leaving
 from microslip.pipeline.stepping import ACCURACY, Stepped, Stepping, refined_anchors, taken
 from microslip.pipeline.targets import STEPS, Found, Lost, Target
 from microslip.pipeline.walk import DOUBTFUL, FINE, TOLERANCE
 from microslip.typing import Array
+
+AT_A_FREQUENCY = ("anchors", "found", "lost")
+"""What is known by index of the frequency, beside what the steps do."""
+
+OF_SOME = ("fell", "ended", "tried", "finer")
+"""What is known of some, by index."""
 
 
 @dataclass
@@ -60,6 +64,8 @@ class Search:
     anew: set[int] = field(default_factory=set)
     finer: set[int] = field(default_factory=set)
     before: tuple[int, float] | None = None
+    past: tuple[int, int, float] = (0, 0, 0.0)
+    following: float = 0.0
     began: float = field(default_factory=time.process_time)
 
     @property
@@ -79,6 +85,12 @@ class Search:
     def cycles(self) -> int:
         """Spent on searches, of `steps` each."""
         return self.spent + self.stepping.cycles
+
+    @property
+    def in_all(self) -> tuple[int, int, float]:
+        """Steady states, cycles and seconds, those of a search over less of the band among them."""
+        count, cycles, seconds = self.past
+        return count + self.count, cycles + self.cycles + self.marched, seconds + self.seconds
 
     @property
     def steps(self) -> int:
@@ -173,24 +185,54 @@ class Search:
 
         Others say nothing that such anchors do not, and are passed over.
         """
-        marks, before = self.marks, [dict(one) for one in self._at_a_frequency()]
+        before = self._known()
         for target, answer in answers:
             if isinstance(answer, Found) and answer.change <= TOLERANCE:
                 self.keep(target, answer)
             else:
                 self._count(target, answer)
         self.refine(joint)
-        new = {target.point for target, _ in answers} - self.refined
-        self.passed |= new.difference(marks)
+        points = {target.point for target, _ in answers}
+        new = points - self.refined
+        self.passed |= new.difference(before.anchors, before.lost)
+        for k in (points - new).intersection(before.anchors):
+            # with more steps it may be what was known
+            if abs(self.anchors[k].amplitude) < abs(before.anchors[k].amplitude) * (1 + JUMP / 2):
+                new.add(k)
         self._put_back(new, before)
         self.take_refined()
 
-    def _put_back(self, points: Iterable[int], before: Sequence[dict[int, Any]]) -> None:
+    def _known(self) -> Search:
+        """A copy for `_put_back`."""
+        own = self.stepping
+        return replace(
+            self,
+            stepping=replace(own, sought_on=dict(own.sought_on), off=dict(own.off)),
+            anchors=dict(self.anchors),
+            found=dict(self.found),
+            lost=dict(self.lost),
+            origins={k: set(begun) for k, begun in self.origins.items()},
+            fell=set(self.fell),
+            ended=set(self.ended),
+            tried=set(self.tried),
+            finer=set(self.finer),
+        )
+
+    def _put_back(self, points: set[int], before: Search) -> None:
         """What was known at frequencies before."""
-        for own, old in zip(self._at_a_frequency(), before, strict=True):
+        own, old = self.stepping, before.stepping
+        pairs = [(getattr(self, name), getattr(before, name)) for name in AT_A_FREQUENCY]
+        pairs += [(own.sought_on, old.sought_on), (own.off, old.off)]
+        for now, then in pairs:
             for k in points:
-                own.pop(k, None)
-                own.update({k: old[k]} if k in old else {})
+                now.pop(k, None)
+                now.update({k: then[k]} if k in then else {})
+        for name in OF_SOME:
+            some = getattr(self, name)
+            some -= points
+            some |= getattr(before, name) & points
+        for k, begun in before.origins.items():
+            self.origins[k] |= begun & points
 
     def keep_anew(
         self, joint: PreparedJoint, answers: Sequence[tuple[Target, Found | Lost]]
@@ -200,9 +242,8 @@ class Search:
         Of motions that leave their branch when they are marched nothing is learned so, nor of those at rest
         where bodies are not. What was passed over has to settle with still more, as others do.
         """
-        known, ended = self.held().error, set(self.ended)
+        known, before = self.held().error, self._known()
         ends, marks = set(self._leaving(known)), self.marks
-        before = [dict(one) for one in self._at_a_frequency()]
         for target, answer in answers:
             k = target.point
             self.count += 1
@@ -223,15 +264,8 @@ class Search:
         for k in self.finer & {target.point for target, _ in answers}:
             better = now[k] < known[k] if k in marks else k in refined
             if not better:
-                self._put_back([k], before)
-                self.finer.discard(k)
-                self.ended |= ended & {k}
+                self._put_back({k}, before)
         self.take_refined()
-
-    def _at_a_frequency(self) -> tuple[dict[int, Any], ...]:
-        """What is known, by index of the frequency."""
-        own = self.stepping
-        return self.anchors, self.found, self.lost, own.sought_on, own.off
 
     def _may_replace(self, k: int, answer: Found, ends: bool) -> bool:
         """Whether a motion sought anew is of the branch that is known at a frequency; where none is or it may
@@ -356,17 +390,26 @@ class Search:
             else:
                 self.lost[k] = answer
             return
-        before = self.anchors.get(k)
-        if before is not None:
-            if abs(answer.amplitude) < abs(before.amplitude) * (1 + JUMP / 2):
-                return
-            self.fell.discard(k)
-            self.ended.discard(k)
+        if k in self.anchors and not self._outgrows(k, answer):
+            return
+        for known in (self.fell, self.ended, self.tried, self.finer, self.anew):
+            known.discard(k)
         self.lost.pop(k, None)
-        # what was started from the smaller motion here may be started anew
-        for begun in self.origins.values():
-            begun.discard(k)
         self._take(target, answer)
+
+    def _outgrows(self, k: int, answer: Found) -> bool:
+        """Whether a motion is a larger one than is known at a frequency.
+
+        Not where that was marched to its end on the branch of this, nor where it has left it, as motions
+        that do not settle do.
+        """
+        if not self._larger(k, answer.amplitude):
+            return False
+        left = k in self.fell and answer.change > TOLERANCE
+        return k not in self.ended or not (left or self._apart(k, answer) <= BRANCH)
+
+    def _larger(self, k: int, amplitude: complex) -> bool:
+        return abs(amplitude) >= abs(self.anchors[k].amplitude) * (1 + JUMP / 2)
 
     def _count(self, target: Target, answer: Found | Lost) -> None:
         """Take down what an answer has cost, and what it began with."""
@@ -378,64 +421,13 @@ class Search:
 
     def _take(self, target: Target, answer: Found) -> None:
         k, Q, load = target.point, answer.amplitude, self.base.load
+        if k not in self.anchors or self._larger(k, Q):
+            # what was started from a smaller motion here may be started anew
+            for begun in self.origins.values():
+                begun.discard(k)
         self.found[k] = answer
         self.stepping.sought_on.pop(k, None)
         past = float(np.nan_to_num(answer.past))
         self.anchors[k] = anchor_at(
             self.surface, target.frequency, load, Q, answer.change, answer.doubt, past
         )
-
-
-def around(marks: Iterable[int], k: int) -> list[int]:
-    """The marks next to an index, below it, and at it or above.
-
-    Examples
-    --------
-    >>> around([3, 7, 5], 6), around([3, 7, 5], 5), around([3, 7, 5], 8), around([], 2)
-    ([5, 7], [3, 5], [7], [])
-    """
-    ordered = sorted(marks)
-    i = bisect_left(ordered, k)
-    return ordered[max(i - 1, 0) : i + 1]
-
-
-def leaving(anchors: Mapping[int, Anchor], error: Array, settled: Container[int]) -> list[int]:
-    """Where motions may be on their way out, by index of the frequency.
-
-    Past the end of a branch a motion lingers near where its states were, and falls to another branch after
-    any number of cycles. So what has not settled is not known next to a jump, nor beyond up to the first that
-    has, and neither is what lies between such states.
-
-    Parameters
-    ----------
-    anchors : mapping of int to Anchor
-        Steady states, by index of the frequency.
-    error : (n,) array
-        Bound between them. Sizes jump from one to the next where these are neighbours, or where nothing
-        bounds what lies between.
-    settled : container of int
-        Those that have settled.
-    """
-    found = set[int]()
-    for way, outward in larger_sides(anchors, error):
-        end = len(error) if way > 0 else -1
-        first = next((k for k in outward if k in settled), end)
-        found.update(range(outward[0], first, way))
-    return sorted(found)
-
-
-def larger_sides(anchors: Mapping[int, Anchor], error: Array) -> Iterator[tuple[int, list[int]]]:
-    """The larger motions beside every jump, from it outward, and which way that is, 1 or -1.
-
-    Parameters
-    ----------
-    anchors, error
-        See `leaving`.
-    """
-    marks = sorted(anchors)
-    for i, (left, right) in enumerate(pairwise(marks)):
-        near = right == left + 1 or not np.isfinite(error[left + 1 : right]).all()
-        if not near or step_of(anchors[left], anchors[right]) <= JUMP:
-            continue
-        rises = abs(anchors[right].amplitude) > abs(anchors[left].amplitude)
-        yield (1, marks[i + 1 :]) if rises else (-1, marks[i::-1])

@@ -95,20 +95,41 @@ def widened(
     low, high = band
     for _ in range(MOVES):
         curves = respond(np.linspace(low, high, count))
-        down = free[0] and any(_goes_on(curve, 0) for curve in curves)
-        up = free[1] and any(_goes_on(curve, -1) for curve in curves)
+        down = free[0] and any(goes_on(curve, 0) for curve in curves)
+        up = free[1] and any(goes_on(curve, -1) for curve in curves)
         if not (down or up):
             break
-        more = 0.5 * (high - low)
-        low = _plain(max(low - more, 0.5 * low)) if down else low
-        high = _plain(high + more) if up else high
+        low, high = _moved(low, high, down, up)
     return low, high
 
 
-def _goes_on(curve: Response, end: int) -> bool:
-    """Whether a curve has its largest answer at an end of its band, or none there."""
+def _moved(low: float, high: float, down: bool, up: bool) -> tuple[float, float]:
+    """A band with ends moved outward by half of it."""
+    more = 0.5 * (high - low)
+    low = _plain(max(low - more, 0.5 * low)) if down else low
+    return low, _plain(high + more) if up else high
+
+
+def goes_on(curve: Response, end: int) -> bool:
+    """Whether a curve has its largest answer at an end of its band, 0 or -1, or none there."""
     answered = curve.flag[end] == CONVERGED
     return bool(not answered or curve.peak == range(len(curve.frequency))[end])
+
+
+def farther(frequency: Array, down: bool, up: bool) -> Array:
+    """Frequencies, Hz, with others beyond one end or both: half the band, as densely on average.
+
+    Examples
+    --------
+    >>> farther(np.array([4.0, 4.1, 5.0, 6.0]), down=True, up=False)
+    array([3. , 3.5, 4. , 4.1, 5. , 6. ])
+    """
+    start, stop = float(frequency[0]), float(frequency[-1])
+    low, high = _moved(start, stop, down, up)
+    count = max(round(0.5 * len(frequency)), 2)
+    below = np.linspace(low, start, count, endpoint=False) if down else frequency[:0]
+    above = np.linspace(stop, high, count + 1)[1:] if up else frequency[:0]
+    return np.concatenate([below, frequency, above])
 
 
 def refined(respond: Respond, frequency: Array) -> Array:

@@ -1,0 +1,67 @@
+"""What lies next to what among steady states along a response: neighbours, and the larger sides of jumps."""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Container, Iterable, Iterator, Mapping
+from itertools import pairwise
+
+import numpy as np
+
+from microslip.analyses.reduced.anchors import JUMP, Anchor, step_of
+from microslip.typing import Array
+
+
+def around(marks: Iterable[int], k: int) -> list[int]:
+    """The marks next to an index, below it, and at it or above.
+
+    Examples
+    --------
+    >>> around([3, 7, 5], 6), around([3, 7, 5], 5), around([3, 7, 5], 8), around([], 2)
+    ([5, 7], [3, 5], [7], [])
+    """
+    ordered = sorted(marks)
+    i = bisect_left(ordered, k)
+    return ordered[max(i - 1, 0) : i + 1]
+
+
+def leaving(anchors: Mapping[int, Anchor], error: Array, settled: Container[int]) -> list[int]:
+    """Where motions may be on their way out, by index of the frequency.
+
+    Past the end of a branch a motion lingers near where its states were, and falls to another branch after
+    any number of cycles. So what has not settled is not known next to a jump, nor beyond up to the first that
+    has, and neither is what lies between such states.
+
+    Parameters
+    ----------
+    anchors : mapping of int to Anchor
+        Steady states, by index of the frequency.
+    error : (n,) array
+        Bound between them. Sizes jump from one to the next where these are neighbours, or where nothing
+        bounds what lies between.
+    settled : container of int
+        Those that have settled.
+    """
+    found = set[int]()
+    for way, outward in larger_sides(anchors, error):
+        end = len(error) if way > 0 else -1
+        first = next((k for k in outward if k in settled), end)
+        found.update(range(outward[0], first, way))
+    return sorted(found)
+
+
+def larger_sides(anchors: Mapping[int, Anchor], error: Array) -> Iterator[tuple[int, list[int]]]:
+    """The larger motions beside every jump, from it outward, and which way that is, 1 or -1.
+
+    Parameters
+    ----------
+    anchors, error
+        See `leaving`.
+    """
+    marks = sorted(anchors)
+    for i, (left, right) in enumerate(pairwise(marks)):
+        near = right == left + 1 or not np.isfinite(error[left + 1 : right]).all()
+        if not near or step_of(anchors[left], anchors[right]) <= JUMP:
+            continue
+        rises = abs(anchors[right].amplitude) > abs(anchors[left].amplitude)
+        yield (1, marks[i + 1 :]) if rises else (-1, marks[i::-1])
