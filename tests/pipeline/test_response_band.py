@@ -103,7 +103,7 @@ def test_a_band_holds_the_peak_that_motions_over_time_have(
 ) -> None:
     """That goes on below the resonance of the model: by a share of its frequency."""
     low = reference.value("response").axis.low
-    peak, known = low * (1 - reach), []
+    peak, known, interrupted_after = low * (1 - reach), list[Any](), 9
 
     def anchored(
         assembly: Assembly,
@@ -114,6 +114,8 @@ def test_a_band_holds_the_peak_that_motions_over_time_have(
         advance: Callable[[int], None],
         before: Any = None,
     ) -> Anchored:
+        if len(known) == interrupted_after:
+            raise KeyboardInterrupt
         known.append(before)
         rises = np.where(base.frequency < low, 10.0 - np.abs(base.frequency - peak) / low, 1.0)
         one = Anchor(low, 1e-3 + 0j, 0j, 0.0)
@@ -141,6 +143,14 @@ def test_a_band_holds_the_peak_that_motions_over_time_have(
     assert (curve.peak_frequency == axis.low) == (reach == 1.0)
     if 0 < reach < 1:
         assert axis.low < peak
+    known.clear()
+    interrupted_after = max(moves, 1)
+    halted = asked({"moment": [50]}, {"method": "auto"}) if moves else found
+    assert bool(moves) == halted.interrupted
+    assert len(halted.responses) == 1  # over the band before the last
+    assert (halted.value("response").axis.low > axis.low) == bool(moves)
+    known.clear()
+    interrupted_after = 9
     given = asked({"moment": [50]}, {"method": "auto", "from": low, "to": 190})
     assert given.responses[0].frequency[0] == low
 

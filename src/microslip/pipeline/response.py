@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from threading import Event
@@ -74,6 +74,7 @@ def run_responses(
     if not models:
         reason = "no table of equivalent stiffness and damping"
         return Outcome(Responses(), (Failure("response", "", reason),))
+    found, cases, axis = Outcome(Responses()), list[Curve](), None
     with until_interrupted() as stop:
         try:
             loads = loads_of_file(assembly, tables_of(done))
@@ -82,25 +83,27 @@ def run_responses(
         except MicroslipError as error:
             return Outcome(Responses(), (Failure("response", "", str(error)),))
 
-        def over(axis: Axis) -> Outcome[Responses]:
+        def over(axis: Axis) -> Iterator[Outcome[Responses]]:
             return _over(assembly, models, cases, loads, axis, known, stop, progress)
 
-        found = over(axis)
+        for more in over(axis):
+            found = more  # Ctrl-C leaves that
         for _ in range(MOVES_IN_TIME):
             wider = axis.wider([one for one in found.value.curves if one.anchors])
             if wider is axis or stop.is_set():
                 break
-            more = over(wider)
-            if len(more.value) < len(cases):  # all of a narrower band is more
-                found = replace(found, interrupted=more.interrupted)
+            for more in over(wider):
+                if len(more.value) == len(cases):  # else all of a narrower band is more
+                    axis, found = wider, more
+            if axis is not wider:
                 break
-            axis, found = wider, more
     cut = [
         _cut_off(case, curve, axis)
         for case, curve in zip(cases, found.value.curves, strict=False)
-        if curve.anchors and axis.wider([curve]) is not axis
+        if axis is not None and curve.anchors and axis.wider([curve]) is not axis
     ]
-    return replace(found, cautions=(*found.cautions, *cut))
+    interrupted = found.interrupted or stop.is_set()
+    return replace(found, interrupted=interrupted, cautions=(*found.cautions, *cut))
 
 
 def _over(
@@ -112,8 +115,8 @@ def _over(
     known: dict[int, Search],
     stop: Event,
     progress: Progress,
-) -> Outcome[Responses]:
-    """All curves over a band, as far as they are known on Ctrl-C or an error.
+) -> Iterator[Outcome[Responses]]:
+    """All curves over a band, as far as they are known, after each.
 
     `known` has what method "auto" knows of each over a part of the band, and knows of all of it afterwards.
     """
@@ -126,6 +129,7 @@ def _over(
     try:
         linear = frictionless_response(assembly, axis.frequency, loads[0].amplitude)
         found = replace(found, frictionless=linear)
+        yield Outcome(found)
         progress.start("forced response" + (", wider band" if known else ""), sum(steps))
         for number, (case, share) in enumerate(zip(cases, steps, strict=True)):
             base = case.respond(axis.frequency)
@@ -155,13 +159,14 @@ def _over(
             failures += response_failures(curve, case, axis)
             cautions += opening_of(assembly, curve, case)
             cautions += two_motions(curve, case)
+            yield Outcome(found, tuple(failures), stop.is_set(), cautions=tuple(cautions))
             progress.advance(rest)
             if stop.is_set():
                 break
         progress.finish()
     except MicroslipError as error:
         failures.append(Failure("response", "", str(error)))
-    return Outcome(found, tuple(failures), stop.is_set(), cautions=tuple(cautions))
+        yield Outcome(found, tuple(failures), stop.is_set(), cautions=tuple(cautions))
 
 
 def _corrigible(case: Curve) -> bool:
