@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import threading
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -12,16 +10,13 @@ import pytest
 from conftest import description
 
 from microslip.analyses.reduced.anchors import Anchor
-from microslip.analyses.reduced.response import Response, forced_response
+from microslip.analyses.reduced.response import forced_response
 from microslip.analyses.reduced.sweep import CONVERGED
 from microslip.describe.reading import parse_joint
-from microslip.describe.requests import ResponseAnalysis
 from microslip.errors import Caution
 from microslip.pipeline import response
 from microslip.pipeline.auto import Anchored
-from microslip.pipeline.band import Curve
 from microslip.pipeline.loads import frictionless_resonance, opening_amplitude
-from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.response import models_of
 from microslip.pipeline.run import Run, run
 from microslip.results.summary import summary
@@ -105,15 +100,8 @@ def test_a_band_holds_the_peak_that_motions_over_time_have(
     low = reference.value("response").axis.low
     peak, known, interrupted_after = low * (1 - reach), list[Any](), 9
 
-    def anchored(
-        assembly: Assembly,
-        settings: ResponseAnalysis,
-        case: Curve,
-        base: Response,
-        stop: threading.Event,
-        advance: Callable[[int], None],
-        before: Any = None,
-    ) -> Anchored:
+    def anchored(*given: Any) -> Anchored:
+        base, before = given[3], given[-1]
         if len(known) == interrupted_after:
             raise KeyboardInterrupt
         known.append(before)
@@ -130,7 +118,7 @@ def test_a_band_holds_the_peak_that_motions_over_time_have(
         )
         if not reach:
             curve = replace(curve, amplitude=base.amplitude, flag=base.flag)
-        return Anchored(curve, (), False, "", search=len(known))  # type: ignore[arg-type]
+        return Anchored(curve, (), False, "", (), (), len(known))  # type: ignore[arg-type]
 
     monkeypatch.setattr(response, "anchored_response", anchored)
     found = asked({"moment": [50]}, {"method": "auto"})

@@ -58,7 +58,7 @@ class Anchored(NamedTuple):
     walks_on : tuple of (float, float)
         Of bodies that have not come to rest in the motion that is shown, by how much the amplitude changes
         until they do, relative, and in how many cycles; a pair for each steady state.
-    search : Search or None
+    search : Search
         What is known, for a wider band.
     """
 
@@ -66,9 +66,9 @@ class Anchored(NamedTuple):
     lost: tuple[str, ...]
     opens: bool
     spent: str
-    walks: tuple[tuple[float, float], ...] = ()
-    walks_on: tuple[tuple[float, float], ...] = ()
-    search: Search | None = None
+    walks: tuple[tuple[float, float], ...]
+    walks_on: tuple[tuple[float, float], ...]
+    search: Search
 
 
 def anchored_response(

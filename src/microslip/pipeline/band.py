@@ -78,14 +78,17 @@ class Axis(Brief):
         """Upper end, Hz."""
         return float(self.frequency[-1])
 
-    def wider(self, curves: Sequence[Response]) -> Axis:
-        """The same with an end moved outward that is free and at which a curve is largest; itself without."""
+    def cut_off(self, curves: Sequence[Response]) -> tuple[bool, bool]:
+        """Whether the lower and the upper end are free and a curve is largest there."""
         down, up = (
-            not given
-            and any(curve.flag[end] == CONVERGED and goes_on(curve, end) for curve in curves)
-            for given, end in zip(self.given, (0, -1), strict=True)
+            any(curve.flag[end] == CONVERGED and goes_on(curve, end) for curve in curves)
+            for end in (0, -1)
         )
-        return replace(self, frequency=farther(self.frequency, down, up)) if down or up else self
+        return down and not self.given[0], up and not self.given[1]
+
+    def wider(self, curves: Sequence[Response]) -> Axis:
+        """The same with the ends moved outward that cut curves off."""
+        return replace(self, frequency=farther(self.frequency, *self.cut_off(curves)))
 
     @property
     def origin(self) -> str:

@@ -1,8 +1,6 @@
 """Which steady states a response needs next: where it is least known, and what has to be marched.
 
-First at its resonance, half-power points and ends, from the answers of the refined model, then in the middle
-of the stretches of frequencies whose bound is above what is wanted, each started from the states to either
-side. Where the size jumps between two frequencies, the smaller is sought again from the larger.
+The order in which `microslip.pipeline.auto` takes these is told there.
 """
 
 from __future__ import annotations
@@ -87,10 +85,13 @@ def least_known(search: Search, guess: Contours, wanted: float) -> list[Target]:
 
 def beside_larger(search: Search, guess: Contours) -> list[Target]:
     """Motions with larger ones next to them, each once from each of these: as many as may be sought."""
-    now, chosen = search.held(), dict[int, int]()
+    chosen = dict[int, int]()
     for k, beside in sorted(_jumps(search), key=lambda pair: -_size_in(search)(pair[1])):
         if beside not in search.origins.get(k, ()):
             chosen.setdefault(k, beside)
+    if not chosen:
+        return []
+    now = search.held()
     # the larger first: what they become is what others start from
     targets = [
         replace(_target(search, k, guess, now, (beside,)), cold=False)

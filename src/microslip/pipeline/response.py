@@ -89,21 +89,21 @@ def run_responses(
         for more in over(axis):
             found = more  # Ctrl-C leaves that
         for _ in range(MOVES_IN_TIME):
-            wider = axis.wider([one for one in found.value.curves if one.anchors])
-            if wider is axis or stop.is_set():
+            timed = [one for one in found.value.curves if one.anchors]
+            if stop.is_set() or not any(axis.cut_off(timed)):
                 break
+            wider = axis.wider(timed)
             for more in over(wider):
                 if len(more.value) == len(cases):  # else all of a narrower band is more
                     axis, found = wider, more
             if axis is not wider:
                 break
-    cut = [
-        _cut_off(case, curve, axis)
-        for case, curve in zip(cases, found.value.curves, strict=False)
-        if axis is not None and curve.anchors and axis.wider([curve]) is not axis
-    ]
+    cautions = list(found.cautions)
+    for case, curve in zip(cases, found.value.curves, strict=False):
+        if axis is not None and curve.anchors and any(ends := axis.cut_off([curve])):
+            cautions.append(_cut_off(case, curve, axis, low=ends[0]))
     interrupted = found.interrupted or stop.is_set()
-    return replace(found, interrupted=interrupted, cautions=(*found.cautions, *cut))
+    return replace(found, interrupted=interrupted, cautions=tuple(cautions))
 
 
 def _over(
@@ -145,8 +145,7 @@ def _over(
                     assembly, settings, case, base, stop, share, progress, known.get(number)
                 )
                 curve, opens = auto.response, auto.opens
-                if auto.search is not None:
-                    known[number] = auto.search
+                known[number] = auto.search
                 cautions += _cautions(settings, case, auto)
             else:
                 curve = _judged(base, models)
@@ -251,13 +250,12 @@ def _cautions(settings: ResponseAnalysis, case: Curve, auto: Anchored) -> list[C
     return found
 
 
-def _cut_off(case: Curve, curve: Response, axis: Axis) -> Caution:
-    """That a curve is largest at an end of its band."""
-    low = curve.peak == 0
-    end, key = (axis.low, "from") if low else (axis.high, "to")
+def _cut_off(case: Curve, curve: Response, axis: Axis, low: bool) -> Caution:
+    """That a curve is largest at an end of its band, the lower one or the upper."""
+    which, end, key = ("lower", axis.low, "from") if low else ("upper", axis.high, "to")
     reason = (
-        f"it is largest at the {'lower' if low else 'upper'} end of the band, {end:.6g} Hz, "
-        f"beyond which its resonance may lie"
+        f"it is largest at the {which} end of the band, {end:.6g} Hz, "
+        "beyond which its resonance may lie"
     )
     return Caution(
         "response", f"{curve.variant}, {case.load}", reason, f"give analysis.response.{key}"

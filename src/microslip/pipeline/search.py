@@ -9,6 +9,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -31,12 +32,6 @@ from microslip.pipeline.stepping import ACCURACY, Stepped, Stepping, refined_anc
 from microslip.pipeline.targets import STEPS, Found, Lost, Target
 from microslip.pipeline.walk import DOUBTFUL, FINE, TOLERANCE
 from microslip.typing import Array
-
-AT_A_FREQUENCY = ("anchors", "found", "lost")
-"""What is known by index of the frequency, beside what the steps do."""
-
-OF_SOME = ("fell", "ended", "tried", "finer")
-"""What is known of some, by index."""
 
 
 @dataclass
@@ -195,10 +190,9 @@ class Search:
         points = {target.point for target, _ in answers}
         new = points - self.refined
         self.passed |= new.difference(before.anchors, before.lost)
-        for k in (points - new).intersection(before.anchors):
-            # with more steps it may be what was known
-            if abs(self.anchors[k].amplitude) < abs(before.anchors[k].amplitude) * (1 + JUMP / 2):
-                new.add(k)
+        # with more steps it may be what was known
+        again = (points - new).intersection(before.anchors)
+        new |= {k for k in again if not before._larger(k, self.anchors[k].amplitude)}
         self._put_back(new, before)
         self.take_refined()
 
@@ -220,17 +214,25 @@ class Search:
 
     def _put_back(self, points: set[int], before: Search) -> None:
         """What was known at frequencies before."""
-        own, old = self.stepping, before.stepping
-        pairs = [(getattr(self, name), getattr(before, name)) for name in AT_A_FREQUENCY]
-        pairs += [(own.sought_on, old.sought_on), (own.off, old.off)]
-        for now, then in pairs:
+        by_index: list[tuple[dict[int, Any], dict[int, Any]]] = [
+            (self.anchors, before.anchors),
+            (self.found, before.found),
+            (self.lost, before.lost),
+            (self.stepping.sought_on, before.stepping.sought_on),
+            (self.stepping.off, before.stepping.off),
+        ]
+        for now, then in by_index:
             for k in points:
                 now.pop(k, None)
-                now.update({k: then[k]} if k in then else {})
-        for name in OF_SOME:
-            some = getattr(self, name)
+            now.update({k: then[k] for k in points.intersection(then)})
+        for some, those in (
+            (self.fell, before.fell),
+            (self.ended, before.ended),
+            (self.tried, before.tried),
+            (self.finer, before.finer),
+        ):
             some -= points
-            some |= getattr(before, name) & points
+            some |= those & points
         for k, begun in before.origins.items():
             self.origins[k] |= begun & points
 
@@ -246,10 +248,8 @@ class Search:
         ends, marks = set(self._leaving(known)), self.marks
         for target, answer in answers:
             k = target.point
-            self.count += 1
+            self._count(target, answer, REFINEMENT)
             self.anew.add(k)
-            self.spent += REFINEMENT * answer.cycles
-            self.opens = self.opens or answer.opens
             if isinstance(answer, Found) and self._may_replace(k, answer, k in ends):
                 if k in self.found and self._apart(k, answer) > BRANCH:
                     self.fell.add(k)
@@ -411,10 +411,10 @@ class Search:
     def _larger(self, k: int, amplitude: complex) -> bool:
         return abs(amplitude) >= abs(self.anchors[k].amplitude) * (1 + JUMP / 2)
 
-    def _count(self, target: Target, answer: Found | Lost) -> None:
-        """Take down what an answer has cost, and what it began with."""
+    def _count(self, target: Target, answer: Found | Lost, worth: int = 1) -> None:
+        """Take down what an answer has cost, each cycle `worth` so many, and what it began with."""
         self.count += 1
-        self.spent += answer.cycles
+        self.spent += worth * answer.cycles
         self.opens = self.opens or answer.opens
         if not target.cold:  # else it may have been from rest alone
             self.origins.setdefault(target.point, set()).add(target.origin)
