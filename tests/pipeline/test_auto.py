@@ -12,6 +12,7 @@ import microslip
 from microslip.analyses.reduced.anchors import Anchor
 from microslip.analyses.reduced.refined import load_offset, refined_table
 from microslip.analyses.reduced.response import forced_response
+from microslip.analyses.reduced.surface import load_surface
 from microslip.analyses.reduced.sweep import CONVERGED
 from microslip.analyses.reduced.two_mode import two_mode_model
 from microslip.analyses.statics.held import hold_mode
@@ -20,8 +21,9 @@ from microslip.analyses.time.points import steady_states
 from microslip.errors import InputError
 from microslip.pipeline import auto as method
 from microslip.pipeline.neighbours import leaving
+from microslip.pipeline.search import Search
 from microslip.pipeline.stepping import ACCURACY, FARTHEST, More
-from microslip.pipeline.targets import STEPS, Found, Lost
+from microslip.pipeline.targets import STEPS, Found, Lost, Target
 from microslip.pipeline.walk import sought
 
 FILE = coupled_document(41, load={"moment": ["90 N*m/m"]})
@@ -669,6 +671,24 @@ def test_a_branch_that_is_left_ends_where_motions_stay(refined, monkeypatch, fel
     # what has been seen to leave is not brought back
     own = np.searchsorted(FOLD, [one.frequency for one in found.anchors])
     assert (off[own] < 0.1).all()
+
+
+def test_between_motions_that_may_be_leaving_there_is_an_answer_without_a_bound(refined):
+    """They are shown beside a jump, and so is what lies between them."""
+    model, table, base = refined
+    search = Search(load_surface(model, table, FOLD, 40.0), base, 100)
+    leaving = [ENDS, ENDS + 3, ENDS + 6, ENDS + 9]
+    for k in (*range(0, ENDS, 8), ENDS - 1, *leaving, *range(ENDS + 12, len(FOLD), 8)):
+        Q = complex(branch("larger" if k >= ENDS else "smaller")[k])
+        change = 1e-4 if k in leaving else 1e-8
+        search.keep(
+            Target(k, float(FOLD[k]), 40.0, 0j),
+            Found(Q, change, 1e-4, "", 10, scatter=1e-5, past=0.0),
+        )
+    found, between = method._response(search), np.setdiff1d(np.arange(ENDS, ENDS + 12), leaving)
+    assert np.isinf(found.error_indicator[between]).all()
+    assert (found.flag[between] == CONVERGED).all()
+    assert np.abs(found.amplitude[between] / branch("larger")[between] - 1).max() < 0.01
 
 
 def test_a_motion_that_ends_on_another_branch_is_not_taken(refined, monkeypatch):

@@ -168,7 +168,7 @@ def _march(assembly: Assembly, search: Search, targets: list[Target], wanted: fl
 
 def _response(search: Search) -> Response:
     base, now = search.base, search.held()
-    response = held_to(base, "auto", now, search.doubted())
+    response = held_to(base, "auto", now, search.doubted(), search.lingering)
     marks = np.array(sorted(search.anchors), dtype=int)
     if not len(marks):
         return response

@@ -22,7 +22,7 @@ from microslip.analyses.reduced.anchors import (
     branches,
     held,
 )
-from microslip.analyses.reduced.response import Response
+from microslip.analyses.reduced.response import NO_DIGIT, Response
 from microslip.analyses.reduced.surface import LoadSurface
 from microslip.analyses.time.offset import BRANCH
 from microslip.analyses.time.step_refinement import REFINEMENT
@@ -286,9 +286,18 @@ class Search:
 
     def held(self) -> Held:
         """The response through the anchors so far; of what may be on its way out nothing is known."""
-        now = held(self.surface, self.base.load, self.doubted(), self.lost, self.accuracy)
+        now = self._through_anchors()
         now.error[self._leaving(now.error)] = np.inf
         return now
+
+    @property
+    def lingering(self) -> list[int]:
+        """Where motions may be on their way out, and others have been found about them, by index."""
+        error = self._through_anchors().error
+        return [k for k in self._leaving(error) if error[k] <= NO_DIGIT]
+
+    def _through_anchors(self) -> Held:
+        return held(self.surface, self.base.load, self.doubted(), self.lost, self.accuracy)
 
     def _leaving(self, error: Array) -> list[int]:
         """Where motions may be on their way out: with more steps a branch may end before it does with few."""
@@ -315,8 +324,8 @@ class Search:
 
     def blurred(self, wanted: float) -> set[int]:
         """Steady states that are themselves not known as well as is wanted."""
-        now = held(self.surface, self.base.load, self.doubted(), self.lost, self.accuracy)
-        return {k for k in self.anchors if not now.error[k] <= wanted}
+        error = self._through_anchors().error
+        return {k for k in self.anchors if not error[k] <= wanted}
 
     def keep_end(self, target: Target, answer: Found | Lost) -> None:
         """Learn where a motion ends that was marched, if that is on the branch that is known there."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -179,7 +179,13 @@ class Response(Brief):
         return float(f[i]), float(size[i])
 
 
-def held_to(base: Response, variant: str, now: Held, anchors: Mapping[int, Anchor]) -> Response:
+def held_to(
+    base: Response,
+    variant: str,
+    now: Held,
+    anchors: Mapping[int, Anchor],
+    unbounded: Sequence[int] = (),
+) -> Response:
     """A response put right by steady states.
 
     Parameters
@@ -192,10 +198,12 @@ def held_to(base: Response, variant: str, now: Held, anchors: Mapping[int, Ancho
         What the steady states make of it.
     anchors : mapping of int to Anchor
         These, by index of the frequency; there they are the answer whatever their bound.
+    unbounded : sequence of int, optional
+        Where else they are, although nothing bounds its error, by index of the frequency.
     """
     n = len(base.frequency)
     known = np.asarray(now.error <= NO_DIGIT)
-    known[list(anchors)] = True
+    known[[*anchors, *unbounded]] = True
     sizes = np.where(known, np.abs(now.amplitude), 0.0)
     return replace(
         base,

@@ -233,8 +233,11 @@ def handles(run: Run) -> list[Entry]:
 
     if folded := of({r.load for r in run.responses if r.smaller is not None}):
         entries.append(marks(folded, "smaller of two motions", **SMALLER))
-    if bad := of({r.load for r in run.responses if len(r.unconverged)}):
-        entries.append(marks(bad, "no answer in the table", marker="x", ls="none", ms=4))
+    unanswered = [r for r in run.responses if len(r.unconverged)]
+    if bad := of({r.load for r in unanswered}):
+        held_to_states = all(r.variant in ("auto", "corrected") for r in unanswered)
+        name = "no steady state known" if held_to_states else "no answer in the table"
+        entries.append(marks(bad, name, marker="x", ls="none", ms=4))
     if edge := of({r.load for r in run.responses if no_peak(r)}):
         entries.append(no_peak_handle(edge))
     if held := of({r.load for r in run.responses if r.anchors}):
