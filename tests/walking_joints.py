@@ -8,9 +8,9 @@ import numpy as np
 import microslip
 from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.steady import raised_state
+from microslip.analyses.time.watching import watched
 from microslip.contact.pairs import tangential_vectors
 from microslip.pipeline.targets import STEPS
-from microslip.pipeline.walk import watched
 from microslip.typing import Array
 
 WEAKLY_DAMPED = """

@@ -9,7 +9,7 @@ after the load was raised from rest over 30 cycles, the past that is meant, but 
 ever raises it, and marched alone, without a search, until its amplitude no longer drifts, and then with eight
 times the steps until it does not again. Where that lands on another branch of a fold, it is sought from rest
 with the velocity of the motion shown, and that failing the branch shown is followed from the side, in small
-steps, and what is found is marched as well. A motion beside
+steps, and what is found is marched as well, pushed off by a hundredth of its size: motions leave unstable ones. A motion beside
 the one shown that stays there for as long as it is marched, and does not settle, is no truth; how far its
 amplitude then is from that shown is counted apart. The plain refined model is measured at the same points.
 Lines in FILE (JSON, one a joint) are not computed again: stop it at any time, and go on with the same
@@ -23,6 +23,7 @@ import sys
 import time
 import tomllib
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import partial
 from itertools import chain
 from typing import NamedTuple
@@ -35,14 +36,19 @@ from microslip.analyses.reduced.response import Response
 from microslip.analyses.reduced.surface import contours, load_surface
 from microslip.analyses.reduced.sweep import CONVERGED
 from microslip.analyses.reduced.two_mode import two_mode_model
-from microslip.analyses.time.scheme import State, TimeScheme, time_scheme
-from microslip.analyses.time.starts import end_of, placed
+from microslip.analyses.time.scheme import (
+    State,
+    TimeScheme,
+    prestressed_state,
+    time_scheme,
+)
+from microslip.analyses.time.starts import end_of, mixed, placed
 from microslip.analyses.time.steady import SteadyState, raised_state, steady_state
+from microslip.analyses.time.watching import watched
 from microslip.describe.reading import parse_joint
 from microslip.errors import MicroslipError
 from microslip.numerics.execute import each, threads
 from microslip.pipeline.run import Run, run
-from microslip.pipeline.walk import watched
 
 AT_RANDOM = 5
 
@@ -71,6 +77,9 @@ ASIDE, CLOSER = 24, 3
 
 ON_THE_WAY = 60
 """Cycles at most at each of them."""
+
+PUSH = 0.01
+"""Share of its own size that a motion is pushed off by that a search has found."""
 
 CAUSES = (
     "no periodic motion",
@@ -180,11 +189,19 @@ def elsewhere(joint: PreparedJoint, curve: Response, k: int) -> list[End]:
             )
         except MicroslipError:
             continue
-        end = steady and marched(joint, f, curve.load, steady.cycle.state, steady.phase)
+        end = steady and marched(joint, f, curve.load, off(scheme, steady), steady.phase)
         found += [end] if end else []
         if end and end.settled and end.near(own):
             break
     return found
+
+
+def off(scheme: TimeScheme, steady: SteadyState) -> State:
+    """The state of a motion a little larger than a periodic one: `PUSH` more of all that moves."""
+    own, f = steady.end, steady.frequency
+    still = prestressed_state(scheme)
+    rest = replace(own, eta=still.eta, rate=0 * own.rate, r=still.r, v=still.v)
+    return placed(mixed(((own, 1 + PUSH), (rest, -PUSH))), scheme, f, steady.load)
 
 
 def followed(joint: PreparedJoint, curve: Response, k: int, side: int) -> SteadyState | None:

@@ -17,11 +17,11 @@ import numpy as np
 from microslip import parse_joint
 from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.steady import raised_state
+from microslip.analyses.time.watching import watched
 from microslip.pipeline.creep import crept
 from microslip.pipeline.loads import loads_of_file
 from microslip.pipeline.prepare import assemble
 from microslip.pipeline.targets import STEPS
-from microslip.pipeline.walk import watched
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks" / "population"))
 

@@ -9,6 +9,7 @@ import pytest
 import microslip
 from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.steady import raised_state, steady_state
+from microslip.analyses.time.watching import watched
 from microslip.errors import ContactError
 from microslip.pipeline import creep, marched
 from microslip.pipeline import ringing as module
@@ -16,7 +17,6 @@ from microslip.pipeline.corrected import patient_motion
 from microslip.pipeline.creep import crept
 from microslip.pipeline.marched import raised_and_marched
 from microslip.pipeline.targets import STEPS, Found, Lost, Target
-from microslip.pipeline.walk import watched
 
 LOAD, FREQUENCY = 40.0, 182.0
 

@@ -11,7 +11,6 @@ import microslip
 from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.steady import steady_state
 from microslip.analyses.time.step_refinement import REFINEMENT
-from microslip.pipeline import stepping
 from microslip.pipeline.stepping import (
     ACCURACY,
     More,
@@ -80,7 +79,7 @@ def test_between_two_the_larger_counts_and_others_keep_the_error_of_before(sough
 
 def test_what_does_not_settle_is_not_known(small_reference, motions, monkeypatch):
     load, found, _ = motions
-    monkeypatch.setattr(stepping, "PATIENCE", 1)
+    monkeypatch.setattr("microslip.pipeline.more_steps.PATIENCE", 1)
     none = refined(found, with_more(small_reference.joint, load, found), [], 45)
     assert none.amplitude == {}
     assert (none.error == ACCURACY).all()
@@ -92,7 +91,8 @@ def test_another_motion_is_not_taken_for_the_same(monkeypatch):
     states = {k: Stepped(1.0 + k, 1.0 + 0j, None, STEPS) for k in range(3)}
     sizes = {1.0: 1.001, 2.0: 1.2, 3.0: None}
     monkeypatch.setattr(
-        stepping, "with_more_steps", lambda joint, load, one: More(sizes[one.frequency], 12)
+        "microslip.pipeline.more_steps.with_more_steps",
+        lambda joint, load, one: More(sizes[one.frequency], 12),
     )
     found = refined(states, with_more(None, 1.0, states), [], 3)
     assert found.amplitude == {0: 1.001}

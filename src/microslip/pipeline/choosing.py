@@ -17,8 +17,7 @@ from microslip.analyses.time.starts import Start
 from microslip.describe.requests import MARCHED_EACH
 from microslip.pipeline.neighbours import around, larger_sides
 from microslip.pipeline.search import Search
-from microslip.pipeline.targets import Target
-from microslip.pipeline.walk import TOLERANCE
+from microslip.pipeline.targets import TOLERANCE, Target
 from microslip.typing import Array
 
 FIRST = (0.0, -1.2, 1.2)
@@ -108,9 +107,8 @@ def anew(search: Search, guess: Contours, wanted: float) -> list[Target]:
     What has settled with fewer need not lie where a search with more finds what it has become.
     """
     now, refined, targets = search.held(), search.refined, list[Target]()
-    unsure = [
-        k for k in {*search.marks, *search.passed} - search.anew if not now.error[k] <= wanted
-    ]
+    open_ = {*search.marks, *search.passed} - search.anew - search.unstable
+    unsure = [k for k in open_ if not now.error[k] <= wanted]
     # last what more steps alone do not make sure
     others = now.error - search.accuracy
     unsure.sort(key=lambda k: (not others[k] <= wanted, -now.error[k], k))
@@ -148,12 +146,16 @@ def _middles(
 
 
 def to_march(search: Search, wanted: float) -> list[Target]:
-    """Steady states that are not known well, far from those marched so far, then what is flagged between."""
+    """Steady states that are not known well, far from those marched so far, then what is flagged between.
+
+    Not unstable ones, nor between these.
+    """
     slow = search.seconds - search.following >= 2 * search.may_take
     if slow or search.marched >= MARCHED_EACH * search.points or search.count >= search.points:
         return []
     now, marched = search.held(), sorted(search.tried)
-    left = sorted((search.blurred(wanted) | set(search.lost)) - search.tried)
+    unstable = search.unstable
+    left = sorted((search.blurred(wanted) | set(search.lost)) - search.tried - unstable)
     chosen = [k for k in _may_leave(search, now) if not now.error[k] <= wanted][:AT_A_TIME]
     left = [k for k in left if k not in chosen]
     while left and len(chosen) < AT_A_TIME:
@@ -166,6 +168,7 @@ def to_march(search: Search, wanted: float) -> list[Target]:
         weighed = sorted(
             (int(doubtful[left + 1 : right].sum()), (left + right) // 2)
             for left, right in pairwise(sorted({*search.marks, *search.tried}))
+            if not {left, right} <= unstable
         )
         chosen = [k for count, k in weighed[::-1] if count][:AT_A_TIME]
     return [_marched_target(search, k) for k in chosen]

@@ -35,6 +35,7 @@ from microslip.analyses.time.readings import opening_of
 from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.starts import Start
 from microslip.analyses.time.steady import raised_state, steady_state
+from microslip.analyses.time.watching import watched
 from microslip.describe.requests import ResponseAnalysis
 from microslip.errors import JointOpensError, MicroslipError
 from microslip.numerics.execute import each, threads
@@ -43,15 +44,13 @@ from microslip.pipeline.band import Curve
 from microslip.pipeline.choosing import AT_A_TIME
 from microslip.pipeline.creep import crept
 from microslip.pipeline.prepare import Assembly
-from microslip.pipeline.stepping import ACCURACY, Stepped, Stepping, refined_anchors
-from microslip.pipeline.targets import STEPS
+from microslip.pipeline.stepping import ACCURACY, Stepping, refined_anchors
+from microslip.pipeline.targets import STEPS, TOLERANCE, Stepped
 from microslip.pipeline.walk import (
     DOUBTFUL,
     LONGEST,
     RAISED,
-    TOLERANCE,
     lasting,
-    watched,
 )
 from microslip.typing import Array, Complex
 
@@ -100,8 +99,19 @@ class _Table:
 
     def refine(self, joint: PreparedJoint) -> None:
         """Seek settled states on with more steps that are not yet, and know what the steps do."""
-        self.stepping.seek_on(joint, self.load, self.settled)
+        self.seek_on(joint)
         self.take_refined()
+
+    def seek_on(self, joint: PreparedJoint) -> None:
+        """Seek settled states on with more steps that are not yet; motions that leave them are not steady."""
+        self.stepping.seek_on(joint, self.load, self.settled)
+        for k, strays in self.stepping.strays.items():
+            if k in self.settled and strays > DOUBTFUL:
+                del self.settled[k], self.anchors[k]
+                self.lost[k] = strays
+            elif k in self.settled:
+                anchor = self.anchors[k]
+                self.anchors[k] = replace(anchor, doubt=max(anchor.doubt, strays))
 
     def begun_anew(self) -> _Table:
         """The same with more steps, and nothing known but what those err by."""
@@ -187,7 +197,7 @@ def corrected_response(
 
     try:
         _learn(joint, table, picks, guess)
-        table.stepping.seek_on(joint, table.load, table.settled)
+        table.seek_on(joint)
         if table.stepping.err_by_more(table.settled, settings.error):
             table = first.begun_anew()
             _learn(joint, table, picks, guess)

@@ -51,6 +51,7 @@ from microslip.analyses.time.scheme import (
 from microslip.analyses.time.stability import settling_error, stability_of
 from microslip.analyses.time.starts import end_of
 from microslip.analyses.time.steady import steady_state
+from microslip.analyses.time.watching import watched
 from microslip.contact.pairs import tangential_vectors
 from microslip.errors import MicroslipError
 from microslip.pipeline.ringing import (
@@ -63,7 +64,7 @@ from microslip.pipeline.ringing import (
     stays,
     stray_of,
 )
-from microslip.pipeline.walk import DOUBTFUL, watched
+from microslip.pipeline.walk import DOUBTFUL
 from microslip.typing import Array, Complex
 
 LEAP, FARTHEST = 60.0, 1280.0

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from microslip.analyses.time.scheme import ContactMemory, State, TimeScheme
-from microslip.pipeline.walk import watched
+from microslip.analyses.time.watching import watched
 from microslip.typing import Complex
 
 WINDOW, STEP = 40, 20

@@ -28,9 +28,9 @@ from microslip.analyses.time.offset import BRANCH
 from microslip.analyses.time.step_refinement import REFINEMENT
 from microslip.describe.requests import CYCLES_EACH, SECONDS_EACH
 from microslip.pipeline.neighbours import around, leaving
-from microslip.pipeline.stepping import ACCURACY, Stepped, Stepping, refined_anchors, taken
-from microslip.pipeline.targets import STEPS, Found, Lost, Target
-from microslip.pipeline.walk import DOUBTFUL, FINE, TOLERANCE
+from microslip.pipeline.stepping import ACCURACY, Stepping, refined_anchors, taken
+from microslip.pipeline.targets import LEFT, STEPS, TOLERANCE, Found, Lost, Stepped, Target
+from microslip.pipeline.walk import DOUBTFUL, FINE
 from microslip.typing import Array
 
 
@@ -146,13 +146,30 @@ class Search:
             self.before = self.cycles, self.seconds
 
     def seek_on(self, joint: PreparedJoint) -> None:
-        """Seek settled anchors on with more steps that are not yet; those with fewer stay."""
+        """Seek settled anchors on with more steps that are not yet; those with fewer stay.
+
+        But those that motions leave then: there is no steady motion.
+        """
         self.stepping.seek_on(joint, self.base.load, self.settled)
+        for k in self.settled:
+            anchor, strays = self.anchors[k], self.stepping.strays.get(k, 0.0)
+            if strays > DOUBTFUL:
+                del self.anchors[k], self.found[k]
+                self.lost[k] = Lost(LEFT, 0, left=True)
+            else:
+                self.anchors[k] = replace(anchor, doubt=max(anchor.doubt, strays))
 
     def steps_tell(self, joint: PreparedJoint, wanted: float) -> bool:
         """Whether the steps put a settled anchor off by more than is wanted."""
         self.seek_on(joint)
         return self.stepping.err_by_more(self.settled, wanted)
+
+    @property
+    def unstable(self) -> set[int]:
+        """Where the periodic motion is known to be unstable: what motions do beside it is known as well."""
+        strays = self.stepping.strays
+        about = {k for k in self.settled if strays.get(k)}
+        return about | {k for k, one in self.lost.items() if one.left}
 
     def begun_anew(self) -> Search:
         """The same with more steps, and nothing known but what those err by; what was spent counts."""
@@ -201,7 +218,7 @@ class Search:
         own = self.stepping
         return replace(
             self,
-            stepping=replace(own, sought_on=dict(own.sought_on), off=dict(own.off)),
+            stepping=own.copied(),
             anchors=dict(self.anchors),
             found=dict(self.found),
             lost=dict(self.lost),
@@ -219,6 +236,7 @@ class Search:
             (self.found, before.found),
             (self.lost, before.lost),
             (self.stepping.sought_on, before.stepping.sought_on),
+            (self.stepping.strays, before.stepping.strays),
             (self.stepping.off, before.stepping.off),
         ]
         for now, then in by_index:
@@ -435,7 +453,9 @@ class Search:
             for begun in self.origins.values():
                 begun.discard(k)
         self.found[k] = answer
-        self.stepping.sought_on.pop(k, None)
+        self.stepping.forget(k)
+        if answer.more is not None:
+            self.stepping.keep(k, answer.more)
         past = float(np.nan_to_num(answer.past))
         self.anchors[k] = anchor_at(
             self.surface, target.frequency, load, Q, answer.change, answer.doubt, past

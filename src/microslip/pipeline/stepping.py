@@ -9,7 +9,7 @@ frequencies the larger of two errors counts.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
@@ -18,21 +18,13 @@ import numpy as np
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.reduced.anchors import Anchor, anchor_at
 from microslip.analyses.reduced.surface import LoadSurface
-from microslip.analyses.time.scheme import time_scheme
-from microslip.analyses.time.starts import Start
-from microslip.analyses.time.steady import steady_state
 from microslip.analyses.time.step_refinement import REFINEMENT
-from microslip.errors import MicroslipError
-from microslip.numerics.execute import each, threads
-from microslip.pipeline.targets import STEPS
-from microslip.pipeline.walk import TOLERANCE
+from microslip.pipeline.more_steps import more_steps
+from microslip.pipeline.targets import STEPS, More, Stepped
 from microslip.typing import Array
 
 ACCURACY = 1e-3
 """Relative error of the amplitude that the steps are taken to make where that is not known."""
-
-PATIENCE = 100
-"""Cycles with `REFINEMENT` times the steps at most."""
 
 FARTHEST = 0.1
 """Where the amplitude changes by more, relative, the motion is not taken for the same one."""
@@ -41,25 +33,6 @@ FARTHEST = 0.1
 BEFORE = REFINEMENT / (REFINEMENT - 1)
 """Times what more steps change an amplitude by: its error with the fewer at most, where errors fall no faster
 than with the number of steps."""
-
-
-class Stepped(NamedTuple):
-    """A steady state to be sought on with more steps.
-
-    Attributes
-    ----------
-    frequency : float
-        Hz.
-    amplitude : complex
-    state : Start
-    steps : int
-        That it has, per cycle.
-    """
-
-    frequency: float
-    amplitude: complex
-    state: Start
-    steps: int
 
 
 class Refined(NamedTuple):
@@ -75,48 +48,6 @@ class Refined(NamedTuple):
 
     amplitude: Mapping[int, complex]
     error: Array
-
-
-class More(NamedTuple):
-    """What a steady state has become with more steps.
-
-    Attributes
-    ----------
-    amplitude : complex or None
-        First harmonic; None where it does not settle.
-    cycles : int
-        That it took, of the fewer steps: each of `REFINEMENT` times as many counts for as many.
-    """
-
-    amplitude: complex | None
-    cycles: int
-
-
-def with_more_steps(joint: PreparedJoint, load: float, one: Stepped) -> More:
-    """A steady state with `REFINEMENT` times the steps."""
-    f = one.frequency
-    scheme = time_scheme(joint, 1 / (f * REFINEMENT * one.steps), frequency=f)
-    try:
-        found = steady_state(
-            scheme,
-            f,
-            load,
-            start=one.state,
-            tolerance=TOLERANCE,
-            max_cycles=PATIENCE,
-        )
-    except MicroslipError:
-        return More(None, 0)
-    return More(found.amplitude if found.converged else None, REFINEMENT * found.cycles)
-
-
-def more_steps(
-    joint: PreparedJoint, load: float, states: Mapping[int, Stepped]
-) -> Iterator[tuple[int, More]]:
-    """Steady states with more steps, by index of their frequency, as they are found."""
-    marks = sorted(states)
-    found = each(lambda k: with_more_steps(joint, load, states[k]), marks, threads())
-    return zip(marks, found, strict=True)
 
 
 def taken(states: Mapping[int, Stepped], found: Mapping[int, complex | None]) -> dict[int, complex]:
@@ -148,6 +79,8 @@ class Stepping:
         The error of the amplitude where nothing is known.
     sought_on : dict of int to (complex or None)
         First harmonics with more steps; None where they do not settle.
+    strays : dict of int to float
+        How far motions stray from unstable ones of these states, relative; infinite where they leave.
     off : dict of int to float
         What states with the fewest steps that have been replaced have turned out to be off by, relative.
     cycles : int
@@ -157,6 +90,7 @@ class Stepping:
     steps: int = STEPS
     unknown: float = ACCURACY
     sought_on: dict[int, complex | None] = field(default_factory=dict)
+    strays: dict[int, float] = field(default_factory=dict)
     off: dict[int, float] = field(default_factory=dict)
     cycles: int = 0
 
@@ -169,8 +103,18 @@ class Stepping:
         """Seek those states on with more steps that are not yet."""
         new = {k: one for k, one in states.items() if k not in self.sought_on}
         for k, more in more_steps(joint, load, new):
-            self.sought_on[k] = more.amplitude
+            self.keep(k, more)
             self.cycles += more.cycles * (new[k].steps // self.steps)
+
+    def keep(self, k: int, more: More) -> None:
+        """What a state has become with more steps."""
+        self.sought_on[k] = more.amplitude
+        self.strays[k] = more.strays
+
+    def forget(self, k: int) -> None:
+        """That a state was sought on."""
+        self.sought_on.pop(k, None)
+        self.strays.pop(k, None)
 
     def err_by_more(self, states: Mapping[int, Stepped], wanted: float) -> bool:
         """Whether the steps put a state off by more than is wanted of the response, relative.
@@ -179,6 +123,12 @@ class Stepping:
         """
         return any(
             _changed(states[k], Q) > wanted for k, Q in taken(states, self.sought_on).items()
+        )
+
+    def copied(self) -> Stepping:
+        """With what it knows of each state in mappings of its own."""
+        return replace(
+            self, sought_on=dict(self.sought_on), strays=dict(self.strays), off=dict(self.off)
         )
 
     def anew(self, states: Mapping[int, Stepped]) -> Stepping:

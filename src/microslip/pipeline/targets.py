@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from microslip.analyses.time.starts import Start
 from microslip.analyses.time.steady import SteadyState
@@ -10,6 +11,12 @@ from microslip.typing import Array
 
 STEPS = 150
 """Time steps per cycle, unless a response needs more."""
+
+TOLERANCE = 1e-5
+"""Relative change over a cycle at which a state is steady."""
+
+LEFT = "the periodic motion is unstable, and motions leave it"
+"""Why there is no steady state where there is a periodic motion."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +63,44 @@ class Target:
         return self.expected, self.most
 
 
+class Stepped(NamedTuple):
+    """A steady state to be sought on with more steps.
+
+    Attributes
+    ----------
+    frequency : float
+        Hz.
+    amplitude : complex
+    state : Start
+    steps : int
+        That it has, per cycle.
+    """
+
+    frequency: float
+    amplitude: complex
+    state: Start
+    steps: int
+
+
+class More(NamedTuple):
+    """What a steady state has become with more steps.
+
+    Attributes
+    ----------
+    amplitude : complex or None
+        First harmonic; None where it does not settle, or motions leave it.
+    cycles : int
+        That it took, of the fewer steps: each of k times as many counts for as many.
+    strays : float
+        How far the size of motions beside it strays from that, relative: zero of a stable one, infinite where
+        they leave it.
+    """
+
+    amplitude: complex | None
+    cycles: int
+    strays: float = 0.0
+
+
 @dataclass(frozen=True)
 class Found:
     """A steady state.
@@ -83,6 +128,8 @@ class Found:
     own : bool
         Marched from the motion that was known there, as raising the load leads to another branch; where that
         has left its branch too, this is the motion after the load was raised.
+    more : More or None
+        What this very state has become with more steps; None where it was not sought on.
     """
 
     amplitude: complex
@@ -98,6 +145,7 @@ class Found:
     lasts: float = 0.0
     ahead: float = 0.0
     own: bool = False
+    more: More | None = None
 
 
 @dataclass(frozen=True)
@@ -113,9 +161,12 @@ class Lost:
         The motion that the search ended in.
     opens : bool
         At some instant of it no pair touches.
+    left : bool
+        There is a periodic motion, and motions leave it.
     """
 
     reason: str
     cycles: int
     steady: SteadyState | None = None
     opens: bool = False
+    left: bool = False

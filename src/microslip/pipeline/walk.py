@@ -8,6 +8,9 @@ none is given (`raised_state`). Where the two differ that of the raised load is 
 over another number of cycles as well: by how much those two differ is how well the answer is known. By how
 much it differs from the other past is another question, whose answer is kept beside it.
 
+What a search finds is periodic, and motions may leave it all the same: that is asked of each
+(`microslip.pipeline.more_steps`), and what they leave is none.
+
 Where the start from rest ends in a smaller motion than is expected the search goes on from the states
 beside, one or both: that follows the branch of a fold. Where rest with the velocity of what is found there
 leads to the same motion, that is kept.
@@ -30,28 +33,22 @@ from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.time.classify import motion_of
 from microslip.analyses.time.readings import opening_of
 from microslip.analyses.time.resting import at_phase_0, rested
-from microslip.analyses.time.scheme import (
-    ContactMemory,
-    State,
-    TimeScheme,
-    contact_memory,
-    march,
-    time_scheme,
-)
-from microslip.analyses.time.starts import Start, end_of, mixed
+from microslip.analyses.time.scheme import State, TimeScheme, time_scheme
+from microslip.analyses.time.starts import Start, end_of, mixed, placed
 from microslip.analyses.time.steady import SteadyState, raised_state, steady_state
+from microslip.analyses.time.watching import watched
 from microslip.errors import JointOpensError, MicroslipError
 from microslip.numerics.execute import each, threads
-from microslip.numerics.fourier import harmonic
-from microslip.pipeline.targets import Found, Lost, Target
-from microslip.typing import Array, Complex
+from microslip.pipeline.more_steps import with_more_steps
+from microslip.pipeline.targets import LEFT, TOLERANCE, Found, Lost, Stepped, Target
+from microslip.typing import Array
 
 WARM, COLD, ANOTHER = 50, 100, 50
 """Cycles at most: from states beside, from rest, and from rest with another past."""
 
-TOLERANCE, FINE, FINER = 1e-5, 1e-7, 30
-"""Relative change over a cycle at which a state is steady, and that to which the search then goes on for so
-many cycles at most: where there is a fixed point it takes five, else the motion may go elsewhere."""
+FINE, FINER = 1e-7, 30
+"""Relative change over a cycle to which the search goes on from a steady state, for so many cycles at most:
+where there is a fixed point it takes five, else the motion may go elsewhere."""
 
 LASTS, LONGEST = 100.0, 1000.0
 """Cycles that transients are taken to last at least and at most; in between the search's estimate of the
@@ -62,9 +59,6 @@ SURE = 2e-3
 
 WATCHED = 40
 """Cycles over which a motion that still changes is looked at."""
-
-UNSTABLE = 1.02
-"""A multiplier beyond which a steady state is watched, whether the motion leaves it."""
 
 FALLING = 0.5
 """A motion whose amplitude is doubted by more is on its way to another."""
@@ -114,10 +108,12 @@ def seek(joint: PreparedJoint, target: Target) -> Found | Lost:
         for mixture in target.starts:
             beside = search.attempt(mixed(mixture), 0.0, WARM)
             if beside is not None and (found is None or _apart(beside, found) > OTHER):
-                again = search.attempt(None, beside.amplitude, WARM)
+                again = search.motion(None, beside.amplitude, WARM)
                 same = again is not None and abs(_apart(again, beside)) <= OTHER
                 found = again if same else beside
                 break
+    if found is None and search.left:
+        found = search.from_raised()
     if found is None:
         return search.lost()
     fell = search.larger > np.exp(OTHER) * abs(found.amplitude)
@@ -148,9 +144,35 @@ class _Seeking:
         self.scheme, self.target = scheme, target
         self.spent, self.reason = 0, ""
         self.ended: SteadyState | None = None
-        self.larger, self.opened = 0.0, False
+        self.larger, self.opened, self.left = 0.0, False, False
 
     def attempt(self, start: Start | None, guess: complex, cycles: int) -> Found | None:
+        """As `motion`, if motions stay beside it."""
+        found = self.motion(start, guess, cycles)
+        return found if found is None or found.change > TOLERANCE else self.stays(found)
+
+    def stays(self, found: Found) -> Found | None:
+        """The same, unless motions leave it: with more steps, or its own where those do not tell."""
+        target, beside = self.target, None
+        one = Stepped(target.frequency, found.amplitude, found.state, target.steps)
+        more = with_more_steps(self.scheme.joint, target.load, one)
+        self.spent += more.cycles
+        if more.amplitude is not None:
+            beside = replace(found, doubt=max(found.doubt, more.strays), more=more)
+        elif not more.strays:
+            try:
+                beside = _looked_at(self.scheme, target, found)
+            except MicroslipError as error:
+                self.reason = self.reason or str(error)
+                return None
+            self.spent += WATCHED
+        if beside is not None and beside.doubt <= DOUBTFUL:
+            return beside
+        self.larger = max(self.larger, abs(found.amplitude))
+        self.left, self.reason = True, LEFT
+        return None
+
+    def motion(self, start: Start | None, guess: complex, cycles: int) -> Found | None:
         """A motion from a start, or from rest with the velocity of a guess, if it is steady."""
         try:
             steady = _searched(self.scheme, self.target, start, TOLERANCE, cycles, guess)
@@ -224,7 +246,19 @@ class _Seeking:
             rest=there.offset,
             lasts=there.lasts,
             ahead=there.ahead,
+            more=None,
         )
+
+    def from_raised(self) -> Found | None:
+        """The motion after the load was raised."""
+        target = self.target
+        try:
+            state = raised_state(self.scheme, target.frequency, target.load, RAISED)
+        except MicroslipError as error:
+            self.reason = self.reason or str(error)
+            return None
+        self.spent += RAISED
+        return self.attempt(end_of(state, 0.0, self.scheme, target.frequency), 0.0, WARM)
 
     def raised(self, found: Found, cycles: int) -> SteadyState | None:
         """The motion after the load was raised over so many cycles; None where that is another."""
@@ -250,7 +284,7 @@ class _Seeking:
 
     def lost(self) -> Lost:
         """What is said where nothing is steady."""
-        return Lost(self.reason, self.spent, self.ended, self.opened)
+        return Lost(self.reason, self.spent, self.ended, self.opened, self.left)
 
 
 def what_it_is(joint: PreparedJoint, frequency: float, steady: SteadyState, steps: int) -> str:
@@ -296,20 +330,24 @@ def _weighed(scheme: TimeScheme, target: Target, steady: SteadyState) -> Found:
         else:
             moved = abs(abs(finer.amplitude) / abs(steady.amplitude) - 1)
     left = max(steady.change * lasting(slowest), moved)
-    if steady.converged and slowest <= UNSTABLE:
-        end = end_of(state, 0.0, scheme, target.frequency)
-        return Found(steady.amplitude, steady.change, left, end, spent)
+    end = end_of(state, 0.0, scheme, target.frequency)
+    found = Found(steady.amplitude, steady.change, left, end, spent)
+    if steady.converged:
+        return found
+    return replace(_looked_at(scheme, target, found), cycles=spent + WATCHED)
+
+
+def _looked_at(scheme: TimeScheme, target: Target, found: Found) -> Found:
+    """A motion over `WATCHED` cycles more: its mean, unless it stays with the periodic one."""
+    state = placed(found.state, scheme, target.frequency, target.load)
     Q, states = watched(scheme, target.load, state, WATCHED)
-    spent += len(Q)
     size, mean = np.abs(Q), complex(Q.mean())
     spread = float(np.abs(size / abs(mean) - 1).max())
-    if steady.converged and spread <= SURE:
-        end = end_of(state, 0.0, scheme, target.frequency)
-        return Found(steady.amplitude, steady.change, max(left, spread), end, spent)
+    if found.change <= TOLERANCE and spread <= SURE:
+        return replace(found, doubt=max(found.doubt, spread))
     doubt = spread + _to_come(size) / abs(mean)
-    return Found(
-        mean, steady.change, doubt, end_of(states[-1], 0.0, scheme, target.frequency), spent
-    )
+    end = end_of(states[-1], 0.0, scheme, target.frequency)
+    return replace(found, amplitude=mean, doubt=doubt, state=end)
 
 
 def _again(scheme: TimeScheme, target: Target, found: Found) -> tuple[Found, int]:
@@ -339,23 +377,3 @@ def _to_come(size: Array) -> float:
 def lasting(slowest: float, least: float = LASTS) -> float:
     """Cycles in which the slowest transient falls to a third, as far as the search has met it."""
     return float(np.clip(1 / max(1 - slowest, 1e-9), least, LONGEST))
-
-
-def watched(
-    scheme: TimeScheme,
-    load: float,
-    state: State,
-    cycles: int,
-    phase: float = 0.0,
-    memory: ContactMemory | None = None,
-) -> tuple[Complex, list[State]]:
-    """First harmonic of every cycle of a motion from a state at a phase of the load, and its end."""
-    theta = phase + 2 * np.pi * np.arange(scheme.steps + 1) / scheme.steps
-    wave, memory = load * np.sin(theta), memory or contact_memory(scheme)
-    port = scheme.joint.model.port(scheme.joint.coordinate)
-    Q, ends = [], [state]
-    for _ in range(cycles):
-        cycle = march(scheme, ends[-1], wave, memory=memory)
-        Q.append(harmonic(cycle.output[:, port], theta))
-        ends.append(cycle.state)
-    return np.array(Q), ends[1:]

@@ -34,7 +34,7 @@ def wider(search: Search, surface: LoadSurface, base: Response) -> Search:
         surface,
         base,
         search.points,
-        Stepping(own.steps, own.unknown, these(own.sought_on), these(own.off)),
+        Stepping(own.steps, own.unknown, these(own.sought_on), these(own.strays), these(own.off)),
         anchors=these(search.anchors),
         found=these(search.found),
         origins={to[k]: {j if j < 0 else to[j] for j in one} for k, one in begun.items()},

@@ -13,12 +13,13 @@ from microslip.analyses.time.point import Request, TimePoint
 from microslip.analyses.time.points import steady_states
 from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.steady import drift_of, raised_state, steady_state
+from microslip.analyses.time.watching import watched
 from microslip.contact.pairs import tangential_vectors
 from microslip.pipeline import creep
 from microslip.pipeline.creep import Walk, crept
 from microslip.pipeline.targets import STEPS, Found, Target
 from microslip.pipeline.time import walking
-from microslip.pipeline.walk import seek, watched
+from microslip.pipeline.walk import seek
 
 
 def moving(speed, size):

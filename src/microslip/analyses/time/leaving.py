@@ -14,7 +14,7 @@ import numpy as np
 
 from microslip.analyses.time.deviations import StateSpace
 from microslip.analyses.time.floquet import Multipliers
-from microslip.analyses.time.scheme import TimeScheme
+from microslip.analyses.time.scheme import State, TimeScheme
 from microslip.analyses.time.stability import stability_of
 from microslip.analyses.time.starts import end_of
 from microslip.analyses.time.steady import SteadyState, steady_state
@@ -58,16 +58,8 @@ def leave(scheme: TimeScheme, steady: SteadyState, found: Multipliers, *, tolera
     tolerance : float
         As for `steady_state`.
     """
-    space = StateSpace(scheme, 2 * np.pi * steady.frequency)
-    x = space.vector(steady.cycle.state)
-    vibration = space.vibration(x - space.rest)
-    along = space.vibration(found.direction)
-    push = PUSH * np.linalg.norm(vibration) / np.linalg.norm(along) * found.direction
-    if along @ vibration > 0:
-        push = -push
     cycles = 0
-    for way in (push, -push):
-        state = space.state(x + way, steady.cycle.state)
+    for state in pushed(scheme, steady, found, PUSH):
         away = steady_state(
             scheme,
             steady.frequency,
@@ -93,3 +85,26 @@ def leave(scheme: TimeScheme, steady: SteadyState, found: Multipliers, *, tolera
             if stability.verdict != "unstable":
                 return Left(other, stability, cycles)
     return Left(away, None, cycles)
+
+
+def pushed(
+    scheme: TimeScheme, steady: SteadyState, found: Multipliers, share: float
+) -> tuple[State, State]:
+    """States off a periodic motion along its largest multiplier, toward smaller vibrations and toward larger.
+
+    Parameters
+    ----------
+    scheme, steady, found
+        As for `leave`.
+    share : float
+        Push over the size of the vibration.
+    """
+    space = StateSpace(scheme, 2 * np.pi * steady.frequency)
+    x = space.vector(steady.cycle.state)
+    vibration = space.vibration(x - space.rest)
+    along = space.vibration(found.direction)
+    push = share * np.linalg.norm(vibration) / np.linalg.norm(along) * found.direction
+    if along @ vibration > 0:
+        push = -push
+    smaller, larger = (space.state(x + way, steady.cycle.state) for way in (push, -push))
+    return smaller, larger
