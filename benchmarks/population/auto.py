@@ -9,9 +9,10 @@ after the load was raised from rest over 30 cycles, the past that is meant, but 
 ever raises it, and marched alone, without a search, until its amplitude no longer drifts, and then with eight
 times the steps until it does not again. Where that lands on another branch of a fold, it is sought from rest
 with the velocity of the motion shown, and that failing the branch shown is followed from the side, in small
-steps, and what is found is marched as well, pushed off by a hundredth of its size: motions leave unstable ones. A motion beside
-the one shown that stays there for as long as it is marched, and does not settle, is no truth; how far its
-amplitude then is from that shown is counted apart. The plain refined model is measured at the same points.
+steps, and what is found is sought on with eight times the steps, pushed off by a hundredth of its size, as
+motions leave unstable ones, and marched as well. A motion beside the one shown that stays there for as long
+as it is marched, and does not settle, is no truth; how far its amplitude then is from that shown is counted
+apart. The plain refined model is measured at the same points.
 Lines in FILE (JSON, one a joint) are not computed again: stop it at any time, and go on with the same
 command.
 """
@@ -189,19 +190,35 @@ def elsewhere(joint: PreparedJoint, curve: Response, k: int) -> list[End]:
             )
         except MicroslipError:
             continue
-        end = steady and marched(joint, f, curve.load, off(scheme, steady), steady.phase)
+        end = steady and pushed(joint, f, curve.load, steady)
         found += [end] if end else []
         if end and end.settled and end.near(own):
             break
     return found
 
 
-def off(scheme: TimeScheme, steady: SteadyState) -> State:
+def pushed(joint: PreparedJoint, f: float, load: float, steady: SteadyState) -> End | None:
+    """Where the motion beside a periodic one ends, marched with more steps, and larger by `PUSH` at first.
+
+    With the steps that it has, where it does not settle with more.
+    """
+    scheme = time_scheme(joint, 1 / (f * FINER), frequency=f)
+    settings = {"tolerance": TOLERANCE, "max_cycles": CYCLES}
+    try:
+        finer = steady_state(scheme, f, load, start=steady.end, **settings)
+        if finer.converged and abs(abs(finer.amplitude) / abs(steady.amplitude) - 1) <= ELSEWHERE:
+            return to_its_end(scheme, load, larger(scheme, finer), finer.phase, MOST_FINER)[0]
+    except MicroslipError:
+        return None
+    return marched(joint, f, load, steady.cycle.state, steady.phase)
+
+
+def larger(scheme: TimeScheme, steady: SteadyState) -> State:
     """The state of a motion a little larger than a periodic one: `PUSH` more of all that moves."""
-    own, f = steady.end, steady.frequency
-    still = prestressed_state(scheme)
+    own, still = steady.end, prestressed_state(scheme)
     rest = replace(own, eta=still.eta, rate=0 * own.rate, r=still.r, v=still.v)
-    return placed(mixed(((own, 1 + PUSH), (rest, -PUSH))), scheme, f, steady.load)
+    mixture = mixed(((own, 1 + PUSH), (rest, -PUSH)))
+    return placed(mixture, scheme, steady.frequency, steady.load)
 
 
 def followed(joint: PreparedJoint, curve: Response, k: int, side: int) -> SteadyState | None:

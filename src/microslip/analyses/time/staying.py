@@ -39,7 +39,8 @@ class Stay(NamedTuple):
     Attributes
     ----------
     amplitude : complex
-        First harmonic: of the periodic motion, or the mean of what varies about an unstable one.
+        First harmonic: of the periodic motion, or of what varies about an unstable one, its mean size with
+        the phase of its mean.
     strays : float
         How far the size strays from that, relative; zero of a stable motion, infinite where motions leave.
     cycles : int
@@ -77,8 +78,10 @@ def stay_of(scheme: TimeScheme, steady: SteadyState, memory: ContactMemory | Non
         state, Q = states[-1], np.append(Q, more)
         if np.abs(np.abs(more) / abs(own) - 1).max() > LEAVES:
             return Stay(own, np.inf, found.cycles + len(Q))
-    mean = complex(Q[-PART:].mean())
-    strays = float(np.abs(np.abs(Q[-PART:]) / abs(mean) - 1).max())
+    last = Q[-PART:]
+    size = float(np.abs(last).mean())
+    strays = float(np.abs(np.abs(last) / size - 1).max())
+    mean = size * complex(np.exp(1j * np.angle(last.mean())))
     return Stay(mean, max(strays, OPEN) if _grows(Q, own) else strays, found.cycles + len(Q))
 
 

@@ -1,0 +1,60 @@
+"""Whether motions stay beside a periodic one, against the motion from it marched alone."""
+
+import tomllib
+
+import numpy as np
+import pytest
+from unstable_joint import LOAD, UNSTABLE
+
+import microslip
+from microslip.analyses.time.scheme import time_scheme
+from microslip.analyses.time.staying import LEAVES, stay_of
+from microslip.analyses.time.steady import steady_state
+from microslip.analyses.time.watching import watched
+
+STEPS = 150
+
+LARGER = {400.2: -0.01745 - 0.01907j, 424.0: -0.01699 - 0.01344j, 430.0: -0.01578 - 0.01356j}
+"""First harmonics of the larger motion, m."""
+
+
+@pytest.fixture(scope="module")
+def joint():
+    return microslip.prepare(microslip.parse_joint(tomllib.loads(UNSTABLE)))
+
+
+@pytest.fixture(scope="module", params=sorted(LARGER))
+def beside(request, joint):
+    """A periodic motion, what is said of motions beside it, and sizes of the motion that it is, over it."""
+    f = request.param
+    scheme = time_scheme(joint, 1 / (f * STEPS), frequency=f)
+    steady = steady_state(scheme, f, LOAD, guess=LARGER[f], tolerance=1e-6, max_cycles=300)
+    assert steady.converged
+    Q, _ = watched(scheme, LOAD, steady.cycle.state, 1200, steady.phase)
+    return f, steady, stay_of(scheme, steady), np.abs(Q) / abs(steady.amplitude)
+
+
+def test_motions_leave_stay_or_beat_as_they_do_when_marched(beside):
+    """From rounding alone, for 1200 cycles: what leaves does, and what beats does so by as much."""
+    f, steady, stay, sizes = beside
+    late = sizes[-400:]
+    assert abs(steady.amplitude) == pytest.approx(abs(LARGER[f]), rel=1e-3)
+    if f == 400.2:
+        assert stay.strays == np.inf
+        assert late.max() < 0.1
+    elif f == 424.0:
+        assert stay.strays == 0
+        assert np.ptp(late) < 1e-4
+        assert late[0] == pytest.approx(1.0, abs=1e-4)
+    else:
+        mean = abs(stay.amplitude) / abs(steady.amplitude)
+        strays = np.abs(late / late.mean() - 1).max()
+        assert late.mean() == pytest.approx(mean, abs=0.01)
+        assert 0.01 < strays <= stay.strays < LEAVES
+
+
+def test_what_has_not_converged_says_nothing(joint):
+    scheme = time_scheme(joint, 1 / (430.0 * STEPS), frequency=430.0)
+    steady = steady_state(scheme, 430.0, LOAD, max_cycles=3)
+    with pytest.raises(microslip.MicroslipError, match="converge"):
+        stay_of(scheme, steady)
