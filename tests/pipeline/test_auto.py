@@ -415,6 +415,33 @@ def test_what_the_first_have_shown_stays_when_the_search_anew_is_interrupted(
     assert (off <= found.error_indicator)[known].all()
 
 
+def test_what_motions_leave_is_not_shown_and_how_far_they_stray_is_the_error(refined, monkeypatch):
+    """Periodic everywhere, unstable on a piece: beside some of these motions beat, others they leave."""
+    true, leave, beat = branch("larger"), range(60, 75), range(75, 90)
+    sought, asked = smooth(true)
+    marched = []
+
+    def more(joint, load, states):
+        for k in states:
+            strays = np.inf if k in leave else 0.03 if k in beat else 0.0
+            yield k, More(complex(true[k]) if k not in leave else None, 16, strays)
+
+    def ends(joint, targets):
+        marched.extend(target.point for target in targets)
+        return ends_nowhere(joint, targets)
+
+    found = held_to(sought, refined, monkeypatch, 100, ends, more)
+    own = np.searchsorted(FOLD, [one.frequency for one in found.response.anchors])
+    assert set(asked) & set(leave)
+    assert set(own) & set(beat)
+    assert not set(own) & set(leave)
+    error = found.response.error_indicator
+    assert (error[[k for k in own if k in beat]] >= 0.03).all()
+    assert (error[[*range(50), *range(100, len(FOLD))]] <= 0.01).all()
+    assert not set(marched) & {*leave, *beat}
+    assert all("unstable" in one for one in found.lost)
+
+
 def test_what_settles_with_no_more_steps_errs_as_the_first_have(refined, monkeypatch):
     true, sought, few = err_by(0.06)
 

@@ -144,6 +144,27 @@ def test_between_states_that_more_steps_have_moved_others_are_sought(done, monke
     assert (np.abs(new - peak) < 5.0).all()
 
 
+def test_what_motions_leave_is_not_steady_and_how_far_they_stray_is_the_error(done, monkeypatch):
+    """Above its peak motions leave the periodic one; farther above they beat about it."""
+    peak, beating = done.responses[0].peak_frequency, []
+
+    def more(joint, load, states):
+        for k, one in states.items():
+            up = one.frequency - peak
+            strays = np.inf if 0.5 < up < 2.5 else 0.03 if 2.5 < up < 5.0 else 0.0
+            beating.extend([one.frequency] if strays == 0.03 else [])
+            yield k, More(one.amplitude if strays < 1 else None, 16, strays)
+
+    monkeypatch.setattr("microslip.pipeline.stepping.more_steps", more)
+    run = corrected(30.0, corrections=40, count=121)
+    (curve,) = run.responses
+    up = np.array([one.frequency for one in curve.anchors]) - peak
+    assert not ((up > 0.5) & (up < 2.5)).any()
+    assert beating
+    assert (np.interp(beating, curve.frequency, curve.error_indicator) >= 0.03).all()
+    assert any("not steady" in one.reason for one in run.cautions)
+
+
 def test_where_the_first_show_that_the_steps_err_all_have_more(done, monkeypatch):
     """Few steps put all of the response off by a twentieth, four times as many by an eightieth."""
     true, asked = method.patient_motion, []

@@ -1,14 +1,17 @@
 """Steady states along a response: each with a past of its own, and how far it depends on that."""
 
+import tomllib
 from dataclasses import replace
 
 import numpy as np
 import pytest
+import unstable_joint
 
 import microslip
 from microslip.analyses.time.scheme import march, time_scheme
 from microslip.analyses.time.starts import mixed, placed
 from microslip.analyses.time.steady import raised_state, steady_state
+from microslip.analyses.time.watching import watched
 from microslip.errors import ContactError
 from microslip.pipeline import walk
 from microslip.pipeline.targets import STEPS
@@ -155,3 +158,21 @@ def test_a_step_that_does_not_solve_is_no_steady_state_and_ends_nothing_else(joi
     (found,) = walk.sought(joint, [Target(0, 182.0, LOAD, 0.0)])
     assert isinstance(found, Lost)
     assert "not solved" in found.reason
+
+
+@pytest.mark.parametrize(
+    ("frequency", "guess", "size"),
+    [(402.0, -0.01561 - 0.02008j, 0.076), (412.0, -0.01400 - 0.01889j, 1.0)],
+)
+def test_a_motion_that_others_leave_is_not_the_answer(frequency, guess, size):
+    """Below 405 Hz motions leave the larger one for one of 0.076 of its size (`test_staying.py`)."""
+    joint = microslip.prepare(microslip.parse_joint(tomllib.loads(unstable_joint.UNSTABLE)))
+    target = Target(0, frequency, unstable_joint.LOAD, guess)
+    found = seek(joint, target)
+    assert isinstance(found, Found)
+    assert abs(found.amplitude) == pytest.approx(size * abs(guess), rel=0.01)
+    assert found.fell == (size < 1)
+    scheme = time_scheme(joint, 1 / (frequency * 4 * STEPS), frequency=frequency)
+    state = placed(found.state, scheme, frequency, target.load)
+    Q, _ = watched(scheme, target.load, state, 300)
+    assert np.abs(np.abs(Q[-100:]) / abs(found.amplitude) - 1).max() < 2e-3

@@ -100,7 +100,10 @@ def sought(joint: PreparedJoint, targets: Sequence[Target]) -> Iterator[Found | 
 
 
 def seek(joint: PreparedJoint, target: Target) -> Found | Lost:
-    """One steady state: from rest, then where that is smaller than expected from the starts in turn."""
+    """One steady state: from rest, then where that is smaller than expected from the starts in turn.
+
+    Where none of these leads to one, after the load was raised.
+    """
     f = target.frequency
     search = _Seeking(time_scheme(joint, 1 / (f * target.steps), frequency=f), target)
     found = search.attempt(None, target.guess, COLD) if target.cold else None
@@ -112,7 +115,7 @@ def seek(joint: PreparedJoint, target: Target) -> Found | Lost:
                 same = again is not None and abs(_apart(again, beside)) <= OTHER
                 found = again if same else beside
                 break
-    if found is None and search.left:
+    if found is None and target.cold and not search.opened:
         found = search.from_raised()
     if found is None:
         return search.lost()
