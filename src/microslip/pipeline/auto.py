@@ -139,10 +139,8 @@ def anchored_response(
     count, cycles, seconds = search.in_all
     steps = "" if search.steps == STEPS else f" of {search.steps} steps"
     spent = f"{count} steady states, {cycles} cycles{steps} and {seconds:.0f} s"
-    said = _said(assembly, search, stop)
-    return Anchored(
-        _response(search), said, search.opens, spent, search.walks, search.walks_on, search
-    )
+    said, (walks, walks_on) = _said(assembly, search, stop), _walks(search)
+    return Anchored(_response(search), said, search.opens, spent, walks, walks_on, search)
 
 
 def _learn(assembly: Assembly, search: Search, targets: list[Target]) -> int:
@@ -212,6 +210,19 @@ def _said(assembly: Assembly, search: Search, stop: threading.Event) -> tuple[st
             reason += f": {what_it_is(assembly.prepared, frequency, answer.steady, search.steps)}"
         said.append(f"{frequency:.6g} Hz: {reason}")
     return tuple(said)
+
+
+def _walks(
+    search: Search,
+) -> tuple[tuple[tuple[float, float], ...], tuple[tuple[float, float], ...]]:
+    """See `Anchored.walks` and `Anchored.walks_on`."""
+    found = search.found.values()
+    walks = tuple(
+        (float(np.linalg.norm(one.rest)), one.lasts)
+        for one in found
+        if one.rest is not None and not one.ahead
+    )
+    return walks, tuple((one.ahead, one.lasts) for one in found if one.ahead)
 
 
 def other_pasts(response: Response, wanted: float) -> Array:

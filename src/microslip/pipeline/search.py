@@ -103,21 +103,6 @@ class Search:
         return sorted({*self.anchors, *self.lost})
 
     @property
-    def walks(self) -> tuple[tuple[float, float], ...]:
-        """How far bodies that came to rest have walked, m, and in how many cycles, one after another."""
-        return tuple(
-            (float(np.linalg.norm(one.rest)), one.lasts)
-            for one in self.found.values()
-            if one.rest is not None and not one.ahead
-        )
-
-    @property
-    def walks_on(self) -> tuple[tuple[float, float], ...]:
-        """Of bodies that walk on for long, by how much the amplitude changes until they rest, and in how many
-        cycles, one after another."""
-        return tuple((one.ahead, one.lasts) for one in self.found.values() if one.ahead)
-
-    @property
     def settled(self) -> dict[int, Stepped]:
         """Steady states whose motion repeats, by index of their frequency."""
         settled = (k for k, one in self.anchors.items() if one.change <= TOLERANCE)
