@@ -169,6 +169,7 @@ class _Seeking:
                 self.reason = self.reason or str(error)
                 return None
             self.spent += WATCHED
+            beside = replace(beside, more=more) if beside.state is found.state else beside
         if beside is not None and beside.doubt <= DOUBTFUL:
             return beside
         self.larger = max(self.larger, abs(found.amplitude))
