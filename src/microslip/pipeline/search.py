@@ -397,7 +397,8 @@ class Search:
         k = target.point
         self._count(target, answer)
         if isinstance(answer, Lost):
-            if k in self.anchors:
+            # that motions leave a larger one says nothing of a branch on both sides of it, once
+            if k in self.anchors or (answer.left and k not in self.fell and self._on_a_branch(k)):
                 self.fell.add(k)
             else:
                 self.lost[k] = answer
@@ -419,6 +420,11 @@ class Search:
             return False
         left = k in self.fell and answer.change > TOLERANCE
         return k not in self.ended or not (left or self._apart(k, answer) <= BRANCH)
+
+    def _on_a_branch(self, k: int) -> bool:
+        """Whether what lies next to a frequency on both sides is of one branch."""
+        sizes = [abs(self.anchors[j].amplitude) for j in around(self.anchors, k)]
+        return len(sizes) == 2 and abs(np.log(sizes[0] / sizes[1])) <= BRANCH
 
     def _larger(self, k: int, amplitude: complex) -> bool:
         return abs(amplitude) >= abs(self.anchors[k].amplitude) * (1 + JUMP / 2)

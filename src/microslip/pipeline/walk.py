@@ -44,7 +44,7 @@ from microslip.pipeline.targets import LEFT, TOLERANCE, Found, Lost, Stepped, Ta
 from microslip.typing import Array
 
 WARM, COLD, ANOTHER = 50, 100, 50
-"""Cycles at most: from states beside, from rest, and from rest with another past."""
+"""Cycles at most: from states beside, from rest, and from rest with another past of what is known."""
 
 FINE, FINER = 1e-7, 30
 """Relative change over a cycle to which the search goes on from a steady state, for so many cycles at most:
@@ -262,7 +262,7 @@ class _Seeking:
             self.reason = self.reason or str(error)
             return None
         self.spent += RAISED
-        return self.attempt(end_of(state, 0.0, self.scheme, target.frequency), 0.0, WARM)
+        return self.attempt(end_of(state, 0.0, self.scheme, target.frequency), 0.0, COLD)
 
     def raised(self, found: Found, cycles: int) -> SteadyState | None:
         """The motion after the load was raised over so many cycles; None where that is another."""
