@@ -718,6 +718,19 @@ def test_between_motions_that_may_be_leaving_there_is_an_answer_without_a_bound(
     assert np.abs(found.amplitude[between] / branch("larger")[between] - 1).max() < 0.01
 
 
+def test_that_motions_leave_a_larger_one_does_not_cut_the_branch_below_it(refined):
+    """Said once it is passed over; said again nothing is known there. Beside a jump it is believed at once."""
+    model, table, base = refined
+    search = Search(load_surface(model, table, FOLD, 40.0), base, 100)
+    for k in (*range(0, ENDS, 8), *range(ENDS + 2, len(FOLD), 8)):
+        Q = complex(branch("larger" if k >= ENDS else "smaller")[k])
+        search.keep(Target(k, float(FOLD[k]), 40.0, 0j), Found(Q, 1e-8, 1e-4, "", 10))
+    left = Lost("unstable", 10, left=True)
+    for k, kept in ((12, False), (12, True), (ENDS - 1, True), (ENDS + 20, False)):
+        search.keep(Target(k, float(FOLD[k]), 40.0, 0j), left)
+        assert (k in search.lost) == kept
+
+
 def test_a_motion_that_ends_on_another_branch_is_not_taken(refined, monkeypatch):
     found = held_to(creeping, refined, monkeypatch, 40, ending(0.2)).response
     own = [one.frequency for one in found.anchors]

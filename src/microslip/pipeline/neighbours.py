@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from microslip.analyses.reduced.anchors import JUMP, Anchor, step_of
+from microslip.analyses.time.offset import BRANCH
 from microslip.typing import Array
 
 
@@ -23,6 +24,12 @@ def around(marks: Iterable[int], k: int) -> list[int]:
     ordered = sorted(marks)
     i = bisect_left(ordered, k)
     return ordered[max(i - 1, 0) : i + 1]
+
+
+def within_a_branch(anchors: Mapping[int, Anchor], k: int) -> bool:
+    """Whether the anchors next to an index on both sides are of one branch."""
+    beside = [anchors[j] for j in around(anchors, k)]
+    return len(beside) == 2 and step_of(*beside) <= BRANCH
 
 
 def leaving(anchors: Mapping[int, Anchor], error: Array, settled: Container[int]) -> list[int]:

@@ -27,7 +27,7 @@ from microslip.analyses.reduced.surface import LoadSurface
 from microslip.analyses.time.offset import BRANCH
 from microslip.analyses.time.step_refinement import REFINEMENT
 from microslip.describe.requests import CYCLES_EACH, SECONDS_EACH
-from microslip.pipeline.neighbours import around, leaving
+from microslip.pipeline.neighbours import around, leaving, within_a_branch
 from microslip.pipeline.stepping import ACCURACY, Stepping, refined_anchors, taken
 from microslip.pipeline.targets import LEFT, STEPS, TOLERANCE, Found, Lost, Stepped, Target
 from microslip.pipeline.walk import DOUBTFUL, FINE
@@ -398,7 +398,9 @@ class Search:
         self._count(target, answer)
         if isinstance(answer, Lost):
             # that motions leave a larger one says nothing of a branch on both sides of it, once
-            if k in self.anchors or (answer.left and k not in self.fell and self._on_a_branch(k)):
+            if k in self.anchors or (
+                answer.left and k not in self.fell and within_a_branch(self.anchors, k)
+            ):
                 self.fell.add(k)
             else:
                 self.lost[k] = answer
@@ -420,11 +422,6 @@ class Search:
             return False
         left = k in self.fell and answer.change > TOLERANCE
         return k not in self.ended or not (left or self._apart(k, answer) <= BRANCH)
-
-    def _on_a_branch(self, k: int) -> bool:
-        """Whether what lies next to a frequency on both sides is of one branch."""
-        sizes = [abs(self.anchors[j].amplitude) for j in around(self.anchors, k)]
-        return len(sizes) == 2 and abs(np.log(sizes[0] / sizes[1])) <= BRANCH
 
     def _larger(self, k: int, amplitude: complex) -> bool:
         return abs(amplitude) >= abs(self.anchors[k].amplitude) * (1 + JUMP / 2)
