@@ -415,16 +415,28 @@ def test_what_the_first_have_shown_stays_when_the_search_anew_is_interrupted(
     assert (off <= found.error_indicator)[known].all()
 
 
-def test_what_motions_leave_is_not_shown_and_how_far_they_stray_is_the_error(refined, monkeypatch):
+@pytest.mark.parametrize("at_once", [True, False])
+def test_what_motions_leave_is_not_shown_and_how_far_they_stray_is_the_error(
+    refined, monkeypatch, at_once
+):
     """Periodic everywhere, unstable on a piece: beside some of these motions beat, others they leave."""
     true, leave, beat = branch("larger"), range(60, 75), range(75, 90)
-    sought, asked = smooth(true)
-    marched = []
+    marched, asked = [], []
+
+    def more_of(k):
+        strays = np.inf if k in leave else 0.03 if k in beat else 0.0
+        return More(complex(true[k]) if k not in leave else None, 16, strays)
+
+    def sought(joint, targets):
+        """At once, as a search says it, or in the end."""
+        for target in targets:
+            asked.append(target.point)
+            more = more_of(target.point) if at_once and target.point not in leave else None
+            doubt = 1e-5 if more is None else max(more.strays, 1e-5)
+            yield Found(complex(true[target.point]), 1e-6, doubt, "larger", 10, more=more)
 
     def more(joint, load, states):
-        for k in states:
-            strays = np.inf if k in leave else 0.03 if k in beat else 0.0
-            yield k, More(complex(true[k]) if k not in leave else None, 16, strays)
+        return ((k, more_of(k)) for k in states)
 
     def ends(joint, targets):
         marched.extend(target.point for target in targets)
@@ -718,8 +730,22 @@ def test_between_motions_that_may_be_leaving_there_is_an_answer_without_a_bound(
     assert np.abs(found.amplitude[between] / branch("larger")[between] - 1).max() < 0.01
 
 
+def test_what_beats_is_not_forgotten_between_what_is_known(refined):
+    """Where others were marched, which drops what is not known well between steady states that are."""
+    model, table, base = refined
+    search = Search(load_surface(model, table, FOLD, 40.0), base, 100)
+    beat = range(72, 90, 4)
+    for k in (*range(0, 72, 8), *beat, *range(92, len(FOLD), 8)):
+        Q, strays = complex(branch("larger")[k]), 0.03 if k in beat else 0.0
+        found = Found(Q, 1e-8, max(strays, 1e-5), "", 10, scatter=1e-5, past=0.0)
+        search.keep(Target(k, float(FOLD[k]), 40.0, 0j), replace(found, more=More(Q, 16, strays)))
+    search.forget_between(0.01)
+    assert set(beat) <= set(search.anchors)
+    assert (search.held().error[list(beat)] >= 0.03).all()
+
+
 def test_that_motions_leave_a_larger_one_does_not_cut_the_branch_below_it(refined):
-    """Said once it is passed over; said again nothing is known there. Beside a jump it is believed at once."""
+    """Said once it is passed over; said again nothing is known there, and beside a jump at once."""
     model, table, base = refined
     search = Search(load_surface(model, table, FOLD, 40.0), base, 100)
     for k in (*range(0, ENDS, 8), *range(ENDS + 2, len(FOLD), 8)):

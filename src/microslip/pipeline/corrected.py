@@ -103,8 +103,12 @@ class _Table:
         self.take_refined()
 
     def seek_on(self, joint: PreparedJoint) -> None:
-        """Seek settled states on with more steps that are not yet; motions that leave them are not steady."""
+        """Seek settled states on with more steps that are not yet."""
         self.stepping.seek_on(joint, self.load, self.settled)
+        self._have_strays()
+
+    def _have_strays(self) -> None:
+        """Have how far motions stray from states in their doubt; those that motions leave are not steady."""
         for k, strays in self.stepping.strays.items():
             if k in self.settled and strays > DOUBTFUL:
                 del self.settled[k], self.anchors[k]
@@ -120,6 +124,7 @@ class _Table:
 
     def take_refined(self) -> None:
         """Have the anchors with more steps, where they were sought on, and what is left of the error."""
+        self._have_strays()
         self.anchors, self.accuracy = refined_anchors(
             self.surface, self.load, self.anchors, self.settled, self.stepping
         )

@@ -9,10 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
+import numpy as np
+
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.time.scheme import contact_memory, time_scheme
-from microslip.analyses.time.staying import stay_of
-from microslip.analyses.time.steady import steady_state
+from microslip.analyses.time.staying import Stay, stay_of
+from microslip.analyses.time.steady import SteadyState, steady_state
 from microslip.analyses.time.step_refinement import REFINEMENT
 from microslip.errors import MicroslipError
 from microslip.numerics.execute import each, threads
@@ -22,29 +24,47 @@ PATIENCE = 100
 """Cycles with `REFINEMENT` times the steps at most."""
 
 
+FARTHEST = 0.1
+"""Where the amplitude changes by more, relative, the motion is not taken for the same one."""
+
+
 def with_more_steps(joint: PreparedJoint, load: float, one: Stepped) -> More:
-    """A steady state with `REFINEMENT` times the steps, and what motions do beside it."""
-    f = one.frequency
-    scheme = time_scheme(joint, 1 / (f * REFINEMENT * one.steps), frequency=f)
-    memory, spent = contact_memory(scheme), 0
+    """A steady state with `REFINEMENT` times the steps, and what motions do beside it.
+
+    Where it does not settle with these, or elsewhere, its own steps say what motions do.
+    """
+    amplitude, spent = None, 0
     try:
-        found = steady_state(
-            scheme,
-            f,
-            load,
-            start=one.state,
-            tolerance=TOLERANCE,
-            max_cycles=PATIENCE,
-            memory=memory,
-        )
+        found, stay = _settled(joint, load, one, REFINEMENT * one.steps)
         spent = REFINEMENT * found.cycles
-        if not found.converged:
-            return More(None, spent)
-        stay = stay_of(scheme, found, memory)
+        if stay is not None:
+            amplitude, spent = found.amplitude, spent + REFINEMENT * stay.cycles
+        if stay is None or abs(abs(found.amplitude) / abs(one.amplitude) - 1) > FARTHEST:
+            found, stay = _settled(joint, load, one, one.steps)
+            spent += found.cycles + (stay.cycles if stay else 0)
+            return More(amplitude, spent, stay.strays if stay else 0.0)
     except MicroslipError:
-        return More(None, spent)
-    spent += REFINEMENT * stay.cycles
-    return More(stay.amplitude if stay.strays < float("inf") else None, spent, stay.strays)
+        return More(amplitude, spent)
+    return More(stay.amplitude if np.isfinite(stay.strays) else None, spent, stay.strays)
+
+
+def _settled(
+    joint: PreparedJoint, load: float, one: Stepped, steps: int
+) -> tuple[SteadyState, Stay | None]:
+    """A state with so many steps, and what motions do beside it where it settles."""
+    f = one.frequency
+    scheme = time_scheme(joint, 1 / (f * steps), frequency=f)
+    memory = contact_memory(scheme)
+    found = steady_state(
+        scheme,
+        f,
+        load,
+        start=one.state,
+        tolerance=TOLERANCE,
+        max_cycles=PATIENCE,
+        memory=memory,
+    )
+    return found, stay_of(scheme, found, memory) if found.converged else None
 
 
 def more_steps(

@@ -26,9 +26,9 @@ def around(marks: Iterable[int], k: int) -> list[int]:
     return ordered[max(i - 1, 0) : i + 1]
 
 
-def within_a_branch(anchors: Mapping[int, Anchor], k: int) -> bool:
-    """Whether the anchors next to an index on both sides are of one branch."""
-    beside = [anchors[j] for j in around(anchors, k)]
+def within_a_branch(anchors: Mapping[int, Anchor], lost: Iterable[int], k: int) -> bool:
+    """Whether next to an index there are anchors on both sides, of one branch, and nothing that was lost."""
+    beside = [anchors[j] for j in around({*anchors, *lost}, k) if j in anchors]
     return len(beside) == 2 and step_of(*beside) <= BRANCH
 
 

@@ -33,6 +33,9 @@ from microslip.pipeline.targets import LEFT, STEPS, TOLERANCE, Found, Lost, Step
 from microslip.pipeline.walk import DOUBTFUL, FINE
 from microslip.typing import Array
 
+BY_INDEX, INDICES = ("anchors", "found", "lost"), ("fell", "ended", "tried", "finer")
+"""What is known of each frequency, and of some."""
+
 
 @dataclass
 class Search:
@@ -131,11 +134,12 @@ class Search:
             self.before = self.cycles, self.seconds
 
     def seek_on(self, joint: PreparedJoint) -> None:
-        """Seek settled anchors on with more steps that are not yet; those with fewer stay.
-
-        But those that motions leave then: there is no steady motion.
-        """
+        """Seek settled anchors on with more steps that are not yet; those with fewer stay."""
         self.stepping.seek_on(joint, self.base.load, self.settled)
+        self._have_strays()
+
+    def _have_strays(self) -> None:
+        """Have how far motions stray from anchors in their doubt; what they leave is no steady motion."""
         for k in self.settled:
             anchor, strays = self.anchors[k], self.stepping.strays.get(k, 0.0)
             if strays > DOUBTFUL:
@@ -171,6 +175,7 @@ class Search:
 
     def take_refined(self) -> None:
         """Have the anchors with more steps, where they were sought on, and what is left of the error."""
+        self._have_strays()
         self.anchors, self.accuracy = refined_anchors(
             self.surface, self.base.load, self.anchors, self.settled, self.stepping
         )
@@ -200,42 +205,25 @@ class Search:
 
     def _known(self) -> Search:
         """A copy for `_put_back`."""
-        own = self.stepping
-        return replace(
-            self,
-            stepping=own.copied(),
-            anchors=dict(self.anchors),
-            found=dict(self.found),
-            lost=dict(self.lost),
-            origins={k: set(begun) for k, begun in self.origins.items()},
-            fell=set(self.fell),
-            ended=set(self.ended),
-            tried=set(self.tried),
-            finer=set(self.finer),
-        )
+        own: dict[str, Any] = {name: getattr(self, name).copy() for name in (*BY_INDEX, *INDICES)}
+        origins = {k: set(begun) for k, begun in self.origins.items()}
+        return replace(self, stepping=self.stepping.copied(), origins=origins, **own)
 
     def _put_back(self, points: set[int], before: Search) -> None:
         """What was known at frequencies before."""
-        by_index: list[tuple[dict[int, Any], dict[int, Any]]] = [
-            (self.anchors, before.anchors),
-            (self.found, before.found),
-            (self.lost, before.lost),
-            (self.stepping.sought_on, before.stepping.sought_on),
-            (self.stepping.strays, before.stepping.strays),
-            (self.stepping.off, before.stepping.off),
-        ]
-        for now, then in by_index:
-            for k in points:
-                now.pop(k, None)
-            now.update({k: then[k] for k in points.intersection(then)})
-        for some, those in (
-            (self.fell, before.fell),
-            (self.ended, before.ended),
-            (self.tried, before.tried),
-            (self.finer, before.finer),
+        for one, other, names in (
+            (self, before, BY_INDEX),
+            (self.stepping, before.stepping, ("sought_on", "strays", "off")),
         ):
+            for name in names:
+                now, then = getattr(one, name), getattr(other, name)
+                for k in points:
+                    now.pop(k, None)
+                now.update({k: then[k] for k in points.intersection(then)})
+        for name in INDICES:
+            some = getattr(self, name)
             some -= points
-            some |= those & points
+            some |= getattr(before, name) & points
         for k, begun in before.origins.items():
             self.origins[k] |= begun & points
 
@@ -357,6 +345,8 @@ class Search:
         if not left and answer.rest is not None and k in self.anchors:
             self.moved = max(self.moved, *apart)
         self.lost.pop(k, None)
+        if k not in self.anchors:
+            self.fell.discard(k)
         self._take(target, answer)
 
     def _leave(self, k: int, size: float) -> None:
@@ -384,7 +374,7 @@ class Search:
         for branch in branches(self.anchors, self.lost):
             sure = [int(k) for k in branch if k not in blurred]
             inside = [int(k) for k in branch if sure and sure[0] < k < sure[-1]]
-            dropped += [k for k in inside if k in blurred - self.tried]
+            dropped += [k for k in inside if k in blurred - self.tried - self.unstable]
         before = {k: (self.anchors.pop(k), self.found.pop(k)) for k in dropped}
         now, doubted = self.held(), self.moved
         for k, (anchor, found) in before.items():
@@ -399,7 +389,7 @@ class Search:
         if isinstance(answer, Lost):
             # that motions leave a larger one says nothing of a branch on both sides of it, once
             if k in self.anchors or (
-                answer.left and k not in self.fell and within_a_branch(self.anchors, k)
+                answer.left and k not in self.fell and within_a_branch(self.anchors, self.lost, k)
             ):
                 self.fell.add(k)
             else:

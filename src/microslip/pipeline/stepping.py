@@ -2,7 +2,7 @@
 
 Contact that changes its state inside a step makes errors that no formula tells; four times the steps do
 (`microslip.analyses.time.step_refinement`). The states of a response that have settled are sought on with
-these once its search ends, which then goes on where they leave it unsure. Where the first few show that the
+these, and the search goes on where they leave it unsure. Where the first few show that the
 steps err by more than is wanted of the response, the search begins anew with four times as many. Between
 frequencies the larger of two errors counts.
 """
@@ -19,16 +19,12 @@ from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.reduced.anchors import Anchor, anchor_at
 from microslip.analyses.reduced.surface import LoadSurface
 from microslip.analyses.time.step_refinement import REFINEMENT
-from microslip.pipeline.more_steps import more_steps
+from microslip.pipeline.more_steps import FARTHEST, more_steps
 from microslip.pipeline.targets import STEPS, More, Stepped
 from microslip.typing import Array
 
 ACCURACY = 1e-3
 """Relative error of the amplitude that the steps are taken to make where that is not known."""
-
-FARTHEST = 0.1
-"""Where the amplitude changes by more, relative, the motion is not taken for the same one."""
-
 
 BEFORE = REFINEMENT / (REFINEMENT - 1)
 """Times what more steps change an amplitude by: its error with the fewer at most, where errors fall no faster
@@ -121,9 +117,7 @@ class Stepping:
 
         States between which a search looks for more are no better known then than what it is to find.
         """
-        return any(
-            _changed(states[k], Q) > wanted for k, Q in taken(states, self.sought_on).items()
-        )
+        return any(change > wanted for change in self._changes(states).values())
 
     def copied(self) -> Stepping:
         """With what it knows of each state in mappings of its own."""
@@ -133,9 +127,13 @@ class Stepping:
 
     def anew(self, states: Mapping[int, Stepped]) -> Stepping:
         """Of a search begun anew with more steps: the largest error that states with these have alone."""
-        known = taken(states, self.sought_on)
-        left = [_changed(states[k], Q) / (REFINEMENT - 1) for k, Q in known.items()]
+        left = [change / (REFINEMENT - 1) for change in self._changes(states).values()]
         return Stepping(self.more, max([ACCURACY, *left]), cycles=self.cycles // REFINEMENT)
+
+    def _changes(self, states: Mapping[int, Stepped]) -> dict[int, float]:
+        """What more steps change the amplitudes of states by that are the same motion, and a steady one."""
+        known = taken(states, self.sought_on).items()
+        return {k: _changed(states[k], Q) for k, Q in known if not self.strays.get(k)}
 
     def replaced(self, k: int, few: complex, more: complex) -> None:
         """Learn what a state with the fewest steps was off by, from the first harmonic instead of it."""
@@ -163,7 +161,9 @@ def refined(
         Frequencies of the response.
     """
     amplitude = taken(states, known.sought_on)
-    settled = {k: Q for k in states if (Q := known.sought_on.get(k)) is not None}
+    # what beats about an unstable motion says nothing of the steps
+    steady = [k for k in states if not known.strays.get(k)]
+    settled = {k: Q for k in steady if (Q := known.sought_on.get(k)) is not None}
     before = {k: BEFORE * _changed(states[k], Q) for k, Q in settled.items()}
     left = {k: before[k] / REFINEMENT if k in amplitude else before[k] for k in before}
     finer = {k for k, one in states.items() if one.steps > known.steps}

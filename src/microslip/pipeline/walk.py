@@ -54,9 +54,6 @@ LASTS, LONGEST = 100.0, 1000.0
 """Cycles that transients are taken to last at least and at most; in between the search's estimate of the
 slowest multiplier tells."""
 
-SURE = 2e-3
-"""Spread of the amplitude below which a motion stays with a periodic one that is perhaps unstable."""
-
 WATCHED = 40
 """Cycles over which a motion that still changes is looked at."""
 
@@ -155,29 +152,20 @@ class _Seeking:
         return found if found is None or found.change > TOLERANCE else self.stays(found)
 
     def stays(self, found: Found) -> Found | None:
-        """The same, unless motions leave it: with more steps, or its own where those do not tell."""
-        target, beside = self.target, None
+        """The same, unless motions leave it."""
+        target = self.target
         one = Stepped(target.frequency, found.amplitude, found.state, target.steps)
         more = with_more_steps(self.scheme.joint, target.load, one)
         self.spent += more.cycles
-        if more.amplitude is not None:
-            beside = replace(found, doubt=max(found.doubt, more.strays), more=more)
-        elif not more.strays:
-            try:
-                beside = _looked_at(self.scheme, target, found)
-            except MicroslipError as error:
-                self.reason = self.reason or str(error)
-                return None
-            self.spent += WATCHED
-            beside = replace(beside, more=more) if beside.state is found.state else beside
-        if beside is not None and beside.doubt <= DOUBTFUL:
-            return beside
+        if more.strays <= DOUBTFUL:
+            return replace(found, doubt=max(found.doubt, more.strays), more=more)
         self.larger = max(self.larger, abs(found.amplitude))
         self.left, self.reason = True, LEFT
         return None
 
     def motion(self, start: Start | None, guess: complex, cycles: int) -> Found | None:
         """A motion from a start, or from rest with the velocity of a guess, if it is steady."""
+        self.left = False
         try:
             steady = _searched(self.scheme, self.target, start, TOLERANCE, cycles, guess)
             self.spent += steady.cycles
@@ -226,6 +214,8 @@ class _Seeking:
         except MicroslipError:
             return replace(found, past=past, scatter=past)
         self.spent += answer.cycles
+        if answer.change <= TOLERANCE:
+            answer = self.stays(answer) or found
         return replace(answer, past=past, scatter=scatter)
 
     def at_rest(self, found: Found) -> Found:
@@ -342,14 +332,11 @@ def _weighed(scheme: TimeScheme, target: Target, steady: SteadyState) -> Found:
 
 
 def _looked_at(scheme: TimeScheme, target: Target, found: Found) -> Found:
-    """A motion over `WATCHED` cycles more: its mean, unless it stays with the periodic one."""
+    """A motion that still changes over `WATCHED` cycles more: its mean."""
     state = placed(found.state, scheme, target.frequency, target.load)
     Q, states = watched(scheme, target.load, state, WATCHED)
     size, mean = np.abs(Q), complex(Q.mean())
-    spread = float(np.abs(size / abs(mean) - 1).max())
-    if found.change <= TOLERANCE and spread <= SURE:
-        return replace(found, doubt=max(found.doubt, spread))
-    doubt = spread + _to_come(size) / abs(mean)
+    doubt = float(np.abs(size / abs(mean) - 1).max()) + _to_come(size) / abs(mean)
     end = end_of(states[-1], 0.0, scheme, target.frequency)
     return replace(found, amplitude=mean, doubt=doubt, state=end)
 

@@ -16,11 +16,12 @@ from microslip.analyses.time.scheme import ContactMemory, TimeScheme
 from microslip.analyses.time.stability import stability_of
 from microslip.analyses.time.steady import SteadyState
 from microslip.analyses.time.watching import watched
+from microslip.errors import MicroslipError
 from microslip.typing import Complex
 
 BLOCK, PART = 20, 40
 """Cycles after which it is looked at, and those at the end that tell where the motion is, and whether it is
-farther off than ever before."""
+farther off than in as many before."""
 
 LEAST, MOST = 100, 300
 """Cycles marched after the push, and at most where it is ever farther off."""
@@ -28,9 +29,13 @@ LEAST, MOST = 100, 300
 LEAVES = 0.1
 """Relative change of the amplitude from which on it has left."""
 
-GROWS, OPEN = 1.1, 0.05
-"""Times that it is farther off than ever before, from which on nothing says where that will end: its size is
-known no better than to this."""
+GROWS, FALLEN = 1.1, 0.5
+"""Times that it is farther off than in the part before where it is on its way; share of the farthest that it
+has been off below which it no longer is."""
+
+OPEN = 0.05
+"""What is stated at least of a motion that is still on its way then: it may leave in thousands of cycles, or
+come to beat by some per cent."""
 
 
 class Stay(NamedTuple):
@@ -66,7 +71,7 @@ def stay_of(scheme: TimeScheme, steady: SteadyState, memory: ContactMemory | Non
     Raises
     ------
     MicroslipError
-        Where the steady state did not converge, or a step of the motion beside it has no solution.
+        Where the steady state did not converge.
     """
     found = stability_of(scheme, steady, memory=memory)
     if found.verdict != "unstable":
@@ -74,18 +79,30 @@ def stay_of(scheme: TimeScheme, steady: SteadyState, memory: ContactMemory | Non
     own, state = steady.amplitude, pushed(scheme, steady, found, PUSH)[0]
     Q = np.zeros(0, complex)
     while len(Q) < LEAST or (len(Q) < MOST and _grows(Q, own)):
-        more, states = watched(scheme, steady.load, state, BLOCK, steady.phase, memory)
+        try:
+            more, states = watched(scheme, steady.load, state, BLOCK, steady.phase, memory)
+        except MicroslipError:  # it is not known to stay
+            return Stay(own, np.inf, found.cycles + len(Q))
         state, Q = states[-1], np.append(Q, more)
         if np.abs(np.abs(more) / abs(own) - 1).max() > LEAVES:
             return Stay(own, np.inf, found.cycles + len(Q))
-    last = Q[-PART:]
+    cycles, last = found.cycles + len(Q), Q[-PART:]
+    if found.largest**PART <= GROWS and not _fallen(Q, own):
+        # too slow to tell: it may be on its way
+        return Stay(own, 2 * float(np.abs(np.abs(last) / abs(own) - 1).max()), cycles)
     size = float(np.abs(last).mean())
-    strays = float(np.abs(np.abs(last) / size - 1).max())
     mean = size * complex(np.exp(1j * np.angle(last.mean())))
-    return Stay(mean, max(strays, OPEN) if _grows(Q, own) else strays, found.cycles + len(Q))
+    strays = float(np.abs(np.abs(last) / size - 1).max())
+    return Stay(mean, max(strays, OPEN) if _grows(Q, own) else strays, cycles)
 
 
 def _grows(Q: Complex, own: complex) -> bool:
-    """Whether a motion is farther off than ever before, by its first harmonics."""
+    """Whether a motion is farther off than in the part before, by its first harmonics."""
     off = np.abs(Q / own - 1)
-    return bool(off[-PART:].max() > GROWS * off[:-PART].max())
+    return bool(off[-PART:].max() > GROWS * off[-2 * PART : -PART].max()) and not _fallen(Q, own)
+
+
+def _fallen(Q: Complex, own: complex) -> bool:
+    """Whether a motion is much less far off than it has been."""
+    off = np.abs(Q / own - 1)
+    return bool(off[-PART:].max() <= FALLEN * off.max())
