@@ -8,8 +8,9 @@ frequencies, the smaller is sought again from the larger: a branch is followed t
 where that is. The search ends when the bound holds everywhere, or with what it may cost.
 
 Where the first of them show that their time steps err by more than is asked for, all of it begins anew with
-four times as many. In the end what has settled is sought on with four times the steps, further ones are
-sought where that leaves the response unsure, and what stays unsure itself is sought anew with these.
+four times as many. What has settled is sought on with four times the steps (`more_steps`), and is none where
+motions leave it then. In the end the response has what these say, further ones are sought where it is unsure,
+and what stays unsure itself is sought anew with more steps.
 """
 
 from __future__ import annotations

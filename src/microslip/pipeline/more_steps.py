@@ -23,7 +23,6 @@ from microslip.pipeline.targets import TOLERANCE, More, Stepped
 PATIENCE = 100
 """Cycles with `REFINEMENT` times the steps at most."""
 
-
 FARTHEST = 0.1
 """Where the amplitude changes by more, relative, the motion is not taken for the same one."""
 
@@ -39,13 +38,18 @@ def with_more_steps(joint: PreparedJoint, load: float, one: Stepped) -> More:
         spent = REFINEMENT * found.cycles
         if stay is not None:
             amplitude, spent = found.amplitude, spent + REFINEMENT * stay.cycles
-        if stay is None or abs(abs(found.amplitude) / abs(one.amplitude) - 1) > FARTHEST:
+        if stay is None or apart(one.amplitude, found.amplitude) > FARTHEST:
             found, stay = _settled(joint, load, one, one.steps)
             spent += found.cycles + (stay.cycles if stay else 0)
             return More(amplitude, spent, stay.strays if stay else 0.0)
     except MicroslipError:
         return More(amplitude, spent)
     return More(stay.amplitude if np.isfinite(stay.strays) else None, spent, stay.strays)
+
+
+def apart(few: complex, more: complex) -> float:
+    """Relative difference of the sizes of first harmonics with few steps and with more."""
+    return abs(abs(more) / max(abs(few), 1e-300) - 1)
 
 
 def _settled(

@@ -19,7 +19,7 @@ from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.reduced.anchors import Anchor, anchor_at
 from microslip.analyses.reduced.surface import LoadSurface
 from microslip.analyses.time.step_refinement import REFINEMENT
-from microslip.pipeline.more_steps import FARTHEST, more_steps
+from microslip.pipeline.more_steps import FARTHEST, apart, more_steps
 from microslip.pipeline.targets import STEPS, More, Stepped
 from microslip.typing import Array
 
@@ -56,11 +56,7 @@ def taken(states: Mapping[int, Stepped], found: Mapping[int, complex | None]) ->
 
 def _changed(one: Stepped, Q: complex) -> float:
     """By how much the amplitude of a state has changed, relative."""
-    return _apart(one.amplitude, Q)
-
-
-def _apart(few: complex, more: complex) -> float:
-    return abs(abs(more) / max(abs(few), 1e-300) - 1)
+    return apart(one.amplitude, Q)
 
 
 @dataclass
@@ -137,7 +133,7 @@ class Stepping:
 
     def replaced(self, k: int, few: complex, more: complex) -> None:
         """Learn what a state with the fewest steps was off by, from the first harmonic instead of it."""
-        self.off[k] = BEFORE * _apart(few, more)
+        self.off[k] = BEFORE * apart(few, more)
 
 
 def refined(

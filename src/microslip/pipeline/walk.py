@@ -34,7 +34,7 @@ from microslip.analyses.time.classify import motion_of
 from microslip.analyses.time.readings import opening_of
 from microslip.analyses.time.resting import at_phase_0, rested
 from microslip.analyses.time.scheme import State, TimeScheme, time_scheme
-from microslip.analyses.time.starts import Start, end_of, mixed, placed
+from microslip.analyses.time.starts import Start, end_of, mixed
 from microslip.analyses.time.steady import SteadyState, raised_state, steady_state
 from microslip.analyses.time.watching import watched
 from microslip.errors import JointOpensError, MicroslipError
@@ -44,7 +44,8 @@ from microslip.pipeline.targets import LEFT, TOLERANCE, Found, Lost, Stepped, Ta
 from microslip.typing import Array
 
 WARM, COLD, ANOTHER = 50, 100, 50
-"""Cycles at most: from states beside, from rest, and from rest with another past of what is known."""
+"""Cycles at most: from states beside; from rest, and after the load was raised where that leads to nothing;
+and of what is known with another past."""
 
 FINE, FINER = 1e-7, 30
 """Relative change over a cycle to which the search goes on from a steady state, for so many cycles at most:
@@ -324,21 +325,14 @@ def _weighed(scheme: TimeScheme, target: Target, steady: SteadyState) -> Found:
         else:
             moved = abs(abs(finer.amplitude) / abs(steady.amplitude) - 1)
     left = max(steady.change * lasting(slowest), moved)
-    end = end_of(state, 0.0, scheme, target.frequency)
-    found = Found(steady.amplitude, steady.change, left, end, spent)
     if steady.converged:
-        return found
-    return replace(_looked_at(scheme, target, found), cycles=spent + WATCHED)
-
-
-def _looked_at(scheme: TimeScheme, target: Target, found: Found) -> Found:
-    """A motion that still changes over `WATCHED` cycles more: its mean."""
-    state = placed(found.state, scheme, target.frequency, target.load)
+        end = end_of(state, 0.0, scheme, target.frequency)
+        return Found(steady.amplitude, steady.change, left, end, spent)
     Q, states = watched(scheme, target.load, state, WATCHED)
     size, mean = np.abs(Q), complex(Q.mean())
     doubt = float(np.abs(size / abs(mean) - 1).max()) + _to_come(size) / abs(mean)
     end = end_of(states[-1], 0.0, scheme, target.frequency)
-    return replace(found, amplitude=mean, doubt=doubt, state=end)
+    return Found(mean, steady.change, doubt, end, spent + len(Q))
 
 
 def _again(scheme: TimeScheme, target: Target, found: Found) -> tuple[Found, int]:
