@@ -6,7 +6,10 @@ from conftest import ROOT
 
 sys.path.insert(0, str(ROOT / "benchmarks" / "population"))
 
-from auto import End, judged
+import numpy as np
+import pytest
+import truths
+from truths import HORIZON, PART, SETTLED, End, judged, to_its_end
 
 SMALL = End(0.1, 0.1, True)
 
@@ -41,3 +44,51 @@ def test_what_nothing_stays_beside_is_wrong():
 def test_what_creeps_away_after_the_load_was_raised_has_no_truth():
     assert judged(1.0, End(0.5, 0.6, False), []) == {"settled": False, "off": None}
     assert judged(1.0, None, []) == {"settled": False, "off": None}
+
+
+def marching(monkeypatch, size):
+    """A motion whose first harmonic has that size after so many cycles; its state is how many."""
+
+    def watched(scheme, load, state, cycles, phase):
+        n = state + np.arange(1, cycles + 1)
+        return size(n) + 0j, list(n)
+
+    monkeypatch.setattr(truths, "watched", watched)
+
+
+@pytest.mark.parametrize("rate", [5e-7, -3e-7])
+def test_the_truth_of_bodies_that_walk_is_the_motion_after_as_many_cycles_as_are_shown(
+    monkeypatch, rate
+):
+    """It drifts by less in a thousand cycles than a truth may, but not until then."""
+    marching(monkeypatch, lambda n: 1 + rate * n)
+    end, state, cycles = to_its_end(None, 1.0, 0, 0.0, HORIZON)
+    assert end.settled
+    assert cycles == state
+    assert end.least == pytest.approx(1 + rate * HORIZON, abs=SETTLED)
+    assert abs(end.least - (1 + rate * HORIZON)) <= end.left <= SETTLED
+
+
+def test_a_transient_is_waited_for_and_a_motion_that_still_changes_then_is_no_truth(monkeypatch):
+    marching(monkeypatch, lambda n: 1 + 0.1 * np.exp(-n / 300))
+    end, _, cycles = to_its_end(None, 1.0, 0, 0.0, HORIZON)
+    assert end.settled
+    assert cycles < HORIZON
+    assert abs(end.least - 1) <= end.left
+    marching(monkeypatch, lambda n: 1 + 1e-5 * n)
+    assert not to_its_end(None, 1.0, 0, 0.0, HORIZON).end.settled
+    marching(monkeypatch, lambda n: 1 + 0.01 * np.sin(n / 5))
+    end = to_its_end(None, 1.0, 0, 0.0, HORIZON).end
+    assert not end.settled
+    assert end.most - end.least == pytest.approx(0.02, rel=0.01)
+
+
+def test_with_more_steps_what_was_marched_before_counts(monkeypatch):
+    """After as many cycles as are shown there is no walk left to wait for."""
+    marching(monkeypatch, lambda n: 1 + 2e-7 * n)
+    later = to_its_end(None, 1.0, HORIZON, 0.0, 1000, HORIZON)
+    sooner = to_its_end(None, 1.0, 500, 0.0, 1000, 500)
+    assert later.end.settled
+    assert later.cycles == 2 * PART
+    assert sooner.end.settled
+    assert abs(sooner.end.least - (1 + 2e-7 * HORIZON)) <= sooner.end.left
