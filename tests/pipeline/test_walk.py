@@ -14,7 +14,7 @@ from microslip.analyses.time.steady import raised_state, steady_state
 from microslip.analyses.time.watching import watched
 from microslip.errors import ContactError
 from microslip.pipeline import walk
-from microslip.pipeline.targets import STEPS
+from microslip.pipeline.targets import STEPS, More
 from microslip.pipeline.walk import (
     DOUBTFUL,
     RAISED,
@@ -71,8 +71,9 @@ def test_the_load_raised_slowly_ends_within_what_the_past_is_said_to_decide(join
         assert off <= found.scatter + found.doubt + 1e-4
 
 
-def raising_leads(monkeypatch, shares):
-    """Raising the load over so many cycles leads to so many times what rest with a velocity does."""
+def raising_leads(monkeypatch, shares, more=None):
+    """Raising the load over so many cycles leads to so many times what rest with a velocity does; what
+    more steps make of that is asked where it differs by much."""
 
     def raised(search, found, cycles):
         share = shares.get(cycles)
@@ -80,6 +81,7 @@ def raising_leads(monkeypatch, shares):
 
     weighed = walk._weighed
     monkeypatch.setattr(walk._Seeking, "raised", raised)
+    monkeypatch.setattr(walk._Seeking, "with_more_steps", lambda _, one: more)
     monkeypatch.setattr(
         walk,
         "_weighed",
@@ -89,17 +91,36 @@ def raising_leads(monkeypatch, shares):
 
 def test_where_pasts_differ_the_load_raised_from_rest_is_the_answer(joint, beside, monkeypatch):
     """As of the points of the time domain; how well it is known another ramp tells, not the other past."""
-    raising_leads(monkeypatch, {RAISED: 1.01, RAISED_AGAIN: 1.01 * 1.0002})
+    raising_leads(monkeypatch, {RAISED: 1.004, RAISED_AGAIN: 1.004 * 1.0002})
     found = seek(joint, Target(0, 181.8, LOAD, 0.0))
-    assert abs(found.amplitude) == pytest.approx(1.01 * abs(beside[0].amplitude), rel=2e-3)
-    assert found.past == pytest.approx(0.01, rel=1e-6)
+    assert abs(found.amplitude) == pytest.approx(1.004 * abs(beside[0].amplitude), rel=2e-3)
+    assert found.past == pytest.approx(0.004, rel=1e-6)
     assert found.scatter == pytest.approx(2e-4, rel=1e-6)
 
 
 def test_where_no_other_ramp_tells_the_pasts_do(joint, monkeypatch):
-    raising_leads(monkeypatch, {RAISED: 1.01})
+    raising_leads(monkeypatch, {RAISED: 1.004})
     found = seek(joint, Target(0, 181.8, LOAD, 0.0))
-    assert found.scatter == found.past == pytest.approx(0.01, rel=1e-6)
+    assert found.scatter == found.past == pytest.approx(0.004, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    "more", [More(None, 0, np.inf), More(None, 0)], ids=["leave", "do not settle"]
+)
+def test_a_motion_of_few_steps_alone_tells_nothing_of_other_pasts(joint, beside, monkeypatch, more):
+    """Raising the load leads to a motion that motions leave with more steps, or that these do not have."""
+    raising_leads(monkeypatch, {RAISED: 1.05, RAISED_AGAIN: 1.05}, more)
+    found = seek(joint, Target(0, 181.8, LOAD, 0.0))
+    assert abs(found.amplitude) == pytest.approx(abs(beside[0].amplitude), rel=2e-3)
+    assert found.scatter < 2e-3
+
+
+def test_pasts_differ_by_what_more_steps_make_of_their_motions(joint, beside, monkeypatch):
+    """Few steps have them a twentieth apart, more a hundredth."""
+    own = seek(joint, Target(0, 181.8, LOAD, 0.0)).more.amplitude
+    raising_leads(monkeypatch, {RAISED: 1.05}, More(1.01 * own, 0))
+    found = seek(joint, Target(0, 181.8, LOAD, 0.0))
+    assert found.scatter == pytest.approx(0.01, rel=1e-6)
 
 
 def test_where_raising_leads_to_another_branch_another_velocity_tells(joint, beside, monkeypatch):

@@ -36,12 +36,11 @@ from microslip.analyses.time.resting import at_phase_0, rested
 from microslip.analyses.time.scheme import State, TimeScheme, time_scheme
 from microslip.analyses.time.starts import Start, end_of, mixed
 from microslip.analyses.time.steady import SteadyState, raised_state, steady_state
-from microslip.analyses.time.watching import watched
+from microslip.analyses.time.watching import to_come, watched
 from microslip.errors import JointOpensError, MicroslipError
 from microslip.numerics.execute import each, threads
-from microslip.pipeline.more_steps import with_more_steps
-from microslip.pipeline.targets import LEFT, TOLERANCE, Found, Lost, Stepped, Target
-from microslip.typing import Array
+from microslip.pipeline.more_steps import apart, with_more_steps
+from microslip.pipeline.targets import LEFT, TOLERANCE, Found, Lost, More, Stepped, Target
 
 WARM, COLD, ANOTHER = 50, 100, 50
 """Cycles at most: from states beside; from rest, and after the load was raised where that leads to nothing;
@@ -60,9 +59,6 @@ WATCHED = 40
 
 FALLING = 0.5
 """A motion whose amplitude is doubted by more is on its way to another."""
-
-SLOWEST = 0.95
-"""Factor by which a drift is taken to fall from a third of them to the next, at most."""
 
 AGAIN = 5e-3
 """Doubt above which the search goes on, from where the motion then is."""
@@ -202,14 +198,15 @@ class _Seeking:
         is known. Where raising the load leads to another branch, another velocity has to tell.
         """
         raised = self.raised(found, RAISED)
-        if raised is None:
+        past = np.nan if raised is None else self.apart(raised, found, found.more)
+        if raised is None or np.isnan(past):
             return replace(found, scatter=self.varied(found))
-        past = abs(_ratio(raised, found) - 1)
         if past <= SAME:
             return replace(found, past=past, scatter=past)
         again = self.raised(found, RAISED_AGAIN)
+        scatter = np.nan if again is None else self.apart(again, raised)
         # what cannot be told of another ramp is told by the other past
-        scatter = past if again is None else abs(_ratio(again, raised) - 1)
+        scatter = past if np.isnan(scatter) else scatter
         try:
             answer = _weighed(self.scheme, self.target, raised)
         except MicroslipError:
@@ -275,7 +272,35 @@ class _Seeking:
         except MicroslipError:
             return float("nan")
         self.spent += other.cycles
-        return abs(_ratio(other, found) - 1) if _tells(other, found) else float("nan")
+        return self.apart(other, found, found.more) if _tells(other, found) else float("nan")
+
+    def apart(
+        self, other: SteadyState, found: SteadyState | Found, known: More | None = None
+    ) -> float:
+        """Relative difference of two sizes, where it is large of what more steps make of them.
+
+        Few steps may have a periodic motion that more do not, or that motions leave: nan where that is so of
+        the other.
+        """
+        differ = abs(_ratio(other, found) - 1)
+        if differ <= AGAIN or other.change > TOLERANCE:
+            return differ
+        more = self.with_more_steps(other)
+        if more.amplitude is None or more.strays > DOUBTFUL:
+            return float("nan")
+        if known is None and isinstance(found, SteadyState) and found.change <= TOLERANCE:
+            known = self.with_more_steps(found)
+        own = found.amplitude if known is None or known.amplitude is None else known.amplitude
+        return apart(own, more.amplitude)
+
+    def with_more_steps(self, steady: SteadyState) -> More:
+        """What a settled motion has become with more steps."""
+        target = self.target
+        start = end_of(at_phase_0(self.scheme, steady), 0.0, self.scheme, target.frequency)
+        one = Stepped(target.frequency, steady.amplitude, start, target.steps)
+        more = with_more_steps(self.scheme.joint, target.load, one)
+        self.spent += more.cycles
+        return more
 
     def lost(self) -> Lost:
         """What is said where nothing is steady."""
@@ -330,7 +355,7 @@ def _weighed(scheme: TimeScheme, target: Target, steady: SteadyState) -> Found:
         return Found(steady.amplitude, steady.change, left, end, spent)
     Q, states = watched(scheme, target.load, state, WATCHED)
     size, mean = np.abs(Q), complex(Q.mean())
-    doubt = float(np.abs(size / abs(mean) - 1).max()) + _to_come(size) / abs(mean)
+    doubt = float(np.abs(size / abs(mean) - 1).max()) + to_come(size) / abs(mean)
     end = end_of(states[-1], 0.0, scheme, target.frequency)
     return Found(mean, steady.change, doubt, end, spent + len(Q))
 
@@ -346,17 +371,6 @@ def _again(scheme: TimeScheme, target: Target, found: Found) -> tuple[Found, int
         return found, 0
     better = other if other.doubt < found.doubt else found
     return better, steady.cycles + other.cycles
-
-
-def _to_come(size: Array) -> float:
-    """By how much a size will still change: a geometric progression of what it did from third to third.
-
-    Of a size that does not change ever less, as much as `SLOWEST` makes of it.
-    """
-    first, second, third = (float(part.mean()) for part in np.array_split(size, 3))
-    before, last = abs(second - first), abs(third - second)
-    factor = np.clip(last / max(before, 1e-300), 0.0, SLOWEST)
-    return float(last * factor / (1 - factor))
 
 
 def lasting(slowest: float, least: float = LASTS) -> float:

@@ -12,7 +12,10 @@ from microslip.analyses.time.scheme import (
     march,
 )
 from microslip.numerics.fourier import harmonic
-from microslip.typing import Complex
+from microslip.typing import Array, Complex
+
+SLOWEST = 0.95
+"""Factor by which a drift is taken to fall from a third of them to the next, at most."""
 
 
 def watched(
@@ -33,3 +36,14 @@ def watched(
         Q.append(harmonic(cycle.output[:, port], theta))
         ends.append(cycle.state)
     return np.array(Q), ends[1:]
+
+
+def to_come(size: Array) -> float:
+    """By how much a size will still change: a geometric progression of what it did from third to third.
+
+    Of a size that does not change ever less, as much as `SLOWEST` makes of it.
+    """
+    first, second, third = (float(part.mean()) for part in np.array_split(size, 3))
+    before, last = abs(second - first), abs(third - second)
+    factor = np.clip(last / max(before, 1e-300), 0.0, SLOWEST)
+    return float(last * factor / (1 - factor))
