@@ -224,6 +224,35 @@ BUMP = 115
 """Where more steps change the response, by index: none of the states that are sought first."""
 
 
+def test_beside_a_jump_what_has_stayed_is_known_from_the_next_on():
+    """The first may linger; what has settled is known whatever lies before it."""
+    sizes = [1.0, 1.01, 1.02, 1.03, 0.2, 0.19]
+    anchors = {10 + k: Anchor(100.0 + k, complex(size), 0j, 1e-7) for k, size in enumerate(sizes)}
+    bound = np.zeros(16)
+    assert leaving(anchors, bound, set()) == list(range(14))
+    assert leaving(anchors, bound, set(), {11, 12}) == [12, 13]
+    assert leaving(anchors, bound, {14}, {12}) == list(range(14))
+    assert leaving(anchors, bound, {12}, {11, 10}) == [13]
+
+
+def test_motions_at_rest_that_stay_with_more_steps_are_known_beside_a_jump(refined):
+    """They do not settle with these, and stay three thousandths off; the first beside the jump may leave."""
+    model, table, base = refined
+    search = Search(load_surface(model, table, FOLD, 40.0), base, 100)
+    for k in (*range(0, ENDS, 8), ENDS - 1, *range(ENDS, len(FOLD), 8)):
+        Q, drifts = complex(branch("larger" if k >= ENDS else "smaller")[k]), 3e-3 * (k >= ENDS)
+        found = Found(Q, 1e-8, 1e-5, "", 10, scatter=0.0, past=0.0, rest=np.zeros(1))
+        more = More(None, 16, drifts=drifts) if drifts else More(Q, 16)
+        search.keep(Target(k, float(FOLD[k]), 40.0, 0j), replace(found, more=more))
+    search.before = 0, 0.0
+    search.take_refined()
+    error = search.held().error
+    assert np.isinf(error[ENDS : ENDS + 8]).all()
+    known = error[ENDS + 8 :: 8]
+    assert (known >= 3e-3).all()
+    assert (known <= 0.01).all()
+
+
 def bumped(height):
     """Amplitudes of few steps, smooth, and of many, of which a piece is larger by so much."""
     few = branch("larger")

@@ -13,15 +13,21 @@ import numpy as np
 
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.time.scheme import contact_memory, time_scheme
+from microslip.analyses.time.starts import placed
 from microslip.analyses.time.staying import Stay, stay_of
 from microslip.analyses.time.steady import SteadyState, steady_state
 from microslip.analyses.time.step_refinement import REFINEMENT
+from microslip.analyses.time.watching import to_come, watched
 from microslip.errors import MicroslipError
 from microslip.numerics.execute import each, threads
 from microslip.pipeline.targets import TOLERANCE, More, Stepped
 
 PATIENCE = 100
 """Cycles with `REFINEMENT` times the steps at most."""
+
+MARCHED, STAYS = 100, 0.05
+"""Cycles for which what does not settle with more steps is marched with these; by how much its amplitude may
+differ all the while, and still drift, relative, where it stays."""
 
 FARTHEST = 0.1
 """Where the amplitude changes by more, relative, the motion is not taken for the same one."""
@@ -30,7 +36,9 @@ FARTHEST = 0.1
 def with_more_steps(joint: PreparedJoint, load: float, one: Stepped) -> More:
     """A steady state with `REFINEMENT` times the steps, and what motions do beside it.
 
-    Where it does not settle with these, or elsewhere, its own steps say what motions do.
+    Where it does not settle with these, or elsewhere, its own steps say what motions do. Bodies that walk are
+    not brought to rest again: with more steps they may be a little way from where they rest then, and that
+    the motion stays there is known where it is marched.
     """
     amplitude, spent = None, 0
     try:
@@ -38,6 +46,9 @@ def with_more_steps(joint: PreparedJoint, load: float, one: Stepped) -> More:
         spent = REFINEMENT * found.cycles
         if stay is not None:
             amplitude, spent = found.amplitude, spent + REFINEMENT * stay.cycles
+        if stay is None and one.marched:
+            more = _marched(joint, load, one)
+            return more._replace(cycles=more.cycles + spent)
         if stay is None or apart(one.amplitude, found.amplitude) > FARTHEST:
             found, stay = _settled(joint, load, one, one.steps)
             spent += found.cycles + (stay.cycles if stay else 0)
@@ -69,6 +80,18 @@ def _settled(
         memory=memory,
     )
     return found, stay_of(scheme, found, memory) if found.converged else None
+
+
+def _marched(joint: PreparedJoint, load: float, one: Stepped) -> More:
+    """Whether a state stays where it is marched with more steps."""
+    f = one.frequency
+    scheme = time_scheme(joint, 1 / (f * REFINEMENT * one.steps), frequency=f)
+    Q, _ = watched(scheme, load, placed(one.state, scheme, f, load), MARCHED)
+    size, last = np.abs(Q), np.abs(Q[-MARCHED // 2 :])
+    mean = float(last.mean())
+    off = float(np.abs(size / abs(one.amplitude) - 1).max())
+    stays = max(off, to_come(size) / mean) <= STAYS
+    return More(None, REFINEMENT * MARCHED, drifts=apart(one.amplitude, mean) if stays else 0.0)
 
 
 def more_steps(

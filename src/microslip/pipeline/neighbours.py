@@ -32,12 +32,18 @@ def within_a_branch(anchors: Mapping[int, Anchor], lost: Iterable[int], k: int) 
     return len(beside) == 2 and step_of(*beside) <= BRANCH
 
 
-def leaving(anchors: Mapping[int, Anchor], error: Array, settled: Container[int]) -> list[int]:
+def leaving(
+    anchors: Mapping[int, Anchor],
+    error: Array,
+    settled: Container[int],
+    staying: Container[int] = (),
+) -> list[int]:
     """Where motions may be on their way out, by index of the frequency.
 
     Past the end of a branch a motion lingers near where its states were, and falls to another branch after
     any number of cycles. So what has not settled is not known next to a jump, nor beyond up to the first that
-    has, and neither is what lies between such states.
+    has, and neither is what lies between such states. Where motions have stayed for many cycles the first of
+    them may linger still; the next that has as well does not.
 
     Parameters
     ----------
@@ -48,11 +54,14 @@ def leaving(anchors: Mapping[int, Anchor], error: Array, settled: Container[int]
         bounds what lies between.
     settled : container of int
         Those that have settled.
+    staying : container of int
+        Those that have not, but have stayed.
     """
     found = set[int]()
     for way, outward in larger_sides(anchors, error):
         end = len(error) if way > 0 else -1
-        first = next((k for k in outward if k in settled), end)
+        stay = [k for k in outward if k in staying][1:2]
+        first = next((k for k in outward if k in settled or k in stay), end)
         found.update(range(outward[0], first, way))
     return sorted(found)
 

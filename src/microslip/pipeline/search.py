@@ -29,6 +29,7 @@ from microslip.analyses.time.step_refinement import REFINEMENT
 from microslip.describe.requests import CYCLES_EACH, SECONDS_EACH
 from microslip.pipeline.neighbours import around, leaving, within_a_branch
 from microslip.pipeline.stepping import ACCURACY, Stepping, refined_anchors, taken
+from microslip.pipeline.stepping import BY_INDEX as OF_STEPS
 from microslip.pipeline.targets import LEFT, STEPS, TOLERANCE, Found, Lost, Stepped, Target
 from microslip.pipeline.walk import DOUBTFUL, FINE
 from microslip.typing import Array
@@ -111,7 +112,11 @@ class Search:
         settled = (k for k, one in self.anchors.items() if one.change <= TOLERANCE)
         return {
             k: Stepped(
-                float(self.base.frequency[k]), found.amplitude, found.state, self.steps_at(k)
+                float(self.base.frequency[k]),
+                found.amplitude,
+                found.state,
+                self.steps_at(k),
+                found.rest is not None,
             )
             for k in settled
             if (found := self.found.get(k)) is not None
@@ -146,7 +151,8 @@ class Search:
                 del self.anchors[k], self.found[k]
                 self.lost[k] = Lost(LEFT, 0, left=True)
             else:
-                self.anchors[k] = replace(anchor, doubt=max(anchor.doubt, strays))
+                doubt = max(anchor.doubt, self.stepping.doubt(k))
+                self.anchors[k] = replace(anchor, doubt=doubt)
 
     def steps_tell(self, joint: PreparedJoint, wanted: float) -> bool:
         """Whether the steps put a settled anchor off by more than is wanted."""
@@ -213,7 +219,7 @@ class Search:
         """What was known at frequencies before."""
         for one, other, names in (
             (self, before, BY_INDEX),
-            (self.stepping, before.stepping, ("sought_on", "strays", "off")),
+            (self.stepping, before.stepping, OF_STEPS),
         ):
             for name in names:
                 now, then = getattr(one, name), getattr(other, name)
@@ -292,8 +298,10 @@ class Search:
 
     def _leaving(self, error: Array) -> list[int]:
         """Where motions may be on their way out: with more steps a branch may end before it does with few."""
-        finer = self.before is not None and self.stepping.sought_on
-        return leaving(self.anchors, error, self.refined if finer else self.settled)
+        if self.before is None or not self.stepping.sought_on:
+            return leaving(self.anchors, error, self.settled)
+        staying = {k for k in self.settled if self.stepping.drifts.get(k)}
+        return leaving(self.anchors, error, self.refined, staying)
 
     def doubted(self) -> dict[int, Anchor]:
         """The anchors, each with how far its amplitude scatters with its past.

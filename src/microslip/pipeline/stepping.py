@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -29,6 +29,10 @@ ACCURACY = 1e-3
 BEFORE = REFINEMENT / (REFINEMENT - 1)
 """Times what more steps change an amplitude by: its error with the fewer at most, where errors fall no faster
 than with the number of steps."""
+
+
+BY_INDEX = ("sought_on", "strays", "drifts", "off")
+"""What is known of each state, by index of its frequency."""
 
 
 class Refined(NamedTuple):
@@ -73,6 +77,8 @@ class Stepping:
         First harmonics with more steps; None where they do not settle.
     strays : dict of int to float
         How far motions stray from unstable ones of these states, relative; infinite where they leave.
+    drifts : dict of int to float
+        How far off those are about which motions stay that do not settle with more steps, relative.
     off : dict of int to float
         What states with the fewest steps that have been replaced have turned out to be off by, relative.
     cycles : int
@@ -83,6 +89,7 @@ class Stepping:
     unknown: float = ACCURACY
     sought_on: dict[int, complex | None] = field(default_factory=dict)
     strays: dict[int, float] = field(default_factory=dict)
+    drifts: dict[int, float] = field(default_factory=dict)
     off: dict[int, float] = field(default_factory=dict)
     cycles: int = 0
 
@@ -101,12 +108,13 @@ class Stepping:
     def keep(self, k: int, more: More) -> None:
         """What a state has become with more steps."""
         self.sought_on[k] = more.amplitude
-        self.strays[k] = more.strays
+        self.strays[k], self.drifts[k] = more.strays, more.drifts
 
     def forget(self, k: int) -> None:
         """That a state was sought on."""
         self.sought_on.pop(k, None)
         self.strays.pop(k, None)
+        self.drifts.pop(k, None)
 
     def err_by_more(self, states: Mapping[int, Stepped], wanted: float) -> bool:
         """Whether the steps put a state off by more than is wanted of the response, relative.
@@ -117,9 +125,12 @@ class Stepping:
 
     def copied(self) -> Stepping:
         """With what it knows of each state in mappings of its own."""
-        return replace(
-            self, sought_on=dict(self.sought_on), strays=dict(self.strays), off=dict(self.off)
-        )
+        own: dict[str, Any] = {name: dict(getattr(self, name)) for name in BY_INDEX}
+        return replace(self, **own)
+
+    def doubt(self, k: int) -> float:
+        """How well the amplitude of a state is known at best, relative: what motions beside it do."""
+        return max(self.strays.get(k, 0.0), self.drifts.get(k, 0.0))
 
     def anew(self, states: Mapping[int, Stepped]) -> Stepping:
         """Of a search begun anew with more steps: the largest error that states with these have alone."""

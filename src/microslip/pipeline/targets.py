@@ -74,12 +74,15 @@ class Stepped(NamedTuple):
     state : Start
     steps : int
         That it has, per cycle.
+    marched : bool
+        Its bodies have walked to rest: where it does not settle with more steps it is marched with these.
     """
 
     frequency: float
     amplitude: complex
     state: Start
     steps: int
+    marched: bool = False
 
 
 class More(NamedTuple):
@@ -94,11 +97,15 @@ class More(NamedTuple):
     strays : float
         How far the size of motions beside it strays from that, relative: zero of a stable one, infinite where
         they leave it.
+    drifts : float
+        Of what does not settle, and stays where it is marched, how far it is about there from where it was,
+        relative.
     """
 
     amplitude: complex | None
     cycles: int
     strays: float = 0.0
+    drifts: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ import numpy as np
 from microslip.analyses.reduced.response import Response
 from microslip.analyses.reduced.surface import LoadSurface
 from microslip.pipeline.search import Search
-from microslip.pipeline.stepping import Stepping
+from microslip.pipeline.stepping import BY_INDEX, Stepping
 
 
 def wider(search: Search, surface: LoadSurface, base: Response) -> Search:
@@ -30,11 +30,12 @@ def wider(search: Search, surface: LoadSurface, base: Response) -> Search:
         return {to[k]: one for k, one in known.items()}
 
     own, begun = search.stepping, search.origins
+    of_steps: dict[str, Any] = {name: these(getattr(own, name)) for name in BY_INDEX}
     found = Search(
         surface,
         base,
         search.points,
-        Stepping(own.steps, own.unknown, these(own.sought_on), these(own.strays), these(own.off)),
+        Stepping(own.steps, own.unknown, **of_steps),
         anchors=these(search.anchors),
         found=these(search.found),
         origins={to[k]: {j if j < 0 else to[j] for j in one} for k, one in begun.items()},
