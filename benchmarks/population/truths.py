@@ -1,12 +1,13 @@
 """Where time integration alone says that a motion ends, as the truth about one that is shown.
 
-A motion is marched until its amplitude no longer drifts: not for as long again as it has been marched, nor
+A motion is marched until its amplitude no longer drifts: not within twice as long as it has been marched, nor
 until the cycle after which motions of bodies that walk are shown. After as many, what hardly changes any more
 is the motion that is meant.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
@@ -16,6 +17,7 @@ import numpy as np
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.reduced.response import Response
 from microslip.analyses.reduced.sweep import CONVERGED
+from microslip.analyses.time import offset
 from microslip.analyses.time.scheme import State, TimeScheme, prestressed_state, time_scheme
 from microslip.analyses.time.starts import end_of, mixed, placed
 from microslip.analyses.time.steady import SteadyState, raised_state, steady_state
@@ -31,8 +33,11 @@ RAISED = 30
 SETTLED = 1e-3
 """What an amplitude may still drift by, relative, and vary by in its last cycles, where it is a truth."""
 
-PART, HORIZON = 100, 4000
-"""Cycles between which the drift is taken; after so many the motion of bodies that walk is shown."""
+PART = 100
+"""Cycles between which the drift is taken."""
+
+HORIZON = int(offset.HORIZON)
+"""Cycles after which the motion of bodies that walk is shown."""
 
 FINER, MOST_FINER = 1200, 1000
 """Steps per cycle with which it is then marched on, and for so many cycles at most."""
@@ -85,7 +90,7 @@ def marched(
     """Where a motion ends, marched from a state at a phase of the load; None where a step does not solve.
 
     Without a state from rest, after the load was raised. What has settled is marched on with more steps;
-    where it does not settle with these, it stays the truth as it is.
+    where it does not settle with these, and stays, it is the truth as well as that.
     """
     scheme = time_scheme(joint, 1 / (f * STEPS), frequency=f)
     finer = time_scheme(joint, 1 / (f * FINER), frequency=f)
@@ -101,7 +106,9 @@ def marched(
         better = to_its_end(finer, load, state, phase, MOST_FINER, cycles).end
     except MicroslipError:
         return end
-    return better if better.settled else end
+    if better.settled or not better.near(end.most):
+        return better
+    return end._replace(left=max(end.left, better.off(end.most)))
 
 
 class Marched(NamedTuple):
@@ -190,7 +197,13 @@ def pushed(joint: PreparedJoint, f: float, load: float, steady: SteadyState) -> 
                 return end
     except MicroslipError:
         return None
-    return marched(joint, f, load, steady.cycle.state, steady.phase)
+    return marched(
+        joint,
+        f,
+        load,
+        larger(time_scheme(joint, 1 / (f * STEPS), frequency=f), steady),
+        steady.phase,
+    )
 
 
 def larger(scheme: TimeScheme, steady: SteadyState) -> State:
@@ -216,25 +229,31 @@ def swept(joint: PreparedJoint, curve: Response, k: int, side: int) -> End | Non
     Begun at the nearest where a motion is found that is near the one shown, at whose last cycle bodies have
     come to rest: where a branch ends depends on it.
     """
-    way, start = _beside(curve, k, side, 1), None
-    for i in reversed(range(len(way))):
-        first, j = _scheme(joint, curve, way[i]), way[i]
-        steady = _sought(first, curve, j, None, CYCLES)
-        if abs(abs(steady.amplitude) / abs(curve.amplitude[j]) - 1) <= ELSEWHERE:
-            start = end_of(steady.cycle.state, steady.phase, first, steady.frequency)
-            way = way[i:]
-            break
-    if start is None:
+    way = _beside(curve, k, side, 1)
+    steady, way = next(_near(joint, curve, way), (None, []))
+    if steady is None:
         return None
+    start, phase, load = steady.end, steady.phase, curve.load
     for j in way:
         f, scheme = float(curve.frequency[j]), _scheme(joint, curve, j)
         most = HORIZON if j == way[-1] else PART
-        state = to_its_end(
-            scheme, curve.load, placed(start, scheme, f, curve.load), 0.0, most
-        ).state
-        start = end_of(state, 0.0, scheme, f)
+        state = to_its_end(scheme, load, placed(start, scheme, f, load), phase, most).state
+        start = end_of(state, phase, scheme, f)
     f, scheme = float(curve.frequency[k]), _scheme(joint, curve, k)
-    return marched(joint, f, curve.load, placed(start, scheme, f, curve.load))
+    return marched(joint, f, load, placed(start, scheme, f, load), phase)
+
+
+def _near(
+    joint: PreparedJoint, curve: Response, way: list[int]
+) -> Iterator[tuple[SteadyState, list[int]]]:
+    """Motions near the one shown, the last on the way first, and what is left of the way from each."""
+    for i in reversed(range(len(way))):
+        try:
+            steady = _sought(_scheme(joint, curve, way[i]), curve, way[i], None, CYCLES)
+        except MicroslipError:
+            continue
+        if abs(abs(steady.amplitude) / abs(curve.amplitude[way[i]]) - 1) <= ELSEWHERE:
+            yield steady, way[i:]
 
 
 def _beside(curve: Response, k: int, side: int, step: int) -> list[int]:

@@ -90,7 +90,7 @@ def test_what_does_not_settle_is_not_known(small_reference, motions, monkeypatch
 def unsettled(monkeypatch, joint, load, one):
     """What a motion at rest becomes that does not settle with more steps."""
     monkeypatch.setattr("microslip.pipeline.more_steps.PATIENCE", 1)
-    return more_steps.with_more_steps(joint, load, one._replace(marched=True))
+    return more_steps.with_more_steps(joint, load, one._replace(rests=True))
 
 
 def test_what_does_not_settle_at_rest_is_as_far_off_as_where_it_is_marched(
@@ -102,20 +102,20 @@ def test_what_does_not_settle_at_rest_is_as_far_off_as_where_it_is_marched(
         assert more.amplitude is None
         assert more.strays == 0
         assert more.cycles > 400
-        # of the limit 600 steps leave a thousandth of a thousandth or so, and 100 cycles the tractions
-        assert more.drifts == pytest.approx(abs(abs(limits[k]) / abs(one.amplitude) - 1), abs=3e-4)
+        # from the limit 600 steps are a quarter as far as 150, or less
+        assert more.drifts == pytest.approx(abs(abs(limits[k]) / abs(one.amplitude) - 1), abs=1e-4)
         assert more.drifts > 0
 
 
 def test_what_goes_elsewhere_when_it_is_marched_does_not_stay(
     small_reference, motions, monkeypatch
 ):
-    """A tenth larger than the motion that its state belongs to."""
+    """An eighth larger than the motion that its state belongs to."""
     joint, (load, found, _) = small_reference.joint, motions
     one = found[20]
-    more = unsettled(monkeypatch, joint, load, one._replace(amplitude=1.1 * one.amplitude))
+    more = unsettled(monkeypatch, joint, load, one._replace(amplitude=1.125 * one.amplitude))
     assert more.amplitude is None
-    assert more.drifts == 0
+    assert more.strays == np.inf
 
 
 def test_another_motion_is_not_taken_for_the_same(monkeypatch):

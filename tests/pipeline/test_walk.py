@@ -105,10 +105,10 @@ def test_where_no_other_ramp_tells_the_pasts_do(joint, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    "more", [More(None, 0, np.inf), More(None, 0)], ids=["leave", "do not settle"]
+    "more", [More(None, 0, np.inf), More(1e-3 + 0j, 0)], ids=["leave", "elsewhere"]
 )
 def test_a_motion_of_few_steps_alone_tells_nothing_of_other_pasts(joint, beside, monkeypatch, more):
-    """Raising the load leads to a motion that motions leave with more steps, or that these do not have."""
+    """Raising the load leads to a motion that motions leave with more steps, or that these have elsewhere."""
     raising_leads(monkeypatch, {RAISED: 1.05, RAISED_AGAIN: 1.05}, more)
     found = seek(joint, Target(0, 181.8, LOAD, 0.0))
     assert abs(found.amplitude) == pytest.approx(abs(beside[0].amplitude), rel=2e-3)

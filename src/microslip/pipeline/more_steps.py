@@ -25,9 +25,8 @@ from microslip.pipeline.targets import TOLERANCE, More, Stepped
 PATIENCE = 100
 """Cycles with `REFINEMENT` times the steps at most."""
 
-MARCHED, STAYS = 100, 0.05
-"""Cycles for which what does not settle with more steps is marched with these; by how much its amplitude may
-differ all the while, and still drift, relative, where it stays."""
+MARCHED = 100
+"""Cycles for which what does not settle with more steps is marched with these."""
 
 FARTHEST = 0.1
 """Where the amplitude changes by more, relative, the motion is not taken for the same one."""
@@ -46,13 +45,16 @@ def with_more_steps(joint: PreparedJoint, load: float, one: Stepped) -> More:
         spent = REFINEMENT * found.cycles
         if stay is not None:
             amplitude, spent = found.amplitude, spent + REFINEMENT * stay.cycles
-        if stay is None and one.marched:
-            more = _marched(joint, load, one)
-            return more._replace(cycles=more.cycles + spent)
+        settles = stay is not None
         if stay is None or apart(one.amplitude, found.amplitude) > FARTHEST:
             found, stay = _settled(joint, load, one, one.steps)
             spent += found.cycles + (stay.cycles if stay else 0)
-            return More(amplitude, spent, stay.strays if stay else 0.0)
+            more = More(amplitude, spent, stay.strays if stay else 0.0)
+            return (
+                more
+                if settles or more.strays or not one.rests
+                else _marched(joint, load, one, more)
+            )
     except MicroslipError:
         return More(amplitude, spent)
     return More(stay.amplitude if np.isfinite(stay.strays) else None, spent, stay.strays)
@@ -82,16 +84,17 @@ def _settled(
     return found, stay_of(scheme, found, memory) if found.converged else None
 
 
-def _marched(joint: PreparedJoint, load: float, one: Stepped) -> More:
-    """Whether a state stays where it is marched with more steps."""
+def _marched(joint: PreparedJoint, load: float, one: Stepped, known: More) -> More:
+    """What a state does where it is marched with more steps, which do not settle from it."""
     f = one.frequency
     scheme = time_scheme(joint, 1 / (f * REFINEMENT * one.steps), frequency=f)
     Q, _ = watched(scheme, load, placed(one.state, scheme, f, load), MARCHED)
-    size, last = np.abs(Q), np.abs(Q[-MARCHED // 2 :])
-    mean = float(last.mean())
-    off = float(np.abs(size / abs(one.amplitude) - 1).max())
-    stays = max(off, to_come(size) / mean) <= STAYS
-    return More(None, REFINEMENT * MARCHED, drifts=apart(one.amplitude, mean) if stays else 0.0)
+    size, cycles = np.abs(Q), known.cycles + REFINEMENT * MARCHED
+    mean = float(size[-MARCHED // 2 :].mean())
+    drifts = apart(one.amplitude, mean) + to_come(size) / mean
+    if np.abs(size / abs(one.amplitude) - 1).max() > FARTHEST:
+        return More(None, cycles, strays=np.inf)
+    return More(None, cycles, drifts=drifts)
 
 
 def more_steps(

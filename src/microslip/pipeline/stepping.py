@@ -78,7 +78,7 @@ class Stepping:
     strays : dict of int to float
         How far motions stray from unstable ones of these states, relative; infinite where they leave.
     drifts : dict of int to float
-        How far off those are about which motions stay that do not settle with more steps, relative.
+        How far off those are, and may drift, that do not settle with more steps and stay, relative.
     off : dict of int to float
         What states with the fewest steps that have been replaced have turned out to be off by, relative.
     cycles : int

@@ -74,15 +74,16 @@ class Stepped(NamedTuple):
     state : Start
     steps : int
         That it has, per cycle.
-    marched : bool
-        Its bodies have walked to rest: where it does not settle with more steps it is marched with these.
+    rests : bool
+        Its bodies have walked to where they rest, or are after `microslip.analyses.time.offset.HORIZON`
+        cycles: where it does not settle with more steps it is marched with these.
     """
 
     frequency: float
     amplitude: complex
     state: Start
     steps: int
-    marched: bool = False
+    rests: bool = False
 
 
 class More(NamedTuple):
@@ -98,8 +99,7 @@ class More(NamedTuple):
         How far the size of motions beside it strays from that, relative: zero of a stable one, infinite where
         they leave it.
     drifts : float
-        Of what does not settle, and stays where it is marched, how far it is about there from where it was,
-        relative.
+        Of what does not settle, and stays where it is marched, how far off that is and may drift, relative.
     """
 
     amplitude: complex | None

@@ -39,7 +39,7 @@ from microslip.analyses.time.steady import SteadyState, raised_state, steady_sta
 from microslip.analyses.time.watching import to_come, watched
 from microslip.errors import JointOpensError, MicroslipError
 from microslip.numerics.execute import each, threads
-from microslip.pipeline.more_steps import apart, with_more_steps
+from microslip.pipeline.more_steps import FARTHEST, apart, with_more_steps
 from microslip.pipeline.targets import LEFT, TOLERANCE, Found, Lost, More, Stepped, Target
 
 WARM, COLD, ANOTHER = 50, 100, 50
@@ -279,19 +279,24 @@ class _Seeking:
     ) -> float:
         """Relative difference of two sizes, where it is large of what more steps make of them.
 
-        Few steps may have a periodic motion that more do not, or that motions leave: nan where that is so of
-        the other.
+        Few steps may have a periodic motion that more have elsewhere, or that motions leave: nan where that
+        is so of the other. Where more do not say what becomes of both, few do.
         """
         differ = abs(_ratio(other, found) - 1)
         if differ <= AGAIN or other.change > TOLERANCE:
             return differ
-        more = self.with_more_steps(other)
-        if more.amplitude is None or more.strays > DOUBTFUL:
+        try:
+            more = self.with_more_steps(other)
+            if known is None and isinstance(found, SteadyState) and found.change <= TOLERANCE:
+                known = self.with_more_steps(found)
+        except MicroslipError:
+            return differ
+        moved = more.amplitude is not None and apart(other.amplitude, more.amplitude) > FARTHEST
+        if moved or more.strays > DOUBTFUL:
             return float("nan")
-        if known is None and isinstance(found, SteadyState) and found.change <= TOLERANCE:
-            known = self.with_more_steps(found)
-        own = found.amplitude if known is None or known.amplitude is None else known.amplitude
-        return apart(own, more.amplitude)
+        if more.amplitude is None or known is None or known.amplitude is None:
+            return differ + more.strays
+        return apart(known.amplitude, more.amplitude) + more.strays
 
     def with_more_steps(self, steady: SteadyState) -> More:
         """What a settled motion has become with more steps."""
