@@ -8,13 +8,12 @@ steady states at the peak, at the flanks where it is half as large, and at five 
 after the load was raised from rest over 30 cycles, the past that is meant, but more slowly than the method
 ever raises it, and marched alone, without a search, until its amplitude no longer drifts, or for the 4000
 cycles after which motions of bodies that walk are shown, and then with eight times the steps until it does
-not again. Where that lands on another branch of a fold, it is sought from rest
-with the velocity of the motion shown, and that failing the branch shown is followed from the side, in small
-steps, and what is found is sought on with eight times the steps, pushed off by a hundredth of its size, as
-motions leave unstable ones, and marched as well; where none of it is that shown, the branch is swept to
-without any search. A motion beside the one shown that stays there for as long
-as it is marched, and does not settle, is no truth; how far its amplitude then is from that shown is counted
-apart. The plain refined model is measured at the same points.
+not again. Where that lands on another branch of a fold, it is sought from rest with the velocity of the
+motion shown, and that failing the branch shown is followed from the side, in small steps, and what is found
+is sought on with eight times the steps, pushed off by a hundredth of its size, as motions leave unstable
+ones, and marched as well; where none of it is that shown, the branch is swept to by marching. A motion beside
+the one shown that stays there for as long as it is marched, and does not settle, is no truth; how far its
+amplitude then is from that shown is counted apart. The plain refined model is measured at the same points.
 Lines in FILE (JSON, one a joint) are not computed again: stop it at any time, and go on with the same
 command.
 """

@@ -92,8 +92,7 @@ def marched(
     Without a state from rest, after the load was raised. What has settled is marched on with more steps;
     where it does not settle with these, and stays, it is the truth as well as that.
     """
-    scheme = time_scheme(joint, 1 / (f * STEPS), frequency=f)
-    finer = time_scheme(joint, 1 / (f * FINER), frequency=f)
+    scheme, finer = _scheme(joint, f), _scheme(joint, f, FINER)
     try:
         state = raised_state(scheme, f, load, RAISED) if state is None else state
         end, state, cycles = to_its_end(scheme, load, state, phase, HORIZON)
@@ -161,7 +160,7 @@ def elsewhere(joint: PreparedJoint, curve: Response, k: int) -> list[End]:
     f, own = float(curve.frequency[k]), abs(curve.amplitude[k])
 
     def from_rest() -> End | None:
-        steady = _sought(_scheme(joint, curve, k), curve, k, None, CYCLES)
+        steady = _sought(joint, curve, k, None, CYCLES)
         return pushed(joint, f, curve.load, steady)
 
     ways = (
@@ -186,7 +185,7 @@ def pushed(joint: PreparedJoint, f: float, load: float, steady: SteadyState) -> 
 
     With the steps that it has, and for longer, where it does not settle with more.
     """
-    scheme = time_scheme(joint, 1 / (f * FINER), frequency=f)
+    scheme = _scheme(joint, f, FINER)
     settings = {"tolerance": TOLERANCE, "max_cycles": CYCLES}
     try:
         finer = steady_state(scheme, f, load, start=steady.end, **settings)
@@ -197,13 +196,7 @@ def pushed(joint: PreparedJoint, f: float, load: float, steady: SteadyState) -> 
                 return end
     except MicroslipError:
         return None
-    return marched(
-        joint,
-        f,
-        load,
-        larger(time_scheme(joint, 1 / (f * STEPS), frequency=f), steady),
-        steady.phase,
-    )
+    return marched(joint, f, load, larger(_scheme(joint, f), steady), steady.phase)
 
 
 def larger(scheme: TimeScheme, steady: SteadyState) -> State:
@@ -218,16 +211,16 @@ def followed(joint: PreparedJoint, curve: Response, k: int, side: int) -> End | 
     """Where a motion ends on the branch that is followed from one side of a frequency."""
     steady = None
     for j in _beside(curve, k, side, CLOSER):
-        steady = _sought(_scheme(joint, curve, j), curve, j, steady, ON_THE_WAY)
-    steady = _sought(_scheme(joint, curve, k), curve, k, steady, CYCLES)
+        steady = _sought(joint, curve, j, steady, ON_THE_WAY)
+    steady = _sought(joint, curve, k, steady, CYCLES)
     return pushed(joint, steady.frequency, curve.load, steady)
 
 
 def swept(joint: PreparedJoint, curve: Response, k: int, side: int) -> End | None:
     """Where a motion ends that is marched from one side of a frequency, from one of the response to the next.
 
-    Begun at the nearest where a motion is found that is near the one shown, at whose last cycle bodies have
-    come to rest: where a branch ends depends on it.
+    Begun at the nearest where a motion is found that is near the one shown. At the last before the frequency
+    bodies that walk come to rest, as where a branch ends depends on where they are.
     """
     way = _beside(curve, k, side, 1)
     steady, way = next(_near(joint, curve, way), (None, []))
@@ -235,12 +228,13 @@ def swept(joint: PreparedJoint, curve: Response, k: int, side: int) -> End | Non
         return None
     start, phase, load = steady.end, steady.phase, curve.load
     for j in way:
-        f, scheme = float(curve.frequency[j]), _scheme(joint, curve, j)
+        f = float(curve.frequency[j])
+        scheme = _scheme(joint, f)
         most = HORIZON if j == way[-1] else PART
         state = to_its_end(scheme, load, placed(start, scheme, f, load), phase, most).state
         start = end_of(state, phase, scheme, f)
-    f, scheme = float(curve.frequency[k]), _scheme(joint, curve, k)
-    return marched(joint, f, load, placed(start, scheme, f, load), phase)
+    f = float(curve.frequency[k])
+    return marched(joint, f, load, placed(start, _scheme(joint, f), f, load), phase)
 
 
 def _near(
@@ -249,7 +243,7 @@ def _near(
     """Motions near the one shown, the last on the way first, and what is left of the way from each."""
     for i in reversed(range(len(way))):
         try:
-            steady = _sought(_scheme(joint, curve, way[i]), curve, way[i], None, CYCLES)
+            steady = _sought(joint, curve, way[i], None, CYCLES)
         except MicroslipError:
             continue
         if abs(abs(steady.amplitude) / abs(curve.amplitude[way[i]]) - 1) <= ELSEWHERE:
@@ -262,19 +256,19 @@ def _beside(curve: Response, k: int, side: int, step: int) -> list[int]:
     return [j for j in path if curve.flag[j] == CONVERGED]
 
 
-def _scheme(joint: PreparedJoint, curve: Response, k: int) -> TimeScheme:
-    """Of a frequency, with `STEPS`."""
-    f = float(curve.frequency[k])
-    return time_scheme(joint, 1 / (f * STEPS), frequency=f)
+def _scheme(joint: PreparedJoint, f: float, steps: int = STEPS) -> TimeScheme:
+    """Of a frequency, with so many steps per cycle."""
+    return time_scheme(joint, 1 / (f * steps), frequency=f)
 
 
 def _sought(
-    scheme: TimeScheme, curve: Response, k: int, beside: SteadyState | None, cycles: int
+    joint: PreparedJoint, curve: Response, k: int, beside: SteadyState | None, cycles: int
 ) -> SteadyState:
     """A steady state with the velocity of what is shown, or from one beside it."""
+    f = float(curve.frequency[k])
     return steady_state(
-        scheme,
-        float(curve.frequency[k]),
+        _scheme(joint, f),
+        f,
         curve.load,
         guess=complex(curve.amplitude[k]),
         start=None if beside is None else beside.end,

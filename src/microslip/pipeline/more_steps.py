@@ -45,16 +45,14 @@ def with_more_steps(joint: PreparedJoint, load: float, one: Stepped) -> More:
         spent = REFINEMENT * found.cycles
         if stay is not None:
             amplitude, spent = found.amplitude, spent + REFINEMENT * stay.cycles
-        settles = stay is not None
+        unsettled = stay is None
         if stay is None or apart(one.amplitude, found.amplitude) > FARTHEST:
             found, stay = _settled(joint, load, one, one.steps)
             spent += found.cycles + (stay.cycles if stay else 0)
             more = More(amplitude, spent, stay.strays if stay else 0.0)
-            return (
-                more
-                if settles or more.strays or not one.rests
-                else _marched(joint, load, one, more)
-            )
+            if unsettled and one.rests and not more.strays:
+                more = _marched(joint, load, one, spent)
+            return more
     except MicroslipError:
         return More(amplitude, spent)
     return More(stay.amplitude if np.isfinite(stay.strays) else None, spent, stay.strays)
@@ -84,17 +82,16 @@ def _settled(
     return found, stay_of(scheme, found, memory) if found.converged else None
 
 
-def _marched(joint: PreparedJoint, load: float, one: Stepped, known: More) -> More:
-    """What a state does where it is marched with more steps, which do not settle from it."""
+def _marched(joint: PreparedJoint, load: float, one: Stepped, spent: int) -> More:
+    """What a state does where it is marched with more steps, after so many cycles that did not settle."""
     f = one.frequency
     scheme = time_scheme(joint, 1 / (f * REFINEMENT * one.steps), frequency=f)
     Q, _ = watched(scheme, load, placed(one.state, scheme, f, load), MARCHED)
-    size, cycles = np.abs(Q), known.cycles + REFINEMENT * MARCHED
-    mean = float(size[-MARCHED // 2 :].mean())
-    drifts = apart(one.amplitude, mean) + to_come(size) / mean
+    size, cycles = np.abs(Q), spent + REFINEMENT * MARCHED
     if np.abs(size / abs(one.amplitude) - 1).max() > FARTHEST:
         return More(None, cycles, strays=np.inf)
-    return More(None, cycles, drifts=drifts)
+    mean = float(size[-MARCHED // 2 :].mean())
+    return More(None, cycles, drifts=apart(one.amplitude, mean) + to_come(size) / mean)
 
 
 def more_steps(

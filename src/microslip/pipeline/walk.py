@@ -61,7 +61,8 @@ FALLING = 0.5
 """A motion whose amplitude is doubted by more is on its way to another."""
 
 AGAIN = 5e-3
-"""Doubt above which the search goes on, from where the motion then is."""
+"""Doubt above which the search goes on, from where the motion then is; difference of the motions after two
+pasts above which it is that of what more steps make of them."""
 
 DOUBTFUL = 0.05
 """Doubt of the amplitude beyond which a motion is no steady state."""
@@ -150,10 +151,7 @@ class _Seeking:
 
     def stays(self, found: Found) -> Found | None:
         """The same, unless motions leave it."""
-        target = self.target
-        one = Stepped(target.frequency, found.amplitude, found.state, target.steps)
-        more = with_more_steps(self.scheme.joint, target.load, one)
-        self.spent += more.cycles
+        more = self._sought_on(found.amplitude, found.state)
         if more.strays <= DOUBTFUL:
             return replace(found, doubt=max(found.doubt, more.strays), more=more)
         self.larger = max(self.larger, abs(found.amplitude))
@@ -300,9 +298,13 @@ class _Seeking:
 
     def with_more_steps(self, steady: SteadyState) -> More:
         """What a settled motion has become with more steps."""
+        state = at_phase_0(self.scheme, steady)
+        start = end_of(state, 0.0, self.scheme, self.target.frequency)
+        return self._sought_on(steady.amplitude, start)
+
+    def _sought_on(self, amplitude: complex, start: Start) -> More:
         target = self.target
-        start = end_of(at_phase_0(self.scheme, steady), 0.0, self.scheme, target.frequency)
-        one = Stepped(target.frequency, steady.amplitude, start, target.steps)
+        one = Stepped(target.frequency, amplitude, start, target.steps)
         more = with_more_steps(self.scheme.joint, target.load, one)
         self.spent += more.cycles
         return more
