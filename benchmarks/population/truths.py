@@ -79,6 +79,11 @@ class End(NamedTuple):
         """Largest relative difference of a size to these."""
         return max(abs(own / self.least - 1), abs(own / self.most - 1))
 
+    @property
+    def spread(self) -> float:
+        """How far sizes in its last cycles are from their middle at most, relative."""
+        return (self.most - self.least) / (self.most + self.least)
+
     def near(self, own: float) -> bool:
         """Whether a size is that of this motion, for all that is known."""
         return bool(self.off(own) <= ELSEWHERE)
@@ -178,6 +183,18 @@ def elsewhere(joint: PreparedJoint, curve: Response, k: int) -> list[End]:
         if end and end.settled and end.near(own):
             break
     return found
+
+
+def varies(joint: PreparedJoint, curve: Response, k: int) -> End | None:
+    """Where a motion ends that is said to vary for good: after the load was raised, or from what is shown."""
+    f, own = float(curve.frequency[k]), abs(curve.amplitude[k])
+    end = marched(joint, f, curve.load, None)
+    if end is not None and end.near(own):
+        return end
+    try:
+        return pushed(joint, f, curve.load, _sought(joint, curve, k, None, CYCLES))
+    except MicroslipError:
+        return None
 
 
 def pushed(joint: PreparedJoint, f: float, load: float, steady: SteadyState) -> End | None:

@@ -20,6 +20,7 @@ from microslip.analyses.time.point import Request
 from microslip.analyses.time.points import steady_states
 from microslip.errors import InputError
 from microslip.pipeline import auto as method
+from microslip.pipeline import choosing
 from microslip.pipeline.neighbours import leaving
 from microslip.pipeline.search import Search
 from microslip.pipeline.stepping import ACCURACY, FARTHEST, More
@@ -771,6 +772,75 @@ def test_what_beats_is_not_forgotten_between_what_is_known(refined):
     search.forget_between(0.01)
     assert set(beat) <= set(search.anchors)
     assert (search.held().error[list(beat)] >= 0.03).all()
+
+
+def varied(refined, points, own, varies, doubt):
+    """A search that knows the larger branch but for some motions that have not settled, and is told where
+    these end: at a mean of 1 % less, and by how much they vary about it."""
+    model, table, base = refined
+    search = Search(load_surface(model, table, FOLD, 40.0), base, 100)
+    for k in range(ENDS, len(FOLD), 8):
+        change = 1e-4 if k in points else 1e-8
+        found = Found(complex(branch("larger")[k]), change, 1e-3, "", 10, scatter=1e-5, past=0.0)
+        search.keep(Target(k, float(FOLD[k]), 40.0, 0j), found)
+    for k in points:
+        Q = 0.99 * complex(branch("larger")[k])
+        end = Found(Q, 0.0, doubt, "", 100, scatter=0.0, past=0.0, own=own, varies=varies)
+        search.keep_end(Target(k, float(FOLD[k]), 40.0, 0j), end)
+    return search
+
+
+MOVING = [ENDS + 24, ENDS + 32]
+
+
+@pytest.mark.parametrize("own", [True, False])
+def test_the_mean_of_a_motion_that_varies_for_good_is_known(refined, own):
+    """It is shown, with how far the motion varies as its error and told apart; no more is sought there."""
+    search = varied(refined, MOVING, own, varies=0.08, doubt=0.082)
+    found, between = method._response(search), np.arange(MOVING[0], MOVING[1] + 1)
+    assert np.abs(found.amplitude[MOVING] / branch("larger")[MOVING]) == pytest.approx(0.99)
+    assert (found.error_indicator[between] >= 0.08).all()
+    assert found.varies[between] == pytest.approx(0.08)
+    assert found.varies[: MOVING[0] - 8].max(initial=0) == 0
+    assert np.isin(found.frequency[MOVING], method.varying(found, 0.01)).all()
+    assert not np.isin(found.frequency[: MOVING[0] - 8], method.varying(found, 0.01)).any()
+    assert not search.blurred(0.01).intersection(MOVING)
+    assert [one.varies for one in found.anchors if one.frequency in FOLD[MOVING]] == [0.08, 0.08]
+
+
+def test_a_mean_that_is_not_known_is_none_of_a_motion_that_varies(refined):
+    """With 4 % that is left to come beside what it varies by."""
+    search = varied(refined, MOVING, True, varies=0.05, doubt=0.09)
+    found = method._response(search)
+    assert found.error_indicator[MOVING] == pytest.approx(0.09, abs=0.005)
+    assert not np.isin(found.frequency[MOVING], method.varying(found, 0.01)).any()
+    assert search.blurred(0.01).issuperset(MOVING)
+
+
+@pytest.mark.parametrize("own", [True, False])
+def test_a_motion_that_varies_widely_is_no_steady_one(refined, own):
+    """Whatever is known of its mean; and it is not marched again, nor what lies between two of them."""
+    search = varied(refined, MOVING, own, varies=0.4, doubt=0.402)
+    for k in MOVING:
+        assert k not in search.anchors
+        assert "varies from cycle to cycle, and for good, by up to 40%" in search.lost[k].reason
+    between = set(range(MOVING[0], MOVING[1] + 1))
+    assert search.unstable.issuperset(MOVING)
+    sought = {one.point for one in choosing.to_march(search, 0.01)}
+    assert not sought & between
+
+
+def test_what_has_settled_stays_beside_a_motion_that_varies_after_the_load_was_raised(refined):
+    model, table, base = refined
+    search = Search(load_surface(model, table, FOLD, 40.0), base, 100)
+    k, Q = MOVING[0], complex(branch("larger")[MOVING[0]])
+    target = Target(k, float(FOLD[k]), 40.0, 0j)
+    search.keep(target, Found(Q, 1e-8, 1e-4, "", 10))
+    raised = Found(0.99 * Q, 0.0, 0.41, "", 100, scatter=0.0, past=0.0, varies=0.4)
+    search.keep_end(target, raised)
+    assert search.anchors[k].amplitude == Q
+    search.keep_end(target, replace(raised, own=True))
+    assert k in search.lost
 
 
 def test_that_motions_leave_a_larger_one_does_not_cut_the_branch_below_it(refined):

@@ -91,16 +91,19 @@ def test_what_rings_where_bodies_rest_rings_out(monkeypatch, decay, beat):
     """Also where it is of two frequencies, and strays more in some blocks than in those before."""
     spent = []
     monkeypatch.setattr(module, "watched", ringing(decay, spent, beat))
-    state, doubt, cycles = module.rung_out(None, 40.0, 0, None, 1.0, 0.02)
+    _, state, doubt, cycles, varies = module.rung_out(None, 40.0, 0, None, 1.0, 0.02)
     assert cycles == state == sum(spent) < 1000
     assert 1e-3 * 0.99 < doubt < 1e-3 + 2 * creep.STILL
+    assert varies == 0.0
 
 
 def test_what_does_not_decay_where_bodies_rest_is_doubted_and_left(monkeypatch):
     spent = []
     monkeypatch.setattr(module, "watched", ringing(0.0, spent))
-    _, doubt, cycles = module.rung_out(None, 40.0, 0, None, 1.0, 0.02)
+    amplitude, _, doubt, cycles, varies = module.rung_out(None, 40.0, 0, None, 1.0, 0.02)
     assert doubt >= 0.019
+    assert varies == pytest.approx(0.02, rel=0.02)
+    assert amplitude == pytest.approx(1.001, rel=1e-3)
     assert cycles == sum(spent) <= 300
 
 
@@ -219,6 +222,24 @@ def test_what_falls_from_its_branch_says_nothing_of_the_other(scheme, raised, mo
     assert found.amplitude == ended.amplitude
     assert met == [(10.0, 10.0), (0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (0.0, 0.0)]
     assert found.cycles == 5 * 60 + 10 + 10 + 16
+
+
+@pytest.mark.parametrize(("varies", "shown"), [(0.08, 1.0), (0.3, 0.9)])
+def test_a_motion_that_varies_widely_gives_way_to_that_after_the_load_was_raised(
+    scheme, raised, monkeypatch, varies, shown
+):
+    """Raising the load leads to a smaller motion, and the larger one varies for good."""
+    settled = steady_state(scheme, FREQUENCY, LOAD, start=raised, tolerance=1e-5)
+    small = creep.Crept(0.9 + 0j, 0.0, 1e-4, raised, 60, 60.0)
+    large = small._replace(amplitude=1.0 + 0j, doubt=varies, varies=varies)
+    ends = iter([small, large, large, small, small])
+    monkeypatch.setattr(marched, "crept", lambda *arguments, **settings: next(ends))
+    target = replace(aimed(1.0 + 0j, settled), expected=10.0, most=10.0)
+    monkeypatch.setattr(marched, "elsewhere", lambda size, sizes: sizes[0] > 0 and size < 0.95)
+    (found,) = raised_and_marched(scheme.joint, [target])
+    assert found.own
+    assert abs(found.amplitude) == shown
+    assert found.varies == (varies if shown == 1.0 else 0.0)
 
 
 def aimed(Q, settled):

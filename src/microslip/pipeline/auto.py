@@ -35,7 +35,7 @@ from microslip.pipeline.search import Search
 from microslip.pipeline.targets import STEPS, Found, Lost, Target
 from microslip.pipeline.walk import sought, what_it_is
 from microslip.pipeline.wider import wider
-from microslip.typing import Array
+from microslip.typing import Array, Mask
 
 SAID = 2
 """Of so many motions that are not steady it is said what they are."""
@@ -235,6 +235,20 @@ def other_pasts(response: Response, wanted: float) -> Array:
 
 def unsure(response: Response, wanted: float) -> Array:
     """Frequencies, Hz, whose stated error is above what is wanted."""
+    return response.frequency[_unsure(response, wanted)]
+
+
+def varying(response: Response, wanted: float) -> Array:
+    """Those of them, Hz, where that is because motions vary from cycle to cycle, and for good.
+
+    Without what the steady state there varies by, or those to either side do, the error is not above.
+    """
     assert response.error_indicator is not None
-    answered = response.flag == CONVERGED
-    return response.frequency[answered & ~(response.error_indicator <= wanted)]
+    varies = 0.0 if response.varies is None else response.varies
+    known = response.error_indicator - varies <= wanted
+    return response.frequency[_unsure(response, wanted) & known]
+
+
+def _unsure(response: Response, wanted: float) -> Mask:
+    assert response.error_indicator is not None
+    return (response.flag == CONVERGED) & ~(response.error_indicator <= wanted)

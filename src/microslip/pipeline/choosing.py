@@ -65,7 +65,7 @@ def ends(search: Search, guess: Contours) -> list[Target]:
 def least_known(search: Search, guess: Contours, wanted: float) -> list[Target]:
     """Jumps to be followed, then the middles of the stretches where most is not known."""
     now, targets = search.held(), beside_larger(search, guess)
-    marks, doubtful = search.marks, now.error > wanted
+    marks, doubtful = search.marks, now.of_mean > wanted
     doubtful[marks] = False
     blurred = search.blurred(wanted)
     weighed, widest = [], max(GAP * len(doubtful), 1)
@@ -108,10 +108,10 @@ def anew(search: Search, guess: Contours, wanted: float) -> list[Target]:
     """
     now, refined, targets = search.held(), search.refined, list[Target]()
     open_ = {*search.marks, *search.passed} - search.anew - search.unstable
-    unsure = [k for k in open_ if not now.error[k] <= wanted]
+    unsure = [k for k in open_ if not now.of_mean[k] <= wanted]
     # last what more steps alone do not make sure
-    others = now.error - search.accuracy
-    unsure.sort(key=lambda k: (not others[k] <= wanted, -now.error[k], k))
+    others = now.of_mean - search.accuracy
+    unsure.sort(key=lambda k: (not others[k] <= wanted, -now.of_mean[k], k))
     for k in unsure[:ANEW_AT_A_TIME]:
         beside = tuple(around(refined - {k}, k))
         anew = replace(_target(search, k, guess, now, beside), steps=search.stepping.more)
@@ -125,7 +125,7 @@ def between_refined(search: Search, guess: Contours, wanted: float) -> list[Targ
     Not between two that are themselves not known as well as is wanted.
     """
     now, refined = search.held(), search.refined
-    doubtful, weighed = ~(now.error <= wanted), []
+    doubtful, weighed = ~(now.of_mean <= wanted), []
     for left, right in pairwise(search.marks):
         unknown, middle = int(doubtful[left + 1 : right].sum()), (left + right) // 2
         ends = (left, right)
@@ -156,14 +156,14 @@ def to_march(search: Search, wanted: float) -> list[Target]:
     now, marched = search.held(), sorted(search.tried)
     unstable = search.unstable
     left = sorted((search.blurred(wanted) | set(search.lost)) - search.tried - unstable)
-    chosen = [k for k in _may_leave(search, now) if not now.error[k] <= wanted][:AT_A_TIME]
+    chosen = [k for k in _may_leave(search, now) if not now.of_mean[k] <= wanted][:AT_A_TIME]
     left = [k for k in left if k not in chosen]
     while left and len(chosen) < AT_A_TIME:
         known = np.array([*marched, *chosen, *sorted(set(search.anchors) - set(left))])
         gaps = [int(np.abs(known - k).min()) if len(known) else k for k in left]
         chosen.append(left.pop(int(np.argmax(gaps))))
     if not chosen:
-        doubtful = now.error > wanted
+        doubtful = now.of_mean > wanted
         doubtful[[*search.marks, *search.tried]] = False
         weighed = sorted(
             (int(doubtful[left + 1 : right].sum()), (left + right) // 2)

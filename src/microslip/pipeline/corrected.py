@@ -110,12 +110,14 @@ class _Table:
     def _have_strays(self) -> None:
         """Have how far motions stray from states in their doubt; those that motions leave are not steady."""
         for k, strays in self.stepping.strays.items():
-            if k in self.settled and strays > DOUBTFUL:
+            varies = self.stepping.varies.get(k, 0.0)
+            if k in self.settled and strays - varies > DOUBTFUL:
                 del self.settled[k], self.anchors[k]
                 self.lost[k] = strays
             elif k in self.settled:
                 anchor = self.anchors[k]
-                self.anchors[k] = replace(anchor, doubt=max(anchor.doubt, strays))
+                doubt = max(anchor.doubt, strays)
+                self.anchors[k] = replace(anchor, doubt=doubt, varies=varies)
 
     def begun_anew(self) -> _Table:
         """The same with more steps, and nothing known but what those err by."""
@@ -149,7 +151,9 @@ class _Table:
         right = np.clip(np.searchsorted(marks, every), 0, len(marks) - 1)
         left = np.where(marks[right] == every, right, np.maximum(right - 1, 0))
         beside = np.maximum(wanders[left], wanders[right])
-        return Held(across.amplitude, np.maximum(across.error, beside))
+        assert across.varies is not None
+        varies = np.where(beside > across.error, 0.0, across.varies)
+        return Held(across.amplitude, np.maximum(across.error, beside), varies)
 
 
 class Corrected(NamedTuple):

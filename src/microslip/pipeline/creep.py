@@ -134,6 +134,8 @@ class Crept(NamedTuple):
     ahead : float
         Relative change of the amplitude until bodies do that have not by then: after
         `microslip.analyses.time.offset.HORIZON` cycles.
+    varies : float
+        How far cycles stray from the amplitude for good, relative; zero where that may end.
     """
 
     amplitude: complex
@@ -144,6 +146,7 @@ class Crept(NamedTuple):
     reached: float
     rest: Array | None = None
     ahead: float = 0.0
+    varies: float = 0.0
 
 
 def crept(
@@ -224,7 +227,9 @@ def crept(
             state = space.state(space.vector(state) + now.summed(leapt, block) * now.way, state)
             reached += leapt
             strays.clear()  # a leap stirs
-    return Crept(complex(end), own, left + missed, state, count * block + lost, reached)
+    varies = stray if stays(strays) else 0.0
+    cycles = count * block + lost
+    return Crept(complex(end), own, left + missed, state, cycles, reached, varies=varies)
 
 
 def _walked(
@@ -282,10 +287,12 @@ def _walked(
         ahead = abs(rest.amplitude) / abs(one.amplitude) - 1
         amplitude, start, apart = one.amplitude, last, apart + missed
     size = abs(amplitude)
-    settled = _stable(scheme, load, start, size, memory)
+    settled, varies = _stable(scheme, load, start, size, memory), 0.0
     if settled is None:
         kicked = replace(start, rate=KICK * start.rate)
-        end, doubt, more = rung_out(scheme, load, kicked, memory, size, np.inf)
+        amplitude, end, doubt, more, varies = rung_out(
+            scheme, load, kicked, memory, amplitude, np.inf
+        )
     else:
         end, doubt, more = settled
     return Crept(
@@ -297,6 +304,7 @@ def _walked(
         rest.cycles,
         rest.offset,
         ahead,
+        varies,
     )
 
 

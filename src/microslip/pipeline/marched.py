@@ -15,6 +15,7 @@ from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.time.offset import elsewhere
 from microslip.analyses.time.scheme import State, TimeScheme, march, prestressed_state, time_scheme
 from microslip.analyses.time.starts import end_of, mixed, placed
+from microslip.analyses.time.staying import LEAVES
 from microslip.analyses.time.steady import raised_state
 from microslip.errors import ContactError, JointOpensError, MicroslipError
 from microslip.numerics.execute import each, threads
@@ -44,7 +45,7 @@ def _ended(joint: PreparedJoint, target: Target, ramps: Sequence[int]) -> Found:
     """After the load was raised, or where that leads to another branch from the motion that is known.
 
     A motion that leaves its branch then is none, and would keep the places to which it has walked the bodies:
-    the answer is that after the load was raised.
+    the answer is that after the load was raised. So it is where that motion varies by too much to be shown.
     """
     f = target.frequency
     scheme = time_scheme(joint, 1 / (f * target.steps), frequency=f)
@@ -57,7 +58,7 @@ def _ended(joint: PreparedJoint, target: Target, ramps: Sequence[int]) -> Found:
         spent += sum(one.cycles for one in ends)
         # several motions may exist there: by how much two that stay differ is how well one is known
         fallen = ends[-1]
-        ends = [one for one in ends if not elsewhere(abs(one.amplitude), target.sizes)]
+        ends = [one for one in ends if _stays(one, target)]
         if not ends:
             target = replace(target, expected=0.0, most=0.0)
             try:
@@ -84,7 +85,13 @@ def _ended(joint: PreparedJoint, target: Target, ramps: Sequence[int]) -> Found:
         lasts=one.reached if one.rest is not None else 0.0,
         ahead=one.ahead,
         own=own,
+        varies=one.varies,
     )
+
+
+def _stays(one: Crept, target: Target) -> bool:
+    """Whether a motion that was marched is still of its branch, and may be shown."""
+    return one.varies <= LEAVES and not elsewhere(abs(one.amplitude), target.sizes)
 
 
 def _own_ends(scheme: TimeScheme, target: Target, walk: Walk) -> list[Crept]:

@@ -28,6 +28,10 @@ PATIENCE = 100
 MARCHED = 100
 """Cycles for which what does not settle with more steps is marched with these."""
 
+BLOCK, BLOCKS, SAME = 100, 6, 0.1
+"""Cycles and most blocks of them for which what varies for good is, until it strays as far in one as in that
+before, to this share."""
+
 FARTHEST = 0.1
 """Where the amplitude changes by more, relative, the motion is not taken for the same one."""
 
@@ -41,6 +45,8 @@ def with_more_steps(joint: PreparedJoint, load: float, one: Stepped) -> More:
     """
     amplitude, spent = None, 0
     try:
+        if one.varies:
+            return _varying(joint, load, one)
         found, stay = _settled(joint, load, one, REFINEMENT * one.steps)
         spent = REFINEMENT * found.cycles
         if stay is not None:
@@ -49,13 +55,20 @@ def with_more_steps(joint: PreparedJoint, load: float, one: Stepped) -> More:
         if stay is None or apart(one.amplitude, found.amplitude) > FARTHEST:
             found, stay = _settled(joint, load, one, one.steps)
             spent += found.cycles + (stay.cycles if stay else 0)
-            more = More(amplitude, spent, stay.strays if stay else 0.0)
+            more = _with_stay(amplitude, spent, stay)
             if unsettled and one.rests and not more.strays:
                 more = _marched(joint, load, one, spent)
             return more
     except MicroslipError:
         return More(amplitude, spent)
-    return More(stay.amplitude if np.isfinite(stay.strays) else None, spent, stay.strays)
+    return _with_stay(stay.amplitude if np.isfinite(stay.strays) else None, spent, stay)
+
+
+def _with_stay(amplitude: complex | None, cycles: int, stay: Stay | None) -> More:
+    """An amplitude with more steps, and what motions do beside it."""
+    if stay is None:
+        return More(amplitude, cycles)
+    return More(amplitude, cycles, stay.strays, varies=stay.varies)
 
 
 def apart(few: complex, more: complex) -> float:
@@ -92,6 +105,27 @@ def _marched(joint: PreparedJoint, load: float, one: Stepped, spent: int) -> Mor
         return More(None, cycles, strays=np.inf)
     mean = float(size[-MARCHED // 2 :].mean())
     return More(None, cycles, drifts=apart(one.amplitude, mean) + to_come(size) / mean)
+
+
+def _varying(joint: PreparedJoint, load: float, one: Stepped) -> More:
+    """What a motion that varies for good does where it is marched with more steps."""
+    f = one.frequency
+    scheme = time_scheme(joint, 1 / (f * REFINEMENT * one.steps), frequency=f)
+    state, before, spent = placed(one.state, scheme, f, load), (0.0, np.inf), 0
+    for _ in range(BLOCKS):
+        Q, states = watched(scheme, load, state, BLOCK)
+        state, size, spent = states[-1], np.abs(Q), spent + REFINEMENT * BLOCK
+        mean = float(size.mean())
+        if apart(one.amplitude, mean) > FARTHEST:
+            return More(None, spent, strays=np.inf)
+        strays = float(np.abs(size / mean - 1).max())
+        drifts = abs(before[0] / mean - 1)
+        same = abs(before[1] - strays) <= SAME * strays
+        if same:
+            break
+        before = mean, strays
+    amplitude = mean * complex(np.exp(1j * np.angle(Q.mean())))
+    return More(amplitude, spent, strays, drifts, strays)
 
 
 def more_steps(

@@ -19,7 +19,7 @@ from microslip.brief import Brief
 from microslip.describe.requests import ResponseAnalysis
 from microslip.describe.units import readable
 from microslip.errors import Caution, Failure, MicroslipError
-from microslip.pipeline.auto import Anchored, anchored_response, other_pasts, unsure
+from microslip.pipeline.auto import Anchored, anchored_response, other_pasts, unsure, varying
 from microslip.pipeline.band import MOVES_IN_TIME, Axis, Curve, axis_of
 from microslip.pipeline.checked import checks, not_as_in_time
 from microslip.pipeline.corrected import corrected_response
@@ -209,14 +209,24 @@ def _cautions(settings: ResponseAnalysis, case: Curve, auto: Anchored) -> list[C
                 "the error beside them is not bounded; [analysis.time] says what the motion is",
             )
         )
-    doubtful = unsure(curve, settings.error)
+    moving = varying(curve, settings.error)
+    if len(moving):
+        farthest = max(one.varies for one in curve.anchors)
+        reason = (
+            f"the amplitude varies from cycle to cycle, and for good, by up to {farthest:.2g} of its mean, "
+            f"which is shown; the error is not below {settings.error:g} for that at {len(moving)} of "
+            f"{len(curve.frequency)} frequencies, {moving.min():.6g} to {moving.max():.6g} Hz"
+        )
+        advice = "no single amplitude is the answer there; [[analysis.history]] marches the motion"
+        found.append(Caution("response", place, reason, advice))
+    doubtful = np.setdiff1d(unsure(curve, settings.error), moving)
     if len(doubtful):
         reason = (
             f"the error is not below {settings.error:g} at {len(doubtful)} of "
             f"{len(curve.frequency)} frequencies, {doubtful.min():.6g} to {doubtful.max():.6g} Hz, "
             f"after {auto.spent} of processor time"
         )
-        advice = "raise analysis.response.points, unless the motion there wanders by as much"
+        advice = "raise analysis.response.points"
         found.append(Caution("response", place, reason, advice))
     if auto.walks:
         far, long = (max(values) for values in zip(*auto.walks, strict=True))

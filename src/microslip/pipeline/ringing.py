@@ -7,6 +7,7 @@ transient beats for good. Both are seen in blocks of cycles: a mean over a windo
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -34,14 +35,37 @@ SAME_FOR = 4
 """Blocks of which one must stray less, where a vibration decays."""
 
 
+class Rung(NamedTuple):
+    """Where bodies rest, once what moving them there has stirred is gone.
+
+    Attributes
+    ----------
+    amplitude : complex
+        As given; of a motion that goes on to vary, its mean over the last blocks.
+    state : State
+    doubt : float
+        How far cycles of the last two blocks stray from their means, and these from the amplitude, relative.
+    cycles : int
+        Spent.
+    varies : float
+        The former of these where it does not decay, else zero.
+    """
+
+    amplitude: complex
+    state: State
+    doubt: float
+    cycles: int
+    varies: float
+
+
 def rung_out(
     scheme: TimeScheme,
     load: float,
     state: State,
     memory: ContactMemory,
-    size: float,
+    amplitude: complex,
     stray: float,
-) -> tuple[State, float, int]:
+) -> Rung:
     """Marched on where bodies rest, until what moving them there has stirred is gone.
 
     Weakly damped modes ring on for longer than it takes to see where the bodies walk. What does not decay is
@@ -51,26 +75,24 @@ def rung_out(
     ----------
     scheme, load, state, memory
         The motion where the bodies rest.
-    size, stray : float
-        Mean over a window, and how far cycles stray from it, relative.
-
-    Returns
-    -------
-    state : State
-    doubt : float
-        How far cycles of the last two blocks stray from their means and the last is from the size, relative.
-    cycles : int
-        Spent.
+    amplitude : complex
+        Mean over a window.
+    stray : float
+        How far cycles stray from it, relative.
     """
-    block, spent, moved = WINDOW + STEP, 0, 0.0
+    block, spent, means = WINDOW + STEP, 0, list[complex]()
     strays = [stray]
     while max(strays[-2:]) > STILL and not stays(strays) and spent < BLOCKS * block:
         Q, states = watched(scheme, load, state, block, memory=memory)
         state, spent = states[-1], spent + block
-        mean = float(abs(TAPER @ Q[STEP:]))
-        moved = abs(mean / size - 1)
-        strays.append(stray_of(Q, mean))
-    return state, max(strays[-2:]) + moved, spent
+        means.append(complex(TAPER @ Q[STEP:]))
+        strays.append(stray_of(Q, abs(means[-1])))
+    strayed, varies, last = max(strays[-2:]), 0.0, means[-1:]
+    if stays(strays):
+        varies, last = strayed, means[-SAME_FOR:]
+        amplitude = complex(np.mean(last))
+    moved = max((abs(abs(one) / abs(amplitude) - 1) for one in last), default=0.0)
+    return Rung(amplitude, state, strayed + moved, spent, varies)
 
 
 def stays(strays: Sequence[float]) -> bool:

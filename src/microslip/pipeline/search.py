@@ -8,7 +8,6 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -25,17 +24,24 @@ from microslip.analyses.reduced.anchors import (
 from microslip.analyses.reduced.response import NO_DIGIT, Response
 from microslip.analyses.reduced.surface import LoadSurface
 from microslip.analyses.time.offset import BRANCH
+from microslip.analyses.time.staying import LEAVES
 from microslip.analyses.time.step_refinement import REFINEMENT
 from microslip.describe.requests import CYCLES_EACH, SECONDS_EACH
+from microslip.pipeline.doubts import doubt_with, doubted
 from microslip.pipeline.neighbours import around, leaving, within_a_branch
 from microslip.pipeline.stepping import ACCURACY, Stepping, refined_anchors, taken
 from microslip.pipeline.stepping import BY_INDEX as OF_STEPS
 from microslip.pipeline.targets import LEFT, STEPS, TOLERANCE, Found, Lost, Stepped, Target
-from microslip.pipeline.walk import DOUBTFUL, FINE
+from microslip.pipeline.walk import DOUBTFUL
 from microslip.typing import Array
 
 BY_INDEX, INDICES = ("anchors", "found", "lost"), ("fell", "ended", "tried", "finer")
 """What is known of each frequency, and of some."""
+
+LEAVES_IT = "the motion leaves its branch when it is marched"
+
+VARIES = "the amplitude varies from cycle to cycle, and for good, by up to {:.0%} of its mean"
+"""Why there is no steady state where a motion was marched."""
 
 
 @dataclass
@@ -108,7 +114,7 @@ class Search:
 
     @property
     def settled(self) -> dict[int, Stepped]:
-        """Steady states whose motion repeats, by index of their frequency."""
+        """Steady states whose motion repeats, or varies for good, by index of their frequency."""
         settled = (k for k, one in self.anchors.items() if one.change <= TOLERANCE)
         return {
             k: Stepped(
@@ -117,6 +123,7 @@ class Search:
                 found.state,
                 self.steps_at(k),
                 found.rest is not None,
+                found.varies > 0,
             )
             for k in settled
             if (found := self.found.get(k)) is not None
@@ -147,11 +154,13 @@ class Search:
         """Have how far motions stray from anchors in their doubt; what they leave is no steady motion."""
         for k in self.settled:
             anchor, strays = self.anchors[k], self.stepping.strays.get(k, 0.0)
-            if strays > DOUBTFUL:
+            varies = self.stepping.varies.get(k, 0.0)
+            if varies > LEAVES or strays - varies > DOUBTFUL:
                 del self.anchors[k], self.found[k]
-                self.lost[k] = Lost(LEFT, 0, left=True)
+                reason = VARIES.format(varies) if varies > LEAVES else LEFT
+                self.lost[k] = Lost(reason, 0, left=True)
             else:
-                doubt = max(anchor.doubt, self.stepping.doubt(k))
+                doubt = doubt_with(self.stepping, k, anchor.doubt, self.found[k])
                 self.anchors[k] = replace(anchor, doubt=doubt)
 
     def steps_tell(self, joint: PreparedJoint, wanted: float) -> bool:
@@ -161,7 +170,7 @@ class Search:
 
     @property
     def unstable(self) -> set[int]:
-        """Where the periodic motion is known to be unstable: what motions do beside it is known as well."""
+        """Where the periodic motion is unstable, or none is: what motions do there is known as well."""
         strays = self.stepping.strays
         about = {k for k in self.settled if strays.get(k)}
         return about | {k for k, one in self.lost.items() if one.left}
@@ -241,8 +250,8 @@ class Search:
         Of motions that leave their branch when they are marched nothing is learned so, nor of those at rest
         where bodies are not. What was passed over has to settle with still more, as others do.
         """
-        known, before = self.held().error, self._known()
-        ends, marks = set(self._leaving(known)), self.marks
+        now, before = self.held(), self._known()
+        ends, marks, known = set(self._leaving(now.error)), self.marks, now.of_mean
         for target, answer in answers:
             k = target.point
             self._count(target, answer, REFINEMENT)
@@ -257,10 +266,9 @@ class Search:
                 self.finer.add(k)
                 self._take(target, answer)
         self.refine(joint)
-        now, refined = self.held().error, self.refined
+        better, refined = self.held().of_mean, self.refined
         for k in self.finer & {target.point for target, _ in answers}:
-            better = now[k] < known[k] if k in marks else k in refined
-            if not better:
+            if not (better[k] < known[k] if k in marks else k in refined):
                 self._put_back({k}, before)
         self.take_refined()
 
@@ -304,26 +312,12 @@ class Search:
         return leaving(self.anchors, error, self.refined, staying)
 
     def doubted(self) -> dict[int, Anchor]:
-        """The anchors, each with how far its amplitude scatters with its past.
-
-        Of a motion that has not settled a search cannot tell how far its bodies will walk: as far as others
-        have, where that has led. Of motions at rest that beat those beside one may not, and those
-        beside one that does not may: each is known no better than the next are.
-        """
-        known = {k: replace(one, scatter=self.found[k].scatter) for k, one in self.anchors.items()}
-        unknown = [k for k in known if k not in self.ended and self.found[k].rest is None]
-        walking = [k for k in unknown if known[k].change > FINE]
-        for k in walking:
-            known[k] = replace(known[k], doubt=max(known[k].doubt, self.moved))
-        doubts = {k: known[k].doubt for k in sorted(known) if self.found[k].rest is not None}
-        for one, other in pairwise(doubts):
-            for k, beside in ((one, other), (other, one)):
-                known[k] = replace(known[k], doubt=max(known[k].doubt, doubts[beside]))
-        return known
+        """The anchors, each with how well it is known beside the others, `microslip.pipeline.doubts`."""
+        return doubted(self.anchors, self.found, self.ended, self.moved, self.stepping)
 
     def blurred(self, wanted: float) -> set[int]:
         """Steady states that are themselves not known as well as is wanted."""
-        error = self._through_anchors().error
+        error = self._through_anchors().of_mean
         return {k for k in self.anchors if not error[k] <= wanted}
 
     def keep_end(self, target: Target, answer: Found | Lost) -> None:
@@ -340,12 +334,14 @@ class Search:
         left = answer.own and k in self.anchors and min(apart) > BRANCH
         if left:  # the motion that was taken for steady has left its branch
             self._leave(k, abs(answer.amplitude))
-        if not answer.doubt <= DOUBTFUL:
-            if left:
-                del self.anchors[k], self.found[k]
-                self.lost[k] = Lost(
-                    "the motion leaves its branch when it is marched", answer.cycles
-                )
+        if answer.varies > LEAVES or not answer.doubt - answer.varies <= DOUBTFUL:
+            settled = k in self.anchors and self.anchors[k].change <= TOLERANCE
+            varies = answer.varies > LEAVES and min(apart, default=0.0) <= BRANCH
+            if left or (varies and (answer.own or not settled)):
+                self.anchors.pop(k, None)
+                self.found.pop(k, None)
+                reason = VARIES.format(answer.varies) if varies else LEAVES_IT
+                self.lost[k] = Lost(reason, answer.cycles, left=varies)
             return
         if min(apart, default=np.inf) > BRANCH and not left:
             return
@@ -386,7 +382,7 @@ class Search:
         before = {k: (self.anchors.pop(k), self.found.pop(k)) for k in dropped}
         now, doubted = self.held(), self.moved
         for k, (anchor, found) in before.items():
-            known = max(anchor.doubt, doubted) + now.error[k]
+            known = max(anchor.doubt, doubted) + now.of_mean[k]
             if not abs(np.log(abs(anchor.amplitude) / abs(now.amplitude[k]))) <= known:
                 self.anchors[k], self.found[k] = anchor, found
 

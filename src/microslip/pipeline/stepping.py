@@ -31,7 +31,7 @@ BEFORE = REFINEMENT / (REFINEMENT - 1)
 than with the number of steps."""
 
 
-BY_INDEX = ("sought_on", "strays", "drifts", "off")
+BY_INDEX = ("sought_on", "strays", "drifts", "varies", "off")
 """What is known of each state, by index of its frequency."""
 
 
@@ -79,6 +79,8 @@ class Stepping:
         How far motions stray from unstable ones of these states, relative; infinite where they leave.
     drifts : dict of int to float
         How far off those are, and may drift, that do not settle with more steps and stay, relative.
+    varies : dict of int to float
+        How far the size of motions beside those varies for good, relative.
     off : dict of int to float
         What states with the fewest steps that have been replaced have turned out to be off by, relative.
     cycles : int
@@ -90,6 +92,7 @@ class Stepping:
     sought_on: dict[int, complex | None] = field(default_factory=dict)
     strays: dict[int, float] = field(default_factory=dict)
     drifts: dict[int, float] = field(default_factory=dict)
+    varies: dict[int, float] = field(default_factory=dict)
     off: dict[int, float] = field(default_factory=dict)
     cycles: int = 0
 
@@ -108,13 +111,13 @@ class Stepping:
     def keep(self, k: int, more: More) -> None:
         """What a state has become with more steps."""
         self.sought_on[k] = more.amplitude
-        self.strays[k], self.drifts[k] = more.strays, more.drifts
+        self.strays[k], self.drifts[k], self.varies[k] = more.strays, more.drifts, more.varies
 
     def forget(self, k: int) -> None:
         """That a state was sought on."""
         self.sought_on.pop(k, None)
-        self.strays.pop(k, None)
-        self.drifts.pop(k, None)
+        for known in (self.strays, self.drifts, self.varies):
+            known.pop(k, None)
 
     def err_by_more(self, states: Mapping[int, Stepped], wanted: float) -> bool:
         """Whether the steps put a state off by more than is wanted of the response, relative.
@@ -208,7 +211,7 @@ def refined_anchors(
     for k, Q in better.amplitude.items():
         old = anchors[k]
         anchor = anchor_at(surface, old.frequency, load, Q, old.change, old.doubt, old.past)
-        kept[k] = replace(anchor, scatter=old.scatter)
+        kept[k] = replace(anchor, scatter=old.scatter, varies=old.varies)
     return kept, better.error
 
 

@@ -77,6 +77,8 @@ class Stepped(NamedTuple):
     rests : bool
         Its bodies have walked to where they rest, or are after `microslip.analyses.time.offset.HORIZON`
         cycles: where it does not settle with more steps it is marched with these.
+    varies : bool
+        It does not repeat, but varies from cycle to cycle for good, and the amplitude is its mean.
     """
 
     frequency: float
@@ -84,6 +86,7 @@ class Stepped(NamedTuple):
     state: Start
     steps: int
     rests: bool = False
+    varies: bool = False
 
 
 class More(NamedTuple):
@@ -99,13 +102,17 @@ class More(NamedTuple):
         How far the size of motions beside it strays from that, relative: zero of a stable one, infinite where
         they leave it.
     drifts : float
-        Of what does not settle, and stays where it is marched, how far off that is and may drift, relative.
+        Of what does not settle, and stays where it is marched, how far off that is and may drift, relative;
+        of what varies for good, how far its mean may.
+    varies : float
+        See `microslip.analyses.time.staying.Stay`.
     """
 
     amplitude: complex | None
     cycles: int
     strays: float = 0.0
     drifts: float = 0.0
+    varies: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -135,6 +142,8 @@ class Found:
     own : bool
         Marched from the motion that was known there, as raising the load leads to another branch; where that
         has left its branch too, this is the motion after the load was raised.
+    varies : float
+        See `microslip.analyses.reduced.anchors.Anchor`.
     more : More or None
         What this very state has become with more steps; None where it was not sought on.
     """
@@ -152,6 +161,7 @@ class Found:
     lasts: float = 0.0
     ahead: float = 0.0
     own: bool = False
+    varies: float = 0.0
     more: More | None = None
 
 
@@ -169,7 +179,7 @@ class Lost:
     opens : bool
         At some instant of it no pair touches.
     left : bool
-        There is a periodic motion, and motions leave it.
+        There is a periodic motion, and motions leave it, or vary about its size by too much to be it.
     """
 
     reason: str

@@ -152,7 +152,7 @@ class _Seeking:
     def stays(self, found: Found) -> Found | None:
         """The same, unless motions leave it."""
         more = self._sought_on(found.amplitude, found.state)
-        if more.strays <= DOUBTFUL:
+        if more.strays - more.varies <= DOUBTFUL:
             return replace(found, doubt=max(found.doubt, more.strays), more=more)
         self.larger = max(self.larger, abs(found.amplitude))
         self.left, self.reason = True, LEFT

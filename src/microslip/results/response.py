@@ -178,6 +178,12 @@ def _anchors(run: Run) -> xr.Dataset:
                 "1",
                 "relative difference of amplitudes after the load was raised otherwise, of method auto",
             ),
+            "varies": variable(
+                dims,
+                [one.varies for _, one in found],
+                "1",
+                "how far the amplitude strays from its mean from cycle to cycle for good, relative",
+            ),
         },
         {
             "frequency": variable(dims, [one.frequency for _, one in found], "Hz", "frequency"),
@@ -225,6 +231,15 @@ def _dataset(run: Run) -> xr.Dataset:
             stack(estimates),
             "1",
             "relative error of the amplitude: estimate; of methods corrected and auto a bound",
+        )
+    if any(r.varies is not None for r in responses):
+        none = np.zeros(len(responses[0].frequency))
+        data["variation"] = variable(
+            grid,
+            stack([none if r.varies is None else r.varies for r in responses]),
+            "1",
+            "part of error_indicator that is no error of the mean: what the amplitude is known to vary by "
+            "from cycle to cycle, and for good; of methods corrected and auto",
         )
     if run.frictionless is not None:
         reference = run.frictionless

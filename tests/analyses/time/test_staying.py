@@ -41,16 +41,17 @@ def test_motions_leave_stay_or_beat_as_they_do_when_marched(beside):
     assert abs(steady.amplitude) == pytest.approx(abs(LARGER[f]), rel=1e-3)
     if f == 400.2:
         assert stay.strays == np.inf
+        assert stay.varies == 0
         assert late.max() < 0.1
     elif f == 424.0:
-        assert stay.strays == 0
+        assert stay.strays == stay.varies == 0
         assert np.ptp(late) < 1e-4
         assert late[0] == pytest.approx(1.0, abs=1e-4)
     else:
         mean = abs(stay.amplitude) / abs(steady.amplitude)
         strays = np.abs(late / late.mean() - 1).max()
         assert late.mean() == pytest.approx(mean, abs=0.01)
-        assert stay.strays == pytest.approx(strays, rel=0.2)
+        assert stay.strays == stay.varies == pytest.approx(strays, rel=0.2)
         assert 0.01 < strays < LEAVES
 
 

@@ -51,8 +51,8 @@ JUMP = 0.1
 """Neighbouring frequencies whose sizes differ by more, in logarithm, lie on different branches or so far
 apart that neither tells of the other."""
 
-PARTS = ("doubt", "scatter")
-"""What bounds the error of an anchor itself."""
+PARTS = ("doubt", "scatter", "varies")
+"""What bounds the error of an anchor itself, and what of the first is no error of its mean."""
 
 NEAREST = 9
 """Anchors nearest to one, itself among them, that tell what is usual about it."""
@@ -95,6 +95,9 @@ class Anchor:
         Relative difference of amplitudes after the load was raised in different ways; nan where that is not
         known, and what its neighbours usually miss, or of a motion that has not settled what they miss of it,
         stands for it.
+    varies : float
+        How far the size is known to stray from its mean from cycle to cycle, and for good, relative: how the
+        motion is, and part of `doubt`.
     """
 
     frequency: float
@@ -104,6 +107,7 @@ class Anchor:
     doubt: float = 0.0
     past: float = 0.0
     scatter: float = 0.0
+    varies: float = 0.0
 
 
 @dataclass(frozen=True, repr=False)
@@ -116,10 +120,19 @@ class Held(Brief):
         Q; nan where the surface has no answer near those of the anchors.
     error : (n,) array
         Bound of the relative error of ``|Q|``; infinite where nothing bounds it.
+    varies : (n,) array or None
+        What the size is known to stray by from its mean from cycle to cycle, and for good, relative: part of
+        the error, and no error of the mean. None where none does.
     """
 
     amplitude: Complex
     error: Array
+    varies: Array | None = None
+
+    @property
+    def of_mean(self) -> Array:
+        """Bound of the relative error of the mean size."""
+        return self.error if self.varies is None else self.error - self.varies
 
 
 def anchor_at(
@@ -245,6 +258,7 @@ def held(
     n, lost = len(surface.frequency), set(lost)
     accuracy = np.broadcast_to(accuracy, n)
     amplitude, error, folded = np.full(n, np.nan, complex), np.full(n, np.inf), np.zeros(n, bool)
+    varies = np.zeros(n)
     for run in branches(anchors, lost):
         inside = np.arange(run[0], run[-1] + 1)
         known = [anchors[int(k)] for k in run]
@@ -256,19 +270,24 @@ def held(
         columns = np.arange(len(inside))
         amplitude[inside] = np.array([one.amplitude for one in found])[better, columns]
         left, right = _around(run, inside)
-        doubt, scatter = (np.array([getattr(one, of) for one in known]) for of in PARTS)
+        doubt, scatter, vary = (np.array([getattr(one, of) for one in known]) for of in PARTS)
+        doubt -= vary
         told = np.isfinite(scatter)
         most = _most_around(np.nan_to_num(scatter), left, right)
         # it is in what the others miss already
         bound = np.maximum(share[better, columns], most)
+        varies[inside] = np.maximum(vary[left], vary[right])
         error[inside] = bound + np.maximum(doubt[left], doubt[right]) + accuracy[inside]
+        error[inside] += varies[inside]
+        varies[run] = vary
         amplitude[run] = [one.amplitude for one in known]
         own = np.maximum(np.nan_to_num(scatter), _nearly_most(scatter))
         unsettled = np.array([one.change for one in known]) > SETTLED
         other = np.where(unsettled, _missed_of(part, load, x, known), bound[run - run[0]])
         error[run] = np.where(told, own, np.maximum(other, own)) + doubt + accuracy[run]
+        error[run] += vary
         error[jumped_across(run, np.abs(amplitude), folded)] = np.inf
-    return Held(amplitude, np.where(np.isfinite(amplitude), error, np.inf))
+    return Held(amplitude, np.where(np.isfinite(amplitude), error, np.inf), varies)
 
 
 def _over_table(

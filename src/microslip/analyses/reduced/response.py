@@ -94,6 +94,9 @@ class Response(Brief):
     error_indicator : (n,) array, optional
         Relative error of the amplitude: estimate of `trust.py`; the bound of `anchors.py` where steady states
         put it right.
+    varies : (n,) array, optional
+        What the amplitude is known to stray by from its mean from cycle to cycle, and for good, relative:
+        part of the error where steady states put it right.
     outputs : mapping of str to (n,) complex array
         First harmonic of every output by name, change from prestress, phase against the load's sine;
         m, rad, m/s, ... (`microslip.describe.outputs`).
@@ -121,6 +124,7 @@ class Response(Brief):
     contraction: Array
     flag: Indices
     error_indicator: Array | None = None
+    varies: Array | None = None
     outgrown: Mask | None = None
     smaller: Response | None = None
     opening_load: float = np.nan
@@ -213,6 +217,7 @@ def held_to(
         contraction=np.zeros(n),
         flag=np.where(known, CONVERGED, OUTSIDE),
         error_indicator=np.where(known, now.error, np.inf),
+        varies=None if now.varies is None else np.where(known, now.varies, 0.0),
         outgrown=None,
         smaller=_below(base.smaller, np.where(_nearer_the_larger(base, sizes), sizes, 0.0)),
         anchors=tuple(anchors[k] for k in sorted(anchors)),

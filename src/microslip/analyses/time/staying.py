@@ -50,11 +50,14 @@ class Stay(NamedTuple):
         How far the size strays from that, relative; zero of a stable motion, infinite where motions leave.
     cycles : int
         Spent.
+    varies : float
+        The same where it was seen to go on so: neither farther from cycle to cycle nor less far than before.
     """
 
     amplitude: complex
     strays: float
     cycles: int
+    varies: float = 0.0
 
 
 def stay_of(scheme: TimeScheme, steady: SteadyState, memory: ContactMemory | None = None) -> Stay:
@@ -93,7 +96,9 @@ def stay_of(scheme: TimeScheme, steady: SteadyState, memory: ContactMemory | Non
     size = float(np.abs(last).mean())
     mean = size * complex(np.exp(1j * np.angle(last.mean())))
     strays = float(np.abs(np.abs(last) / size - 1).max())
-    return Stay(mean, max(strays, OPEN) if _grows(Q, own) else strays, cycles)
+    if _grows(Q, own):
+        return Stay(mean, max(strays, OPEN), cycles)
+    return Stay(mean, strays, cycles, 0.0 if _fallen(Q, own) else strays)
 
 
 def _grows(Q: Complex, own: complex) -> bool:

@@ -1,0 +1,85 @@
+"""Motions that vary from cycle to cycle for good, with more steps, against the same marched alone."""
+
+import tomllib
+
+import numpy as np
+import pytest
+from unstable_joint import LOAD, UNSTABLE
+
+import microslip
+from microslip.analyses.reduced.anchors import Anchor
+from microslip.analyses.time.resting import at_phase_0
+from microslip.analyses.time.scheme import time_scheme
+from microslip.analyses.time.starts import end_of, placed
+from microslip.analyses.time.steady import steady_state
+from microslip.analyses.time.watching import watched
+from microslip.pipeline import more_steps as module
+from microslip.pipeline.doubts import as_doubtful, doubt_with, variation
+from microslip.pipeline.more_steps import with_more_steps
+from microslip.pipeline.stepping import Stepping
+from microslip.pipeline.targets import Found, More, Stepped
+
+FREQUENCY, GUESS, STEPS = 430.0, -0.01578 - 0.01356j, 150
+"""Where the larger motion of the joint beats by some per cent for good, Hz, and its first harmonic, m."""
+
+
+@pytest.fixture(scope="module")
+def beating():
+    """The joint, and that motion with 150 steps: its mean and its state after 400 cycles."""
+    joint = microslip.prepare(microslip.parse_joint(tomllib.loads(UNSTABLE)))
+    scheme = time_scheme(joint, 1 / (FREQUENCY * STEPS), frequency=FREQUENCY)
+    steady = steady_state(
+        scheme, FREQUENCY, LOAD, guess=GUESS, tolerance=1e-6, max_cycles=300, halves=False
+    )
+    Q, states = watched(scheme, LOAD, at_phase_0(scheme, steady), 400)
+    end = end_of(states[-1], 0.0, scheme, FREQUENCY)
+    return joint, complex(Q[-200:].mean()), end
+
+
+def test_what_varies_is_told_by_more_steps(beating):
+    """Its mean, and how far sizes stray from that: against as many steps for 500 cycles."""
+    joint, mean, end = beating
+    more = with_more_steps(joint, LOAD, Stepped(FREQUENCY, mean, end, STEPS, varies=True))
+    scheme = time_scheme(joint, 1 / (FREQUENCY * 4 * STEPS), frequency=FREQUENCY)
+    start = placed(end, scheme, FREQUENCY, LOAD)
+    sizes = np.abs(watched(scheme, LOAD, start, 500)[0][-250:])
+    strays = np.abs(sizes / sizes.mean() - 1).max()
+    assert 0.01 < strays < 0.1
+    assert more.varies == more.strays == pytest.approx(strays, rel=0.2)
+    assert abs(more.amplitude) == pytest.approx(sizes.mean(), rel=2e-3)
+    assert more.drifts < 0.01
+
+
+def test_what_leaves_with_more_steps_has_none(monkeypatch, beating):
+    joint, mean, end = beating
+    sizes = iter([mean, 0.5 * mean])
+    monkeypatch.setattr(
+        module, "watched", lambda *given: (np.full(module.BLOCK, next(sizes)), ["later"])
+    )
+    more = with_more_steps(joint, LOAD, Stepped(FREQUENCY, mean, end, STEPS, varies=True))
+    assert more.amplitude is None
+    assert more.strays == np.inf
+
+
+def test_how_far_a_motion_varies_is_said_by_more_steps_where_they_tell():
+    """It varies by 7 % with few steps, and its mean is known to 1 %."""
+    found, stepping = Found(1 + 0j, 0.0, 0.08, "", 10, varies=0.07), Stepping()
+    assert variation(stepping, 3, found) == 0.07
+    assert doubt_with(stepping, 3, 0.08, found) == pytest.approx(0.08)
+    stepping.keep(3, More(1 + 0j, 10, 0.05, 0.002, varies=0.05))
+    assert variation(stepping, 3, found) == 0.05
+    for _ in range(2):  # however often that is asked
+        assert doubt_with(stepping, 3, 0.08, found) == pytest.approx(0.01 + 0.05 + 0.002)
+    stepping.keep(3, More(None, 10))
+    assert variation(stepping, 3, found) == 0.07
+
+
+def test_a_motion_beside_one_that_varies_may_vary_and_is_no_better_known():
+    sure, vague = (
+        Anchor(f, 1 + 0j, 0j, 0.0, doubt) for f, doubt in ((100.0, 0.001), (102.0, 0.03))
+    )
+    moving = Anchor(101.0, 1 + 0j, 0j, 0.0, 0.082, varies=0.08)
+    one = as_doubtful(sure, moving)
+    assert (one.varies, one.doubt) == pytest.approx((0.08, 0.082))
+    other = as_doubtful(vague, moving)
+    assert (other.varies, other.doubt) == pytest.approx((0.08, 0.11))
