@@ -1,6 +1,7 @@
 """Motions that vary from cycle to cycle for good, with more steps, against the same marched alone."""
 
 import tomllib
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -80,6 +81,10 @@ def test_a_motion_beside_one_that_varies_may_vary_and_is_no_better_known():
     )
     moving = Anchor(101.0, 1 + 0j, 0j, 0.0, 0.082, varies=0.08)
     one = as_doubtful(sure, moving)
-    assert (one.varies, one.doubt) == pytest.approx((0.08, 0.082))
+    assert (one.varies, one.doubt) == pytest.approx((0.0, 0.082))
     other = as_doubtful(vague, moving)
-    assert (other.varies, other.doubt) == pytest.approx((0.08, 0.11))
+    assert (other.varies, other.doubt) == pytest.approx((0.0, 0.11))
+    less = as_doubtful(replace(moving, varies=0.03, doubt=0.04), moving)
+    assert (less.varies, less.doubt) == pytest.approx((0.08, 0.09))
+    more = as_doubtful(moving, sure)
+    assert (more.varies, more.doubt) == pytest.approx((0.08, 0.082))

@@ -6,7 +6,9 @@ from collections.abc import Container, Mapping
 from dataclasses import replace
 from itertools import pairwise
 
-from microslip.analyses.reduced.anchors import Anchor
+import numpy as np
+
+from microslip.analyses.reduced.anchors import Anchor, vary_between
 from microslip.pipeline.stepping import Stepping
 from microslip.pipeline.targets import Found
 from microslip.pipeline.walk import FINE
@@ -66,6 +68,7 @@ def doubt_with(stepping: Stepping, k: int, doubt: float, found: Found) -> float:
 
 def as_doubtful(one: Anchor, other: Anchor) -> Anchor:
     """A steady state that is known no better than another, and may vary from cycle to cycle as much."""
-    varies = max(one.varies, other.varies)
     doubt = max(one.doubt - one.varies, other.doubt - other.varies)
-    return replace(one, doubt=doubt + varies, varies=varies)
+    doubt += max(one.varies, other.varies)
+    both = float(vary_between(np.array(one.varies), np.array(other.varies)))
+    return replace(one, doubt=doubt, varies=max(one.varies, both))

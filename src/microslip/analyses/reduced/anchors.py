@@ -68,6 +68,9 @@ the others miss of it is its doubt."""
 STEP = 1e-4
 """Relative step of a size over which the slope of the load is taken."""
 
+BEGINS = 3.0
+"""Times that of two motions one may vary as much as the other for those between to vary as well."""
+
 STRAY = 0.25
 """Answers of the surface farther, in logarithm, from the size between two anchors are others than theirs."""
 
@@ -170,6 +173,19 @@ def anchor_at(
     true = (model.force[0] + D * model.offset[0]) * load / A
     table = stiffness(model, surface.curve, surface.preload, np.array(abs(A)), np.array(omega))
     return Anchor(frequency, Q, complex(true - table) / model.omega**2, change, doubt, past)
+
+
+def vary_between(left: Array, right: Array) -> Array:
+    """What motions between two are known to vary by for good, from what those do, relative.
+
+    As much as the larger; but where the other hardly does it is not known where that begins.
+
+    Examples
+    --------
+    >>> vary_between(np.array([0.08, 0.08, 0.08]), np.array([0.05, 0.01, 0.0]))
+    array([0.08, 0.03, 0.  ])
+    """
+    return np.minimum(np.maximum(left, right), BEGINS * np.minimum(left, right))
 
 
 def branches(anchors: Mapping[int, Anchor], lost: Iterable[int]) -> Iterator[Indices]:
@@ -276,9 +292,9 @@ def held(
         most = _most_around(np.nan_to_num(scatter), left, right)
         # it is in what the others miss already
         bound = np.maximum(share[better, columns], most)
-        varies[inside] = np.maximum(vary[left], vary[right])
         error[inside] = bound + np.maximum(doubt[left], doubt[right]) + accuracy[inside]
-        error[inside] += varies[inside]
+        error[inside] += np.maximum(vary[left], vary[right])
+        varies[inside] = vary_between(vary[left], vary[right])
         varies[run] = vary
         amplitude[run] = [one.amplitude for one in known]
         own = np.maximum(np.nan_to_num(scatter), _nearly_most(scatter))
