@@ -13,8 +13,9 @@ motion shown, and that failing the branch shown is followed from the side, in sm
 is sought on with eight times the steps, pushed off by a hundredth of its size, as motions leave unstable
 ones, and marched as well; where none of it is that shown, the branch is swept to by marching. A motion beside
 the one shown that stays there for as long as it is marched, and does not settle, is no truth; how far its
-amplitude then is from that shown is counted apart. The plain refined model is measured at the same points.
-Lines in FILE (JSON, one a joint) are not computed again: stop it at any time, and go on with the same
+amplitude then is from that shown is counted apart. At two of the frequencies where motions are said to vary
+from cycle to cycle for good it is asked whether they do. The plain refined model is measured at the same
+points. Lines in FILE (JSON, one a joint) are not computed again: stop it at any time, and go on with the same
 command.
 """
 
@@ -68,7 +69,8 @@ amplitude no longer drifts, in 150 and then in 1,200 steps per cycle
 (`python benchmarks/population/auto.py`, {pairs} contact pairs). *Claimed*: the
 response states an error of at most 1 %; the rest is *flagged*. A motion that has not settled within 4000
 cycles is no truth, but what is shown of bodies that walk is the motion after so many; where it has stayed
-beside the one shown, how far from that its last hundred cycles are is counted apart.
+beside the one shown, how far from that its last hundred cycles are is counted apart. Where motions are said
+to vary from cycle to cycle for good, two of the frequencies are marched to as well.
 
 """
 
