@@ -8,6 +8,7 @@ is the motion that is meant.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
@@ -186,15 +187,15 @@ def elsewhere(joint: PreparedJoint, curve: Response, k: int) -> list[End]:
 
 
 def varies(joint: PreparedJoint, curve: Response, k: int) -> End | None:
-    """Where a motion ends that is said to vary for good: after the load was raised, or from what is shown."""
+    """Where a motion ends that is said to vary for good: from what is shown, or after the load was raised.
+
+    The former with more steps, as how far motions vary depends on these.
+    """
     f, own = float(curve.frequency[k]), abs(curve.amplitude[k])
-    end = marched(joint, f, curve.load, None)
-    if end is not None and end.near(own):
-        return end
-    try:
-        return pushed(joint, f, curve.load, _sought(joint, curve, k, None, CYCLES))
-    except MicroslipError:
-        return None
+    end = None
+    with suppress(MicroslipError):
+        end = pushed(joint, f, curve.load, _sought(joint, curve, k, None, CYCLES))
+    return end if end is not None and end.near(own) else marched(joint, f, curve.load, None)
 
 
 def pushed(joint: PreparedJoint, f: float, load: float, steady: SteadyState) -> End | None:
