@@ -174,8 +174,8 @@ def page(rows: dict[str, dict]) -> str:
     claimed, within = stated <= ASKED, error <= stated + open_
     seconds, worked = ([row[key] for row in found] for key in ("seconds", "processor"))
 
-    otherwise = [row["flagged"] - row["causes"][CAUSES[0]] for row in found]
-    moves = [p for row in found for p in row["moving"]]
+    otherwise = [row["flagged"] - row["causes"].get(CAUSES[0], 0.0) for row in found]
+    moves = [p for row in found for p in row.get("moving", [])]
     seen = [p for p in moves if p["spread"] is not None]
 
     def share(true: np.ndarray) -> str:
@@ -200,7 +200,7 @@ def page(rows: dict[str, dict]) -> str:
         f"| frequencies of all responses that are flagged, mean | "
         f"{100 * np.mean([row['flagged'] for row in found]):.1f} % |",
         *(
-            f"| of them: {name} | {100 * np.mean([row['causes'][name] for row in found]):.1f} % |"
+            f"| of them: {name} | {100 * np.mean([row['causes'].get(name, 0.0) for row in found]):.1f} % |"
             for name in CAUSES
         ),
         f"| flagged otherwise than the first of them, mean | {100 * np.mean(otherwise):.1f} % |",

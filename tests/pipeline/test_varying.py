@@ -53,24 +53,41 @@ def test_what_varies_is_told_by_more_steps(beating):
 
 def test_what_leaves_with_more_steps_has_none(monkeypatch, beating):
     joint, mean, end = beating
-    sizes = iter([mean, 0.5 * mean])
-    monkeypatch.setattr(
-        module, "watched", lambda *given: (np.full(module.BLOCK, next(sizes)), ["later"])
-    )
+    sizes, beat = iter([mean, 0.5 * mean]), 1 + 0.03 * np.cos(0.4 * np.arange(module.BLOCK))
+    monkeypatch.setattr(module, "watched", lambda *given: (next(sizes) * beat, ["later"]))
     more = with_more_steps(joint, LOAD, Stepped(FREQUENCY, mean, end, STEPS, varies=True))
     assert more.amplitude is None
     assert more.strays == np.inf
+
+
+@pytest.mark.parametrize(("grows", "varies"), [(1.0, True), (1.15, False), (0.0, False)])
+def test_what_is_still_on_its_way_with_more_steps_does_not_vary_for_good(
+    monkeypatch, beating, grows, varies
+):
+    """It strays all the same; and what repeats with more steps does neither."""
+    joint, mean, end = beating
+    beats = iter(0.03 * grows ** np.arange(1, 99))
+    wave = np.cos(0.4 * np.arange(module.BLOCK))
+    monkeypatch.setattr(module, "watched", lambda *given: (mean * (1 + next(beats) * wave), [end]))
+    monkeypatch.setattr(module, "placed", lambda *given: end)
+    more = with_more_steps(joint, LOAD, Stepped(FREQUENCY, mean, end, STEPS, varies=True))
+    assert abs(more.amplitude) == pytest.approx(abs(mean), rel=2e-3)
+    assert (more.varies > 0) == varies
+    assert (more.strays >= 0.02) == (grows > 0)
 
 
 def test_how_far_a_motion_varies_is_said_by_more_steps_where_they_tell():
     """It varies by 7 % with few steps, and its mean is known to 1 %."""
     found, stepping = Found(1 + 0j, 0.0, 0.08, "", 10, varies=0.07), Stepping()
     assert variation(stepping, 3, found) == 0.07
-    assert doubt_with(stepping, 3, 0.08, found) == pytest.approx(0.08)
+    assert doubt_with(stepping, 3, found) == pytest.approx(0.08)
     stepping.keep(3, More(1 + 0j, 10, 0.05, 0.002, varies=0.05))
     assert variation(stepping, 3, found) == 0.05
-    for _ in range(2):  # however often that is asked
-        assert doubt_with(stepping, 3, 0.08, found) == pytest.approx(0.01 + 0.05 + 0.002)
+    assert doubt_with(stepping, 3, found) == pytest.approx(0.01 + 0.05)
+    stepping.keep(3, More(1 + 0j, 10, 0.05, 0.02, varies=0.05))
+    assert doubt_with(stepping, 3, found) == pytest.approx(0.02 + 0.05)
+    stepping.keep(3, More(1 + 0j, 10, 0.05, 0.002))  # it has not been seen to go on
+    assert doubt_with(stepping, 3, found) == pytest.approx(0.05)
     stepping.keep(3, More(None, 10))
     assert variation(stepping, 3, found) == 0.07
 
@@ -86,5 +103,7 @@ def test_a_motion_beside_one_that_varies_may_vary_and_is_no_better_known():
     assert (other.varies, other.doubt) == pytest.approx((0.0, 0.11))
     less = as_doubtful(replace(moving, varies=0.03, doubt=0.04), moving)
     assert (less.varies, less.doubt) == pytest.approx((0.08, 0.09))
+    between = as_doubtful(replace(moving, varies=0.01, doubt=0.011), moving, moving)
+    assert (between.varies, between.doubt) == pytest.approx((0.03, 0.082))
     more = as_doubtful(moving, sure)
     assert (more.varies, more.doubt) == pytest.approx((0.08, 0.082))

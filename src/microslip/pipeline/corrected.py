@@ -34,6 +34,7 @@ from microslip.analyses.time.offset import BRANCH
 from microslip.analyses.time.readings import opening_of
 from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.starts import Start
+from microslip.analyses.time.staying import LEAVES
 from microslip.analyses.time.steady import raised_state, steady_state
 from microslip.analyses.time.watching import watched
 from microslip.describe.requests import ResponseAnalysis
@@ -111,12 +112,12 @@ class _Table:
         """Have how far motions stray from states in their doubt; those that motions leave are not steady."""
         for k, strays in self.stepping.strays.items():
             varies = self.stepping.varies.get(k, 0.0)
-            if k in self.settled and strays - varies > DOUBTFUL:
+            if k in self.settled and (varies > LEAVES or strays - varies > DOUBTFUL):
                 del self.settled[k], self.anchors[k]
                 self.lost[k] = strays
             elif k in self.settled:
                 anchor = self.anchors[k]
-                doubt = max(anchor.doubt, strays)
+                doubt = max(anchor.doubt - anchor.varies, strays - varies) + varies
                 self.anchors[k] = replace(anchor, doubt=doubt, varies=varies)
 
     def begun_anew(self) -> _Table:
@@ -385,7 +386,7 @@ def _least_known(table: _Table, settings: ResponseAnalysis) -> list[int]:
     As many as may still be sought.
     """
     now, left = table.response(), max(settings.corrections - len(table.marks), 0)
-    doubtful = ~(now.error <= settings.error)
+    doubtful = ~(now.of_mean <= settings.error)
     doubtful[table.marks] = False
     size = np.nan_to_num(np.abs(now.amplitude))
     resonant = size >= 0.5 * size.max()

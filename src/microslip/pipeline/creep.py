@@ -60,6 +60,7 @@ from microslip.pipeline.ringing import (
     STILL,
     TAPER,
     WINDOW,
+    goes_on,
     rung_out,
     stays,
     stray_of,
@@ -227,7 +228,8 @@ def crept(
             state = space.state(space.vector(state) + now.summed(leapt, block) * now.way, state)
             reached += leapt
             strays.clear()  # a leap stirs
-    varies = stray if stays(strays) else 0.0
+    varies = max(strays[-2:]) if goes_on(strays) else 0.0
+    left = max(left, varies)
     cycles = count * block + lost
     return Crept(complex(end), own, left + missed, state, cycles, reached, varies=varies)
 

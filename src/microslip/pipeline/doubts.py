@@ -42,13 +42,14 @@ def doubted(
     for k, one in anchors.items():
         doubt, varies = one.doubt, variation(stepping, k, found[k])
         if k not in ended and found[k].rest is None and one.change > FINE:
-            doubt = max(doubt, moved)
+            doubt = max(doubt - varies, moved) + varies
         known[k] = replace(one, doubt=doubt, scatter=found[k].scatter, varies=varies)
     rests = {k: known[k] for k in sorted(known) if found[k].rest is not None}
+    beside = dict[int, list[Anchor]]()
     for left, right in pairwise(rests):
-        for k, beside in ((left, right), (right, left)):
-            known[k] = as_doubtful(known[k], rests[beside])
-    return known
+        beside.setdefault(left, []).append(rests[right])
+        beside.setdefault(right, []).append(rests[left])
+    return known | {k: as_doubtful(rests[k], *others) for k, others in beside.items()}
 
 
 def variation(stepping: Stepping, k: int, found: Found) -> float:
@@ -57,18 +58,16 @@ def variation(stepping: Stepping, k: int, found: Found) -> float:
     return own if stepping.sought_on.get(k) is not None else max(found.varies, own)
 
 
-def doubt_with(stepping: Stepping, k: int, doubt: float, found: Found) -> float:
-    """How well a motion is known that was sought on with more steps, relative."""
-    if not found.varies:
-        return max(doubt, stepping.doubt(k))
-    # what it varied by with few steps is none of its doubt
-    left = found.doubt - found.varies
-    return left + variation(stepping, k, found) + stepping.drifts.get(k, 0.0)
+def doubt_with(stepping: Stepping, k: int, found: Found) -> float:
+    """How well a motion is known with more steps, relative: its mean, and what it varies by."""
+    beyond = stepping.strays.get(k, 0.0) - stepping.varies.get(k, 0.0)
+    mean = max(found.doubt - found.varies, beyond, stepping.drifts.get(k, 0.0))
+    return mean + variation(stepping, k, found)
 
 
-def as_doubtful(one: Anchor, other: Anchor) -> Anchor:
-    """A steady state that is known no better than another, and may vary from cycle to cycle as much."""
-    doubt = max(one.doubt - one.varies, other.doubt - other.varies)
-    doubt += max(one.varies, other.varies)
-    both = float(vary_between(np.array(one.varies), np.array(other.varies)))
-    return replace(one, doubt=doubt, varies=max(one.varies, both))
+def as_doubtful(one: Anchor, *others: Anchor) -> Anchor:
+    """A steady state that is known no better than others, and may vary from cycle to cycle as much."""
+    known = (one, *others)
+    doubt = max(a.doubt - a.varies for a in known) + max(a.varies for a in known)
+    both = vary_between(np.array(one.varies), np.array([a.varies for a in others]))
+    return replace(one, doubt=doubt, varies=max(one.varies, float(both.max())))

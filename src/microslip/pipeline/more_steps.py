@@ -32,6 +32,9 @@ BLOCK, BLOCKS, SAME = 100, 6, 0.1
 """Cycles and most blocks of them for which what varies for good is, until it strays as far in one as in that
 before, to this share."""
 
+STEADY = 1e-4
+"""What a motion strays by that repeats, relative."""
+
 FARTHEST = 0.1
 """Where the amplitude changes by more, relative, the motion is not taken for the same one."""
 
@@ -121,11 +124,13 @@ def _varying(joint: PreparedJoint, load: float, one: Stepped) -> More:
         strays = float(np.abs(size / mean - 1).max())
         drifts = abs(before[0] / mean - 1)
         same = abs(before[1] - strays) <= SAME * strays
-        if same:
+        if same or strays <= STEADY:
             break
         before = mean, strays
     amplitude = mean * complex(np.exp(1j * np.angle(Q.mean())))
-    return More(amplitude, spent, strays, drifts, strays)
+    if strays <= STEADY:  # with more steps it repeats
+        return More(amplitude, spent)
+    return More(amplitude, spent, strays, drifts, strays if same else 0.0)
 
 
 def more_steps(

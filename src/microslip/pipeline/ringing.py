@@ -31,6 +31,9 @@ STILL = 5e-4
 RINGS = 0.9
 """What is left of a vibration that decays, after `SAME_FOR` blocks; what keeps more is there to stay."""
 
+GROWS = 1.25
+"""What strays by more times as much after `SAME_FOR` blocks may be on its way to another motion."""
+
 SAME_FOR = 4
 """Blocks of which one must stray less, where a vibration decays."""
 
@@ -87,12 +90,14 @@ def rung_out(
         state, spent = states[-1], spent + block
         means.append(complex(TAPER @ Q[STEP:]))
         strays.append(stray_of(Q, abs(means[-1])))
-    strayed, varies, last = max(strays[-2:]), 0.0, means[-1:]
-    if stays(strays):
+    strayed, varies, last, fell = max(strays[-2:]), 0.0, means[-1:], 0.0
+    if goes_on(strays):
         varies, last = strayed, means[-SAME_FOR:]
-        amplitude = complex(np.mean(last))
+        mean = complex(np.mean(last))
+        # a mean farther from where it began than it varies by may be that of another motion
+        fell, amplitude = max(abs(abs(mean) / abs(amplitude) - 1) - varies, 0.0), mean
     moved = max((abs(abs(one) / abs(amplitude) - 1) for one in last), default=0.0)
-    return Rung(amplitude, state, strayed + moved, spent, varies)
+    return Rung(amplitude, state, strayed + moved + fell, spent, varies)
 
 
 def stays(strays: Sequence[float]) -> bool:
@@ -110,6 +115,17 @@ def stays(strays: Sequence[float]) -> bool:
     if len(strays) <= SAME_FOR:
         return False
     return min(strays[-SAME_FOR:]) > RINGS * strays[-SAME_FOR - 1]
+
+
+def goes_on(strays: Sequence[float]) -> bool:
+    """Whether they stray no more either, so that this is how the motion is.
+
+    Examples
+    --------
+    >>> goes_on([0.3, 0.2, 0.15, 0.16, 0.15, 0.16, 0.15]), goes_on([0.05, 0.06, 0.075, 0.095, 0.1])
+    (True, False)
+    """
+    return stays(strays) and max(strays[-SAME_FOR:]) <= GROWS * strays[-SAME_FOR - 1]
 
 
 def stray_of(Q: Complex, size: float) -> float:

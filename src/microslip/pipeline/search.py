@@ -160,7 +160,7 @@ class Search:
                 reason = VARIES.format(varies) if varies > LEAVES else LEFT
                 self.lost[k] = Lost(reason, 0, left=True)
             else:
-                doubt = doubt_with(self.stepping, k, anchor.doubt, self.found[k])
+                doubt = doubt_with(self.stepping, k, self.found[k])
                 self.anchors[k] = replace(anchor, doubt=doubt)
 
     def steps_tell(self, joint: PreparedJoint, wanted: float) -> bool:

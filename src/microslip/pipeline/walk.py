@@ -35,6 +35,7 @@ from microslip.analyses.time.readings import opening_of
 from microslip.analyses.time.resting import at_phase_0, rested
 from microslip.analyses.time.scheme import State, TimeScheme, time_scheme
 from microslip.analyses.time.starts import Start, end_of, mixed
+from microslip.analyses.time.staying import LEAVES
 from microslip.analyses.time.steady import SteadyState, raised_state, steady_state
 from microslip.analyses.time.watching import to_come, watched
 from microslip.errors import JointOpensError, MicroslipError
@@ -152,8 +153,9 @@ class _Seeking:
     def stays(self, found: Found) -> Found | None:
         """The same, unless motions leave it."""
         more = self._sought_on(found.amplitude, found.state)
-        if more.strays - more.varies <= DOUBTFUL:
-            return replace(found, doubt=max(found.doubt, more.strays), more=more)
+        if more.varies <= LEAVES and more.strays - more.varies <= DOUBTFUL:
+            doubt = max(found.doubt, more.strays - more.varies) + more.varies
+            return replace(found, doubt=doubt, varies=more.varies, more=more)
         self.larger = max(self.larger, abs(found.amplitude))
         self.left, self.reason = True, LEFT
         return None
@@ -236,6 +238,7 @@ class _Seeking:
             rest=there.offset,
             lasts=there.lasts,
             ahead=there.ahead,
+            varies=0.0,
             more=None,
         )
 

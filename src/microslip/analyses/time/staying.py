@@ -98,7 +98,9 @@ def stay_of(scheme: TimeScheme, steady: SteadyState, memory: ContactMemory | Non
     strays = float(np.abs(np.abs(last) / size - 1).max())
     if _grows(Q, own):
         return Stay(mean, max(strays, OPEN), cycles)
-    return Stay(mean, strays, cycles, 0.0 if _fallen(Q, own) else strays)
+    # a mean of so many cycles is one of the motion as far as that before is the same
+    moved = abs(float(np.abs(Q[-2 * PART : -PART]).mean()) / size - 1)
+    return Stay(mean, strays + moved, cycles, 0.0 if _fallen(Q, own) else strays)
 
 
 def _grows(Q: Complex, own: complex) -> bool:
