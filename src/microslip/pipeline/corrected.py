@@ -34,7 +34,6 @@ from microslip.analyses.time.offset import BRANCH
 from microslip.analyses.time.readings import opening_of
 from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.starts import Start
-from microslip.analyses.time.staying import LEAVES
 from microslip.analyses.time.steady import raised_state, steady_state
 from microslip.analyses.time.watching import watched
 from microslip.describe.requests import ResponseAnalysis
@@ -52,6 +51,7 @@ from microslip.pipeline.walk import (
     LONGEST,
     RAISED,
     lasting,
+    may_be_shown,
 )
 from microslip.typing import Array, Complex
 
@@ -112,7 +112,7 @@ class _Table:
         """Have how far motions stray from states in their doubt; those that motions leave are not steady."""
         for k, strays in self.stepping.strays.items():
             varies = self.stepping.varies.get(k, 0.0)
-            if k in self.settled and (varies > LEAVES or strays - varies > DOUBTFUL):
+            if k in self.settled and not may_be_shown(strays, varies):
                 del self.settled[k], self.anchors[k]
                 self.lost[k] = strays
             elif k in self.settled:

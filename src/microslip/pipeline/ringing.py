@@ -47,11 +47,12 @@ class Rung(NamedTuple):
         As given; of a motion that goes on to vary, its mean over the last blocks.
     state : State
     doubt : float
-        How far cycles of the last two blocks stray from their means, and these from the amplitude, relative.
+        How far cycles of the last two blocks stray from their means, these from the amplitude, and that from
+        the one given beyond what it varies by, relative.
     cycles : int
         Spent.
     varies : float
-        The former of these where it does not decay, else zero.
+        The first of these where it goes on, else zero.
     """
 
     amplitude: complex

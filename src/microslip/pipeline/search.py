@@ -32,7 +32,7 @@ from microslip.pipeline.neighbours import around, leaving, within_a_branch
 from microslip.pipeline.stepping import ACCURACY, Stepping, refined_anchors, taken
 from microslip.pipeline.stepping import BY_INDEX as OF_STEPS
 from microslip.pipeline.targets import LEFT, STEPS, TOLERANCE, Found, Lost, Stepped, Target
-from microslip.pipeline.walk import DOUBTFUL
+from microslip.pipeline.walk import may_be_shown
 from microslip.typing import Array
 
 BY_INDEX, INDICES = ("anchors", "found", "lost"), ("fell", "ended", "tried", "finer")
@@ -155,7 +155,7 @@ class Search:
         for k in self.settled:
             anchor, strays = self.anchors[k], self.stepping.strays.get(k, 0.0)
             varies = self.stepping.varies.get(k, 0.0)
-            if varies > LEAVES or strays - varies > DOUBTFUL:
+            if not may_be_shown(strays, varies):
                 del self.anchors[k], self.found[k]
                 reason = VARIES.format(varies) if varies > LEAVES else LEFT
                 self.lost[k] = Lost(reason, 0, left=True)
@@ -334,7 +334,7 @@ class Search:
         left = answer.own and k in self.anchors and min(apart) > BRANCH
         if left:  # the motion that was taken for steady has left its branch
             self._leave(k, abs(answer.amplitude))
-        if answer.varies > LEAVES or not answer.doubt - answer.varies <= DOUBTFUL:
+        if not may_be_shown(answer.doubt, answer.varies):
             settled = k in self.anchors and self.anchors[k].change <= TOLERANCE
             varies = answer.varies > LEAVES and min(apart, default=0.0) <= BRANCH
             if left or (varies and (answer.own or not settled)):

@@ -131,10 +131,6 @@ class Stepping:
         own: dict[str, Any] = {name: dict(getattr(self, name)) for name in BY_INDEX}
         return replace(self, **own)
 
-    def doubt(self, k: int) -> float:
-        """How well the amplitude of a state is known at best, relative: what motions beside it do."""
-        return max(self.strays.get(k, 0.0), self.drifts.get(k, 0.0))
-
     def anew(self, states: Mapping[int, Stepped]) -> Stepping:
         """Of a search begun anew with more steps: the largest error that states with these have alone."""
         left = [change / (REFINEMENT - 1) for change in self._changes(states).values()]

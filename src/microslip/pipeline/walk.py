@@ -121,6 +121,11 @@ def seek(joint: PreparedJoint, target: Target) -> Found | Lost:
     return replace(found, cycles=search.spent, fell=fell, opens=search.opened)
 
 
+def may_be_shown(doubt: float, varies: float) -> bool:
+    """Whether a motion may be shown by its mean, of whose doubt so much is what it varies by, relative."""
+    return varies <= LEAVES and doubt - varies <= DOUBTFUL
+
+
 def _apart(one: Found, other: Found) -> float:
     """By how much one is larger, in logarithm."""
     return float(np.log(abs(one.amplitude) / abs(other.amplitude)))
@@ -153,7 +158,7 @@ class _Seeking:
     def stays(self, found: Found) -> Found | None:
         """The same, unless motions leave it."""
         more = self._sought_on(found.amplitude, found.state)
-        if more.varies <= LEAVES and more.strays - more.varies <= DOUBTFUL:
+        if may_be_shown(more.strays, more.varies):
             doubt = max(found.doubt, more.strays - more.varies) + more.varies
             return replace(found, doubt=doubt, varies=more.varies, more=more)
         self.larger = max(self.larger, abs(found.amplitude))

@@ -47,11 +47,12 @@ class Stay(NamedTuple):
         First harmonic: of the periodic motion, or of what varies about an unstable one, its mean size with
         the phase of its mean.
     strays : float
-        How far the size strays from that, relative; zero of a stable motion, infinite where motions leave.
+        How far the size strays from that, and that from what it was before, relative; zero of a stable
+        motion, infinite where motions leave.
     cycles : int
         Spent.
     varies : float
-        The same where it was seen to go on so: neither farther from cycle to cycle nor less far than before.
+        The former where it was seen to go on: neither farther from cycle to cycle nor less far than before.
     """
 
     amplitude: complex
