@@ -2,10 +2,10 @@
 
 Steady states of the full joint are found where the response under a load is least known: first at its
 resonance, half-power points and ends, from the answers of the refined model, then in the middle of the
-stretches of frequencies whose bound (`analyses.reduced.anchors`) is above what the file asks for, each
-started from the states to either side. At the finest every frequency is one. Where the size jumps between two
-frequencies, the smaller is sought again from the larger: a branch is followed to its end, and the jump lies
-where that is. The search ends when the bound holds everywhere, or with what it may cost.
+stretches of frequencies whose bound (`analyses.reduced.through_anchors`) is above what the file asks for,
+each started from the states to either side. At the finest every frequency is one. Where the size jumps
+between two frequencies, the smaller is sought again from the larger: a branch is followed to its end, and the
+jump lies where that is. The search ends when the bound holds everywhere, or with what it may cost.
 
 Where the first of them show that their time steps err by more than is asked for, all of it begins anew with
 four times as many. What has settled is sought on with four times the steps (`more_steps`), and is none where

@@ -11,8 +11,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from microslip.analyses.reduced.anchors import JUMP, Held, step_of
+from microslip.analyses.reduced.anchors import JUMP, step_of
 from microslip.analyses.reduced.surface import Contours
+from microslip.analyses.reduced.through_anchors import Held
 from microslip.analyses.time.starts import Start
 from microslip.describe.requests import MARCHED_EACH
 from microslip.pipeline.neighbours import around, larger_sides

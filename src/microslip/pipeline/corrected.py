@@ -1,7 +1,7 @@
 """The refined model corrected by a few steady states: right on strongly coupled joints, in seconds.
 
 What the refined table misses, ``correction = kappa - kappa_table(|A|, omega)``, is a smooth function along
-a response (`analyses.reduced.anchors`). Here it is tabulated: steady states of the full joint by time
+a response (`analyses.reduced.through_anchors`). Here it is tabulated: steady states of the full joint by time
 integration at the resonance, about half power, farther out and at the ends of the band, then in the middle
 of those stretches of the response that the others predict worst, as many as the file allows and no more;
 with four times the time steps where the first show that these err by more than is asked for. Each
@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from microslip.analyses.prepared.joint import PreparedJoint
-from microslip.analyses.reduced.anchors import Anchor, Held, anchor_at, held
+from microslip.analyses.reduced.anchors import Anchor, anchor_at
 from microslip.analyses.reduced.response import NO_DIGIT, Response, held_to
 from microslip.analyses.reduced.surface import (
     Contours,
@@ -30,6 +30,7 @@ from microslip.analyses.reduced.surface import (
     largest,
     load_surface,
 )
+from microslip.analyses.reduced.through_anchors import Held, held
 from microslip.analyses.time.offset import BRANCH
 from microslip.analyses.time.readings import opening_of
 from microslip.analyses.time.scheme import time_scheme

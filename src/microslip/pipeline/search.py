@@ -13,16 +13,10 @@ from typing import Any
 import numpy as np
 
 from microslip.analyses.prepared.joint import PreparedJoint
-from microslip.analyses.reduced.anchors import (
-    JUMP,
-    Anchor,
-    Held,
-    anchor_at,
-    branches,
-    held,
-)
+from microslip.analyses.reduced.anchors import JUMP, Anchor, anchor_at, branches
 from microslip.analyses.reduced.response import NO_DIGIT, Response
 from microslip.analyses.reduced.surface import LoadSurface
+from microslip.analyses.reduced.through_anchors import Held, held
 from microslip.analyses.time.offset import BRANCH
 from microslip.analyses.time.staying import LEAVES
 from microslip.analyses.time.step_refinement import REFINEMENT

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 import microslip
-from microslip.analyses.reduced.anchors import anchor_at, branches, held
+from microslip.analyses.reduced.anchors import anchor_at, branches
 from microslip.analyses.reduced.missed import correction, missed_by_others
 from microslip.analyses.reduced.refined import load_offset, refined_table
 from microslip.analyses.reduced.response import answers, forced_response
 from microslip.analyses.reduced.surface import contours, load_surface
+from microslip.analyses.reduced.through_anchors import held
 from microslip.analyses.reduced.two_mode import two_mode_model
 from microslip.analyses.statics.held import hold_mode
 from microslip.errors import MicroslipError
@@ -103,6 +104,44 @@ def test_the_bound_falls_with_more_anchors(flawed):
         error = held(surface, LOAD, anchors).error
         medians.append(np.median(error[np.isfinite(error)]))
     assert medians[1] < 0.5 * medians[0]
+
+
+def bump(f):
+    """A flaw that both flanks of a resonance know nothing of, on its lower side."""
+    return 0.02 * np.exp(-(((f - 172.0) / 2.0) ** 4))
+
+
+def test_what_the_table_misses_of_sizes_between_far_ones_is_not_known(flawed):
+    """None of it at either end of a stretch over which the size doubles, and much in between."""
+    surface, _ = flawed
+    exact = largest_of(contours(surface, LOAD, bump(FREQUENCY)), len(FREQUENCY))
+    chosen = np.flatnonzero(bump(FREQUENCY) < 1e-6)
+    anchors = {int(k): anchor_at(surface, FREQUENCY[k], LOAD, exact[k]) for k in chosen}
+    left, right = (
+        chosen[np.diff(chosen, append=-1) > 1][0],
+        chosen[np.diff(chosen, prepend=0) > 1][0],
+    )
+    assert np.log(abs(exact[right]) / abs(exact[left])) > 0.4
+    found = held(surface, LOAD, anchors)
+    between = np.arange(left + 1, right)
+    off = np.abs(np.abs(found.amplitude) / np.abs(exact) - 1)[between]
+    assert (off > 0.01).any()
+    assert (found.error[between][off > 0.01] > 0.01).all()
+
+
+def test_sizes_are_known_where_the_phase_scatters(flawed):
+    """As locked-in tractions make it on a resonance: the size is smooth, the phase known to a third of a
+    radian."""
+    surface, exact = flawed
+    turned = exact * np.exp(0.3j * np.random.default_rng(5).standard_normal(len(exact)))
+    anchors = {
+        k: replace(anchor_at(surface, FREQUENCY[k], LOAD, turned[k]), scatter=np.nan)
+        for k in range(0, len(FREQUENCY), 2)
+    }
+    found = held(surface, LOAD, anchors)
+    off = np.abs(np.abs(found.amplitude) / np.abs(exact) - 1)
+    assert (off <= found.error).mean() >= 0.95
+    assert np.median(found.error) < 0.01
 
 
 def test_above_the_table_the_steady_states_alone_tell(flawed):

@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from microslip.analyses.reduced.anchors import Held
 from microslip.analyses.reduced.band import (
     FINEST,
     MOST,
@@ -27,6 +26,7 @@ from microslip.analyses.reduced.response import (
 )
 from microslip.analyses.reduced.sweep import CONVERGED
 from microslip.analyses.reduced.table import EquivalentTable
+from microslip.analyses.reduced.through_anchors import Held
 from microslip.analyses.reduced.two_mode import TwoModeModel
 
 OMEGA = 2 * np.pi * 175.0

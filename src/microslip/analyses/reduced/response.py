@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
-from microslip.analyses.reduced.anchors import Anchor, Held
+from microslip.analyses.reduced.anchors import Anchor
 from microslip.analyses.reduced.curve import table_curve
 from microslip.analyses.reduced.sweep import (
     CONVERGED,
@@ -19,6 +19,7 @@ from microslip.analyses.reduced.sweep import (
     sweep,
 )
 from microslip.analyses.reduced.table import EquivalentTable
+from microslip.analyses.reduced.through_anchors import Held
 from microslip.analyses.reduced.two_mode import TwoModeModel
 from microslip.brief import Brief
 from microslip.errors import MicroslipError
