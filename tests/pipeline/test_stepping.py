@@ -146,6 +146,19 @@ def test_states_of_few_steps_are_no_better_known_for_others_of_more_beside_them(
     assert error[20] == 0.04
 
 
+def test_the_mean_of_what_beats_with_more_steps_has_the_error_of_more_steps():
+    """Two neighbours that four times the steps move by a hundredth, and between them two motions that beat:
+    of one the mean with more steps is known, the other is as few steps have it."""
+    states = {k: Stepped(1.0, 1.0 + 0j, None, STEPS) for k in (0, 5, 10, 15)}
+    sought_on = {0: 1.01, 5: 1.008, 10: None, 15: 1.01}
+    known = Stepping(sought_on=sought_on, strays={5: 0.02, 10: 0.02})
+    found = refined(states, known, [], 16)
+    assert found.amplitude[5] == 1.008
+    before = 0.01 * REFINEMENT / (REFINEMENT - 1)
+    assert found.error[[0, 5, 15]] == pytest.approx(before / REFINEMENT)
+    assert found.error[10] == pytest.approx(before)
+
+
 def test_where_no_state_settles_with_more_steps_the_error_is_that_of_the_first():
     states = {k: Stepped(1.0, 1.0 + 0j, None, STEPS) for k in range(4)}
     first = {0: 1.03, 1: 1.001, 2: None, 3: 1.2}

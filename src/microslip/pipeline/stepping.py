@@ -153,7 +153,8 @@ def refined(
 
     Where errors fall no faster than with the number of steps, k times as many that change an amplitude by d
     leave d/(k - 1), and there was d k/(k - 1) before. The latter counts, the larger to either side of those
-    with as many steps, for states that are not sought on or do not settle; with k times as many, that over k.
+    with as many steps, for states that are not sought on or do not settle; with k times as many, that over k,
+    as of a motion that beats and whose mean is that with more steps.
 
     Parameters
     ----------
@@ -178,7 +179,7 @@ def refined(
     of_more |= {k: before[k] for k in finer if k in before}
     beside = [_larger_beside(one, count, known.unknown) for one in (of_few, of_more)]
     for k in {*states, *others} - set(left):
-        left[k] = float(beside[k in finer][k])
+        left[k] = float(beside[k in finer or k in amplitude][k])
     return Refined(amplitude, _larger_beside(left, count, known.unknown))
 
 
