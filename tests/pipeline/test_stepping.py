@@ -159,6 +159,16 @@ def test_the_mean_of_what_beats_with_more_steps_has_the_error_of_more_steps():
     assert found.error[10] == pytest.approx(before)
 
 
+def test_what_falls_with_more_steps_says_nothing_of_those_beside_it():
+    """The last of a branch is a tenth as large with four times the steps; the next beats, and has the error
+    of the one beyond."""
+    states = {k: Stepped(1.0, 1.0 + 0j, None, STEPS) for k in (0, 5, 10)}
+    known = Stepping(sought_on={0: 0.1, 5: 1.002, 10: 1.003}, strays={5: 0.01})
+    error = refined(states, known, [], 11).error
+    assert error[0] == pytest.approx(0.9 * REFINEMENT / (REFINEMENT - 1))
+    assert error[[5, 10]] == pytest.approx(0.003 / (REFINEMENT - 1))
+
+
 def test_where_no_state_settles_with_more_steps_the_error_is_that_of_the_first():
     states = {k: Stepped(1.0, 1.0 + 0j, None, STEPS) for k in range(4)}
     first = {0: 1.03, 1: 1.001, 2: None, 3: 1.2}

@@ -9,7 +9,7 @@ frequencies the larger of two errors counts.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
@@ -174,13 +174,26 @@ def refined(
     before = {k: BEFORE * _changed(states[k], Q) for k, Q in settled.items()}
     left = {k: before[k] / REFINEMENT if k in amplitude else before[k] for k in before}
     finer = {k for k, one in states.items() if one.steps > known.steps}
-    of_few = known.off | {k: e for k, e in before.items() if k not in finer}
-    of_more = {k: e / REFINEMENT for k, e in of_few.items()}
-    of_more |= {k: before[k] for k in finer if k in before}
-    beside = [_larger_beside(one, count, known.unknown) for one in (of_few, of_more)]
+    same = {k: e for k, e in before.items() if k in amplitude}
+    few, more = _few_and_more(known.off, before, finer)
+    beside_few, beside_more, beside_same = (
+        _larger_beside(one, count, known.unknown)
+        # what becomes another motion says nothing of the steps of those that do not
+        for one in (few, more, _few_and_more(known.off, same, finer)[1])
+    )
     for k in {*states, *others} - set(left):
-        left[k] = float(beside[k in finer or k in amplitude][k])
+        beside = beside_same if k in amplitude else beside_more if k in finer else beside_few
+        left[k] = float(beside[k])
     return Refined(amplitude, _larger_beside(left, count, known.unknown))
+
+
+def _few_and_more(
+    off: Mapping[int, float], before: Mapping[int, float], finer: Container[int]
+) -> tuple[dict[int, float], dict[int, float]]:
+    """Errors of states with the fewest steps, and of states with more: known of some, of others a share."""
+    few = {**off, **{k: e for k, e in before.items() if k not in finer}}
+    more = {k: e / REFINEMENT for k, e in few.items()}
+    return few, more | {k: e for k, e in before.items() if k in finer}
 
 
 def refined_anchors(

@@ -9,9 +9,7 @@ How right is measured by leaving anchors out: the correction of each is predicte
 the ends of a branch by a straight line. That spans twice the distance; those close by on the other side are
 left out as well. The most that it misses at the two
 anchors around bounds the error in between, in the shape ``4 t (1 - t)``; to it comes the median of what is
-missed at the nearest of them, as resonances of upper modes may lie between two anchors that agree. What the
-table misses may change with the size, and be the same at two: where their sizes differ by more than half, the
-error in between is no less than by how much. Tractions
+missed at the nearest of them, as resonances of upper modes may lie between two anchors that agree. Tractions
 that are locked in make steady states scatter: they depend on what was before. So an anchor is not known
 better than it differs from that of another past, nor than most of those about it do from theirs. What the
 others miss says nothing of the anchor itself: amplitudes may rise in steps, each of which is what it is.
@@ -23,8 +21,12 @@ Far above the table, and close to a fold, the table is no help. There kappa itse
 bounded in the same way. Close to where a branch ends at resonance the phase turns quickly and scatters with
 whatever the past has locked in, a hundred times as much as the size, and kappa with it. There the logarithm
 of Q is interpolated, and what is missed of the size alone bounds it: of one number instead of two, so that it
-may be small by chance, and the most of the four anchors around counts. At every frequency that of the three
-whose bound is smallest is the answer.
+may be small by chance. The most at this stretch and the next ones counts, and twice what is usual about it.
+At every frequency that of the three whose bound is smallest is the answer. No bound is one of the phase.
+
+What the table misses may change with the size, and be the same at two sizes. Where those of two anchors
+differ by more than half, the table is believed no more than one of the other two curves says: their
+difference, and the bound of that.
 """
 
 from __future__ import annotations
@@ -37,7 +39,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from microslip.analyses.reduced.anchors import JUMP, Anchor, branches, step_of, vary_between
-from microslip.analyses.reduced.missed import correction, missed_across, missed_by_others
+from microslip.analyses.reduced.missed import HALF, correction, missed_across, missed_by_others
 from microslip.analyses.reduced.surface import LoadSurface, contours, stiffness
 from microslip.analyses.reduced.two_mode import TwoModeModel
 from microslip.brief import Brief
@@ -54,7 +56,7 @@ NEAREST = 9
 
 WIDER = 2.0
 """Times what one in nine scatters by more than: where pasts scatter as a normal distribution does, a third
-differs from the first by more at one in forty."""
+differs from the first by more at one in forty. And times what is usually missed of a size alone."""
 
 SETTLED = 1e-5
 """Change over a cycle above which a motion may be on its way: where it is not known how that scatters, what
@@ -160,8 +162,8 @@ def held(
         over, folded[inside] = _over_table(part, load, x, known)
         found = (over, _alone(part, load, x, known), _of_its_size(part, x, known))
         share = np.array([one.error for one in found])
-        share[0] = np.maximum(share[0], _too_far(known, run, inside))
         better = np.argmin(share, axis=0)
+        share[0] = np.maximum(share[0], _unless_others_agree(found, _too_far(known, run, inside)))
         columns = np.arange(len(inside))
         amplitude[inside] = np.array([one.amplitude for one in found])[better, columns]
         left, right = _around(run, inside)
@@ -192,6 +194,17 @@ def _too_far(known: Sequence[Anchor], run: Indices, inside: Indices) -> Array:
     for i in np.flatnonzero(steps > FAR):
         far[run[i] - run[0] + 1 : run[i + 1] - run[0]] = steps[i]
     return far
+
+
+def _unless_others_agree(found: Sequence[Held], far: Array) -> Array:
+    """What the first curve may be off by, as much as `far` or as it is off another and that by its bound."""
+    size = np.abs([one.amplitude for one in found])
+    with np.errstate(invalid="ignore", divide="ignore"):
+        said = [
+            one.error + np.abs(np.log(own / size[0]))
+            for one, own in zip(found[1:], size[1:], strict=True)
+        ]
+    return np.minimum(far, np.nan_to_num(np.min(said, axis=0), nan=np.inf))
 
 
 def _over_table(
@@ -249,11 +262,19 @@ def _bound_of_size(x: Array, y: Complex, at: Array) -> Array:
     missed = missed_by_others(x, y)
     begin, end = (np.abs(one.real) for one in missed_across(x, y, missed))
     left, t = _place(x, at)
-    sides = np.maximum(begin, end)
-    last = len(sides) - 1
-    around = (np.maximum(left - 1, 0), left, np.minimum(left + 1, last))
-    most = np.max([sides[i] for i in around], axis=0)
-    return _arched(most, t) + np.interp(at, x, _usual(np.abs(missed.real)))
+    most = _most_beside(np.diff(x), np.maximum(begin, end))[left]
+    usual = WIDER * np.interp(at, x, _usual(np.abs(missed.real)))
+    return np.asarray(np.expm1(_arched(most, t) + usual))
+
+
+def _most_beside(width: Array, missed: Array) -> Array:
+    """The most that is missed at a stretch and at the next to either side that is not much narrower."""
+    most = missed.copy()
+    for j in range(len(width)):
+        wide = np.flatnonzero(width >= HALF * width[j])
+        i = int(np.searchsorted(wide, j))
+        most[j] = missed[wide[max(i - 1, 0) : i + 2]].max()
+    return most
 
 
 def _place(x: Array, at: Array) -> tuple[Indices, Array]:
@@ -330,7 +351,7 @@ def _missed_of(surface: LoadSurface, load: float, x: Array, known: Sequence[Anch
         grown = _grown(missed * model.omega**2 / Z) / np.clip(slope, 0.0, 1.0)
     of_size = np.abs(missed_by_others(x, _logarithm(known)).real)
     # of one number, which may be small by chance
-    return np.asarray(np.minimum(grown, np.maximum(of_size, _usual(of_size))))
+    return np.minimum(grown, np.expm1(np.maximum(of_size, WIDER * _usual(of_size))))
 
 
 def _usual(missed: Array) -> Array:
