@@ -129,10 +129,29 @@ def test_what_the_table_misses_of_sizes_between_far_ones_is_not_known(flawed):
     assert (found.error[between][off > 0.01] > 0.01).all()
 
 
-def test_sizes_are_known_where_the_phase_scatters(flawed):
-    """As locked-in tractions make it on a resonance: the size is smooth, the phase known to a third of a
-    radian."""
+def test_far_sizes_widen_the_bound_and_move_no_answer(flawed, monkeypatch):
     surface, exact = flawed
+    chosen = np.linspace(0, len(FREQUENCY) - 1, 12).astype(int)
+    anchors = {int(k): anchor_at(surface, FREQUENCY[k], LOAD, exact[k]) for k in chosen}
+    far = held(surface, LOAD, anchors)
+    monkeypatch.setattr("microslip.analyses.reduced.through_anchors.FAR", np.inf)
+    near = held(surface, LOAD, anchors)
+    np.testing.assert_array_equal(far.amplitude, near.amplitude)
+    wider = far.error > near.error
+    assert wider.any()
+    step = np.abs(np.diff(np.log(np.abs(exact[chosen]))))
+    stretch = np.searchsorted(chosen, np.flatnonzero(wider)) - 1
+    assert (step[stretch] > 0.4).all()
+    assert (far.error[wider] <= near.error[wider] + step[stretch]).all()
+    assert (far.error >= near.error).all()
+
+
+@pytest.mark.parametrize("shift", [0.0, -2.0])
+def test_sizes_are_known_where_the_phase_scatters(flawed, shift):
+    """As locked-in tractions make it on a resonance: the size is smooth, the phase known to a third of a
+    radian; the second one passes half a turn."""
+    surface, exact = flawed
+    exact = exact * np.exp(1j * shift)
     turned = exact * np.exp(0.3j * np.random.default_rng(5).standard_normal(len(exact)))
     anchors = {
         k: replace(anchor_at(surface, FREQUENCY[k], LOAD, turned[k]), scatter=np.nan)
@@ -142,6 +161,21 @@ def test_sizes_are_known_where_the_phase_scatters(flawed):
     off = np.abs(np.abs(found.amplitude) / np.abs(exact) - 1)
     assert (off <= found.error).mean() >= 0.95
     assert np.median(found.error) < 0.01
+    assert np.abs(np.angle(found.amplitude / exact)).max() < 1.2
+
+
+def test_a_size_that_is_missed_by_little_by_chance_is_not_known_better(flawed):
+    """Sizes beyond two anchors to either side are four per cent off, so that all others make of those two
+    what they are."""
+    surface, exact = flawed
+    scattered = exact * np.exp(0.3j * np.random.default_rng(5).standard_normal(len(exact)))
+    k, off = 30, np.zeros(len(exact))
+    off[[k - 4, k + 6]] = 0.04
+    anchors = {
+        j: anchor_at(surface, FREQUENCY[j], LOAD, scattered[j] * (1 + off[j]))
+        for j in range(0, len(FREQUENCY), 2)
+    }
+    assert held(surface, LOAD, anchors).error[k + 1] > 0.01
 
 
 def test_above_the_table_the_steady_states_alone_tell(flawed):
