@@ -304,7 +304,10 @@ def test_between_states_that_more_steps_have_moved_others_are_sought(refined, mo
     new = np.array(asked[began:])
     print(f"{began} and {len(new)} more, off by {off.max():.1e}")
     assert 0 < len(new) < began
-    assert (np.abs(new - BUMP) < 20).all()
+    # of a state that moves others make less, and it of the next: the stretches that both end are widened
+    first = np.sort(asked[:began])
+    i = np.searchsorted(first, BUMP)
+    assert ((first[i - 3] < new) & (new < first[i + 2])).all()
     assert sorted(sought_on) == sorted(asked), "each once"
     assert (found.error_indicator <= 0.01).all()
     assert (off <= found.error_indicator).all()
