@@ -140,7 +140,7 @@ def test_between_states_that_more_steps_have_moved_others_are_sought(done, monke
     new = np.setdiff1d(*([one.frequency for one in c.anchors] for c in (curve, plain)))
     print(f"{before} and {len(new)} more: {new - peak}")
     assert 0 < len(new) < before
-    assert len(sought_on) == before + len(new)
+    assert set(new) <= {one.frequency for one in sought_on.values()}
     assert (np.abs(new - peak) < 5.0).all()
 
 

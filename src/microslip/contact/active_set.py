@@ -56,7 +56,7 @@ FULL, WORST, LEAST_INDEX, HALVED, LEMKE, NOT_SOLVED = 0, 1, 2, 3, 4, 5
 @jit
 def _judge(problem, vt_old, contact, slack, rule, wanted):
     """New states into `wanted`: how many differ, and the pair that may change alone."""
-    W, mu, force = problem.W, problem.friction, problem.force
+    own, mu, force = problem.diagonal, problem.friction, problem.force
     status, r, v = contact.status, contact.r, contact.v
     changes = 0
     worst = 0.0
@@ -66,7 +66,7 @@ def _judge(problem, vt_old, contact, slack, rule, wanted):
         new = state
         size = 0.0
         if state == SEPARATED:
-            e = v[2 * i] / (W[2 * i, 2 * i] * force[i])
+            e = v[2 * i] / (own[2 * i] * force[i])
             if e > slack:
                 slip = v[2 * i + 1] - vt_old[i]
                 new = STICK
@@ -84,7 +84,7 @@ def _judge(problem, vt_old, contact, slack, rule, wanted):
                     new = FORWARD if r[2 * i + 1] > 0.0 else BACKWARD
                     size = over
             else:
-                slip = (v[2 * i + 1] - vt_old[i]) / (W[2 * i + 1, 2 * i + 1] * force[i])
+                slip = (v[2 * i + 1] - vt_old[i]) / (own[2 * i + 1] * force[i])
                 if state == BACKWARD:
                     slip = -slip
                 if slip < -slack:

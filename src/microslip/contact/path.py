@@ -17,6 +17,7 @@ from microslip.contact.solver import CERTIFICATE, PLANAR, ContactSolver, singula
 from microslip.contact.unsolved import NOTHING_HOLDS
 from microslip.errors import ContactError
 from microslip.model.flexibility import Flexibility
+from microslip.numerics.execute import one_thread
 from microslip.typing import Array, Status
 
 FRICTION, NORMAL = 0, 1
@@ -148,7 +149,7 @@ def follow_path(
     )
     record.r[0], record.v[0], record.q[0] = solver.r, solver.v, solver.q
     record.status[0] = solver.status
-    with singularity_named():
+    with singularity_named(), one_thread():
         failed = march(
             solver.problem,
             solver.memory,

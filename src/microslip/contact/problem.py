@@ -13,7 +13,7 @@ from scipy.linalg import lapack
 
 from microslip.contact.compiled import jit
 from microslip.contact.pairs import SEPARATED, STICK
-from microslip.contact.tableau import add_rows
+from microslip.contact.symmetric import symmetric_product
 from microslip.errors import ContactError
 from microslip.typing import Array, Status
 
@@ -35,6 +35,8 @@ class Problem(NamedTuple):
         Of the diagonal of W: reactions times this are kept in the tableau.
     tolerance : float
         Violation of an inequality, relative to `force`, up to which a state stays.
+    diagonal : (2 m,) array
+        Of W, whose own lies far apart in memory.
     """
 
     W: Array
@@ -45,6 +47,7 @@ class Problem(NamedTuple):
     force: Array
     mean: float
     tolerance: float
+    diagonal: Array
 
 
 class Given(NamedTuple):
@@ -89,13 +92,14 @@ def contact_problem(
     W: Array, R: Array, stiffness: Array, friction: Array, force: Array, tolerance: float
 ) -> Problem:
     """Arrays of a contact problem and the scales that make its equations comparable."""
-    mean = float(np.mean(np.diag(W)))
+    diagonal = np.ascontiguousarray(np.diag(W), dtype=float)
+    mean = float(np.mean(diagonal))
     top = np.abs(R).max(axis=0, initial=0.0)
     scale = np.where(top > 0, mean / np.where(top > 0, top, 1), 1.0)
     W, R, stiffness, friction, force = (
         np.ascontiguousarray(a, dtype=float) for a in (W, R, stiffness, friction, force)
     )
-    return Problem(W, R, stiffness, scale, friction, force, mean, tolerance)
+    return Problem(W, R, stiffness, scale, friction, force, mean, tolerance, diagonal)
 
 
 def check_flexibility(W: Array) -> bool:
@@ -133,16 +137,13 @@ def check_flexibility(W: Array) -> bool:
 
 @jit
 def relative_displacement(v, v_free, W, R, r, q):
-    """Compute ``v = v_free + R q - W r`` row by row of the symmetric W, zero reactions skipped."""
-    n = v.shape[0]
-    for i in range(n):
-        s = -v_free[i]
+    """Compute ``v = v_free + R q - W r``; W is symmetric."""
+    symmetric_product(W, r, v)
+    for i in range(v.shape[0]):
+        s = v_free[i]
         for a in range(q.shape[0]):
-            s -= R[i, a] * q[a]
-        v[i] = s
-    add_rows(W, r, v)
-    for i in range(n):
-        v[i] = -v[i]
+            s += R[i, a] * q[a]
+        v[i] = s - v[i]
 
 
 @jit
@@ -153,7 +154,7 @@ def natural_residual(problem, given, contact):
     displacement is measured in units of the pair's own compliance, and the imbalance of the
     coordinates q; `v` belongs to `r` and `q`.
     """
-    W, R, stiffness = problem.W, problem.R, problem.stiffness
+    own, R, stiffness = problem.diagonal, problem.R, problem.stiffness
     mu, force = problem.friction, problem.force
     f_q, vt_old = given.f_q, given.vt_old
     r, q, v = contact.r, contact.q, contact.v
@@ -161,9 +162,9 @@ def natural_residual(problem, given, contact):
     for i in range(mu.shape[0]):
         rn = r[2 * i]
         rt = r[2 * i + 1]
-        en = abs(rn - max(0.0, rn + v[2 * i] / W[2 * i, 2 * i]))
+        en = abs(rn - max(0.0, rn + v[2 * i] / own[2 * i]))
         bound = mu[i] * max(rn, 0.0)
-        trial = rt + (v[2 * i + 1] - vt_old[i]) / W[2 * i + 1, 2 * i + 1]
+        trial = rt + (v[2 * i + 1] - vt_old[i]) / own[2 * i + 1]
         et = abs(rt - min(max(trial, -bound), bound))
         worst = max(worst, max(en, et) / force[i])
         if not (en < np.inf and et < np.inf):
@@ -185,7 +186,7 @@ def natural_residual(problem, given, contact):
 @jit
 def unbalance(problem, given, contact):
     """Largest relative violation of the equations of the states by a solution and its v."""
-    W, R, stiffness, force = problem.W, problem.R, problem.stiffness, problem.force
+    own, R, stiffness, force = problem.diagonal, problem.R, problem.stiffness, problem.force
     f_q, vt_old = given.f_q, given.vt_old
     status, r, q, v = contact.status, contact.r, contact.q, contact.v
     worst = 0.0
@@ -193,10 +194,10 @@ def unbalance(problem, given, contact):
     for i in range(status.shape[0]):
         if status[i] == SEPARATED:
             continue
-        e = abs(v[2 * i]) / (W[2 * i, 2 * i] * force[i])
+        e = abs(v[2 * i]) / (own[2 * i] * force[i])
         total += force[i]
         if status[i] == STICK:
-            e = max(e, abs(v[2 * i + 1] - vt_old[i]) / (W[2 * i + 1, 2 * i + 1] * force[i]))
+            e = max(e, abs(v[2 * i + 1] - vt_old[i]) / (own[2 * i + 1] * force[i]))
         if not e < np.inf:
             return np.inf
         worst = max(worst, e)

@@ -49,7 +49,7 @@ def recall(problem, memory, status, r, slip):
             memory.direction[i, 0], memory.direction[i, 1] = 1.0, 0.0
             memory.resistance[i] = 0.0
             continue
-        _, rho = own_stiffness(problem.W, i)
+        _, rho = own_stiffness(problem.diagonal, i)
         moved = np.sqrt(slip[t] ** 2 + slip[t + 1] ** 2)
         memory.direction[i, 0] = r[t] / size
         memory.direction[i, 1] = r[t + 1] / size

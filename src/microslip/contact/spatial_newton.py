@@ -98,13 +98,13 @@ def read_states(problem, memory, vt_old, contact, stretch):
 
     The scale rho of every pair is `stretch` times its own stiffness.
     """
-    W, mu, force = problem.W, problem.friction, problem.force
+    own, mu, force = problem.diagonal, problem.friction, problem.force
     status, r, v = contact.status, contact.r, contact.v
     direction, resistance = memory.direction, memory.resistance
     worst = 0.0
     for i in range(status.shape[0]):
         n = 3 * i
-        rho_n, rho_t = own_stiffness(W, i)
+        rho_n, rho_t = own_stiffness(own, i)
         s1, s2 = v[n + 1] - vt_old[i, 0], v[n + 2] - vt_old[i, 1]
         y1, y2 = r[n + 1] + rho_t * s1, r[n + 2] + rho_t * s2
         e = off_cone(r[n], r[n + 1], r[n + 2], r[n] + rho_n * v[n], y1, y2, mu[i]) / force[i]

@@ -14,10 +14,10 @@ from microslip.contact.problem import relative_displacement
 
 
 @jit
-def own_stiffness(W, i):
-    """Stiffness of pair i when all others are free of reactions: normal, and mean tangential."""
+def own_stiffness(own, i):
+    """Stiffness of pair i when all others are free of reactions, normal and mean tangential; W's diagonal."""
     n = 3 * i
-    return 1.0 / W[n, n], 2.0 / (W[n + 1, n + 1] + W[n + 2, n + 2])
+    return 1.0 / own[n], 2.0 / (own[n + 1] + own[n + 2])
 
 
 @jit
@@ -34,7 +34,7 @@ def off_cone(rn, r1, r2, trial_n, y1, y2, mu):
 def residual_of_pair(problem, vt_old, r, v, i):
     """Natural map of one pair, ``|r - proj(r + rho (v - v_old))|``, over its typical force."""
     n = 3 * i
-    rho_n, rho_t = own_stiffness(problem.W, i)
+    rho_n, rho_t = own_stiffness(problem.diagonal, i)
     y1 = r[n + 1] + rho_t * (v[n + 1] - vt_old[i, 0])
     y2 = r[n + 2] + rho_t * (v[n + 2] - vt_old[i, 1])
     trial = r[n] + rho_n * v[n]

@@ -205,7 +205,7 @@ def proximal(problem, memory, given, contact):
     relative_displacement(settled.v, given.v_free, problem.W, problem.R, settled.r, settled.q)
     last = natural_residual(problem, given, settled)
     other = _empty_memory(memory)
-    W = problem.W.copy()
+    W, diagonal = problem.W.copy(), problem.diagonal.copy()
     softer = Problem(
         W,
         problem.R,
@@ -215,12 +215,14 @@ def proximal(problem, memory, given, contact):
         problem.force,
         problem.mean,
         problem.tolerance,
+        diagonal,
     )
     v_free = np.empty(n)
     pushed = Given(v_free, given.f_q, given.vt_old)
     for step in range(PROXIMAL_STEPS):
         for i in range(n):
-            W[i, i] = problem.W[i, i] + share * problem.mean
+            diagonal[i] = problem.diagonal[i] + share * problem.mean
+            W[i, i] = diagonal[i]
         v_free[:] = given.v_free + share * problem.mean * settled.r
         other.flags[MADE] = False
         contact.r[:] = settled.r

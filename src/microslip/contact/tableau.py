@@ -35,8 +35,8 @@ from microslip.contact.compiled import jit
 from microslip.contact.pairs import BACKWARD, FORWARD, SEPARATED, STICK
 from microslip.typing import Array, Mask
 
-LARGE = 48
-"""Components exchanged at once from which on the library's blocked routines are faster."""
+LARGE, LARGEST = 48, 160
+"""Components exchanged at once from which on the library inverts, and multiplies, faster."""
 
 SINGULAR = 1e-13
 """Smallest pivot over the largest entry of its row."""
@@ -157,12 +157,15 @@ def solve_small(C, X):
 
 @jit
 def _subtract_product(M, X, Y):
-    """``M -= X @ Y`` in place, for few rows of Y, by blocks of four by four that stay in registers."""
+    """``M -= X @ Y`` in place, for few rows of Y, by blocks of four by four that stay in registers.
+
+    As many as a multiple of four: others are padded with zeros, which is as fast as fewer.
+    """
     n, k = X.shape
-    rows, columns = n - n % 4, k - k % 4
+    rows = n - n % 4
     for i in range(0, rows, 4):
         m0, m1, m2, m3 = M[i], M[i + 1], M[i + 2], M[i + 3]
-        for b in range(0, columns, 4):
+        for b in range(0, k, 4):
             y0, y1, y2, y3 = Y[b], Y[b + 1], Y[b + 2], Y[b + 3]
             a00, a01, a02, a03 = X[i, b], X[i, b + 1], X[i, b + 2], X[i, b + 3]
             a10, a11, a12, a13 = X[i + 1, b], X[i + 1, b + 1], X[i + 1, b + 2], X[i + 1, b + 3]
@@ -174,15 +177,6 @@ def _subtract_product(M, X, Y):
                 m1[j] -= a10 * x0 + a11 * x1 + a12 * x2 + a13 * x3
                 m2[j] -= a20 * x0 + a21 * x1 + a22 * x2 + a23 * x3
                 m3[j] -= a30 * x0 + a31 * x1 + a32 * x2 + a33 * x3
-        for b in range(columns, k):
-            y0 = Y[b]
-            a00, a10, a20, a30 = X[i, b], X[i + 1, b], X[i + 2, b], X[i + 3, b]
-            for j in range(M.shape[1]):
-                x0 = y0[j]
-                m0[j] -= a00 * x0
-                m1[j] -= a10 * x0
-                m2[j] -= a20 * x0
-                m3[j] -= a30 * x0
     for i in range(rows, n):
         add_rows(Y, -X[i], M[i])
 
@@ -209,43 +203,53 @@ def exchange(memory, J, c):
     k = J.shape[0]
     if k == 0:
         return True
-    cols = np.empty((k, n))
+    width = k + -k % 4
+    cols = np.zeros((width, n))
+    rows = np.zeros((n, width))
     C = np.empty((k, k))
-    Y = np.empty((k, n + 1))
+    y = np.empty((k, 1))
     for b in range(k):
         cols[b] = Dt[J[b]]
+        y[b, 0] = c[J[b]]
     for i in range(n):
         row = Dt[i]
         for b in range(k):
-            Y[b, i] = row[J[b]]
-    for b in range(k):
-        Y[b, n] = c[J[b]]
-        for a in range(k):
-            C[b, a] = Y[b, J[a]]
-            Y[b, J[a]] = 1.0 if a == b else 0.0
+            rows[i, b] = row[J[b]]
+    for a in range(k):
+        for b in range(k):
+            C[b, a] = rows[J[a], b]
+    for a in range(k):
+        rows[J[a]] = 0.0
+        rows[J[a], a] = 1.0
     if k >= LARGE:
+        # an inverse would be less exact
         try:
-            Y = np.linalg.solve(C, Y)
+            y = np.linalg.solve(C, y)
+            rows[:, :k] = np.linalg.solve(C, np.ascontiguousarray(rows[:, :k].T)).T
         except Exception:
             return False
-    elif not solve_small(C, Y):
-        return False
+    else:
+        inverse, padded = np.eye(k), np.zeros((width, width))
+        if not solve_small(C, inverse):
+            return False
+        y = np.dot(inverse, y)
+        padded[:k, :k] = inverse.T
+        rows = np.dot(rows, padded)
     for b in range(k):
         Dt[J[b]] = 0.0
-        y = Y[b, n]
+        y0 = y[b, 0]
         for i in range(n):
-            c[i] -= y * cols[b, i]
-    Yt = np.ascontiguousarray(Y[:, :n].T)
-    if k >= LARGE:
-        Dt -= np.dot(Yt, cols)
+            c[i] -= y0 * cols[b, i]
+    if k >= LARGEST:
+        Dt -= np.dot(rows, cols)
     else:
-        _subtract_product(Dt, Yt, cols)
+        _subtract_product(Dt, rows, cols)
     for i in range(n):
         row = Dt[i]
         for b in range(k):
-            row[J[b]] = Yt[i, b]
+            row[J[b]] = rows[i, b]
     for b in range(k):
-        c[J[b]] = Y[b, n]
+        c[J[b]] = y[b, 0]
         held[J[b]] = not held[J[b]]
     return True
 

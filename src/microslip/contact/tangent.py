@@ -145,11 +145,11 @@ def ease(problem, memory, status, constants, r_old, v, tangents, space):
     lost[:] = 0.0
     for b in range(count):
         n = opened[b]
-        pull = -v[n] / problem.W[n, n]
+        pull = -v[n] / problem.diagonal[n]
         whole = r_old[n] + pull
         after = pull / whole
         for a in range(lost.shape[0]):
-            change = -gap[a, b] / problem.W[n, n]
+            change = -gap[a, b] / problem.diagonal[n]
             dafter = (r_old[n] * change - pull * dr_old[a, n]) / whole**2
             for i in range(n, n + d):
                 lost[a, i] = after * dr_old[a, i] + dafter * r_old[i]

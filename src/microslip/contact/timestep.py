@@ -199,7 +199,7 @@ def opened(problem, memory, status, r_old, v, reduced):
             reduced[t] = 0.0
         if status[i] == SEPARATED and r_old[n] > 0.0 and v[n] < 0.0:
             any_opened = True
-            pull = -v[n] / problem.W[n, n]
+            pull = -v[n] / problem.diagonal[n]
             after = pull / (r_old[n] + pull)
             reduced[n] = after * r_old[n]
             for t in range(n + 1, n + d):
@@ -291,7 +291,7 @@ def step_through(problems, memories, constants, load, motion, records, tangents)
     v_old = v.copy()
     slight = 0.0
     for i in range(m):
-        slight = max(slight, SLIGHT * problem.force[i] ** 2 * problem.W[d * i, d * i])
+        slight = max(slight, SLIGHT * problem.force[i] ** 2 * problem.diagonal[d * i])
     for j in range(k):
         denominator[j] = 1.0 + 0.5 * h[j] * c[j] + 0.25 * h[j] ** 2 * omega[j] ** 2
     for step in range(1, load.shape[0]):

@@ -41,7 +41,7 @@ from microslip.analyses.time.offset import (
     elsewhere,
     walks,
 )
-from microslip.analyses.time.resting import IN_VAIN, at_phase_0, searched
+from microslip.analyses.time.resting import IN_VAIN, at_phase_0, followed, searched
 from microslip.analyses.time.scheme import (
     ContactMemory,
     State,
@@ -271,17 +271,16 @@ def _walked(
         last = start
         return found
 
-    one = None
     try:
         rest = come_to_rest(look, begin, offset)
-        there = None if rest is None else rest.on_the_way(max(HORIZON - reached, 0.0))
-        if there is not None:
-            one = look(there[0])
+        if rest is None:
+            return spent
+        rest, there, moved = followed(rest, look, max(HORIZON - reached, 0.0))
+        one = None if there is None else look(there[0])
     except MicroslipError:
         return spent
-    if rest is None:
-        return spent
-    amplitude, start, ahead, apart = rest.amplitude, space.state(rest.vector, last), 0.0, rest.apart
+    amplitude, start = rest.amplitude, space.state(rest.vector, last)
+    ahead, apart = 0.0, rest.apart + moved
     if there is not None and one is not None:
         missed = abs(abs(one.amplitude) / abs(there[1]) - 1)
         if missed > DOUBTFUL:

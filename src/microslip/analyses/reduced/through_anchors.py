@@ -179,8 +179,10 @@ def held(
         varies[run] = vary
         amplitude[run] = [one.amplitude for one in known]
         own = np.maximum(np.nan_to_num(scatter), _nearly_most(scatter))
+        other = bound[run - run[0]]
         unsettled = np.array([one.change for one in known]) > SETTLED
-        other = np.where(unsettled, _missed_of(part, load, x, known), bound[run - run[0]])
+        if unsettled.any():
+            other = np.where(unsettled, _missed_of(part, load, x, known), other)
         error[run] = np.where(told, own, np.maximum(other, own)) + doubt + accuracy[run]
         error[run] += vary
         error[jumped_across(run, np.abs(amplitude), folded)] = np.inf

@@ -250,7 +250,7 @@ def come_to_rest(
         if _of_another_branch(one, last) or one.uneven > RIGID * first:
             return None
         if _walks_on(one, along, first):
-            cycles += move / max(speed(last), speed(one))
+            cycles += max(move, 0.0) / max(speed(last), speed(one))
             walking.append(one)
         else:
             resting, back = one, speed(one) < 0 and walks(one.rate)

@@ -14,6 +14,7 @@ import numpy as np
 
 from microslip.analyses.time.deviations import StateSpace
 from microslip.analyses.time.offset import (
+    HORIZON,
     SURELY,
     Looked,
     Rest,
@@ -219,7 +220,7 @@ def rested(
         rest = _end(first.looked._replace(way=way), look, seen)
         if first.change > CLOSE + SURELY * _by_the_walk(space, rest):
             raise WalksOnError("the bodies walk on, and the vibration changes by more than that")
-        rest, there, moved = _followed(rest, look)
+        rest, there, moved = followed(rest, look)
         vector = rest.vector if there is None else there[0]
         start = end_of(space.state(vector, last), 0.0, scheme, frequency)
         final = steady_state(
@@ -277,17 +278,36 @@ def _end(begin: Looked, look: Callable[[Array], Looked], seen: list[Looked]) -> 
     return rest
 
 
-def _followed(
-    rest: Rest, look: Callable[[Array], Looked]
+def followed(
+    rest: Rest, look: Callable[[Array], Looked], cycles: float = HORIZON
 ) -> tuple[Rest, tuple[Array, complex] | None, float]:
-    """Where bodies are on the way, if they are, with more looks, and what the last have moved it by."""
-    there, moved = rest.on_the_way(), 0.0
+    """Where bodies are on the way, if they are, with more looks, and what the last have moved it by.
+
+    Parameters
+    ----------
+    rest : Rest
+        Where they come to rest, by few looks.
+    look : callable
+        As for `microslip.analyses.time.offset.come_to_rest`.
+    cycles : float
+        After which they are to be known, from the first look.
+
+    Returns
+    -------
+    rest : Rest
+        With more looks.
+    there : tuple or None
+        State and amplitude after those cycles; None where the bodies rest by then.
+    moved : float
+        What the last looks have changed the size there by, relative.
+    """
+    there, moved = rest.on_the_way(cycles), 0.0
     for _ in range(REFINED):
         if there is None:
             break
         here = look(there[0])
         rest = rest.knowing(here, look(rest.widest(here)))
-        before, there = there, rest.on_the_way()
+        before, there = there, rest.on_the_way(cycles)
         amplitude = rest.amplitude if there is None else there[1]
         moved = abs(abs(before[1]) / abs(amplitude) - 1)
         if moved <= NARROW:

@@ -33,6 +33,7 @@ from microslip.contact.timestep import (
     step_through,
 )
 from microslip.errors import ContactError, MicroslipError
+from microslip.numerics.execute import one_thread
 from microslip.typing import Array, Indices, Mask, Status
 
 
@@ -322,6 +323,7 @@ def contact_memory(scheme: TimeScheme) -> ContactMemory:
     return kernels.tableau.memory(model.pairs, 0), kernels.tableau.memory(model.pairs, 0)
 
 
+@one_thread()
 @singularity_named()
 def march(
     scheme: TimeScheme,
