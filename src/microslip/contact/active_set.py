@@ -46,7 +46,7 @@ MAX_FULL = 40
 MAX_PENDING = 32
 """Components that states may differ in from the tableau while they are tried."""
 
-MAX_KEPT = 16
+MAX_KEPT = 24
 """Components that accepted states may differ in before the tableau follows."""
 
 FULL, WORST, LEAST_INDEX, HALVED, LEMKE, NOT_SOLVED = 0, 1, 2, 3, 4, 5

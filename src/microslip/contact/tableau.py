@@ -221,20 +221,17 @@ def exchange(memory, J, c):
     for a in range(k):
         rows[J[a]] = 0.0
         rows[J[a], a] = 1.0
+    inverse, padded = np.eye(k), np.zeros((width, width))
     if k >= LARGE:
-        # an inverse would be less exact
         try:
-            y = np.linalg.solve(C, y)
-            rows[:, :k] = np.linalg.solve(C, np.ascontiguousarray(rows[:, :k].T)).T
+            inverse[:] = np.linalg.inv(C)
         except Exception:
             return False
-    else:
-        inverse, padded = np.eye(k), np.zeros((width, width))
-        if not solve_small(C, inverse):
-            return False
-        y = np.dot(inverse, y)
-        padded[:k, :k] = inverse.T
-        rows = np.dot(rows, padded)
+    elif not solve_small(C, inverse):
+        return False
+    y = np.dot(inverse, y)
+    padded[:k, :k] = inverse.T
+    rows = np.dot(rows, padded)
     for b in range(k):
         Dt[J[b]] = 0.0
         y0 = y[b, 0]

@@ -7,12 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from microslip.analyses.reduced.anchors import Anchor
 from microslip.analyses.reduced.band import (
     FINEST,
     MOST,
     STEP,
     Peak,
     band_around,
+    goes_on,
     refined,
     widened,
 )
@@ -151,6 +153,24 @@ def test_a_peak_at_the_edge_is_told(where, edge):
         np.full(5, CONVERGED),
     )  # fmt: skip
     assert found.peak_at_edge is edge
+
+
+@pytest.mark.parametrize(
+    ("error", "anchored", "cut"),
+    [(0.02, True, True), (0.002, True, False), (0.02, False, False), (np.inf, True, True)],
+)
+def test_a_band_goes_on_where_motions_at_its_end_may_be_the_largest(error, anchored, cut):
+    """Towards a resonance below it, motions that beat at the end are shown smaller by a hundredth there."""
+    size = np.array([1.99, 2.0, 1.8, 1.5, 1.0])
+    found = Response(
+        "", "", np.nan, 1.0, 0.0, np.arange(5.0), size.astype(complex), np.ones(5, int), np.zeros(5),
+        np.full(5, CONVERGED), error_indicator=np.array([error, 0, 0, 0, 0.1]),
+        anchors=(Anchor(0.0, 1.99, 0j, 0.0),) if anchored else (),
+    )  # fmt: skip
+    assert goes_on(found, 0) is cut
+    assert not goes_on(found, -1)
+    far = replace(found, amplitude=found.amplitude * np.array([0.9, 1, 1, 1, 1]))
+    assert not goes_on(far, 0)
 
 
 def test_resonance_of_constant_stiffness_and_loss():

@@ -30,6 +30,9 @@ SHARE = 0.1
 LEAST = 0.01
 """... and over the frequency."""
 
+BLURRED = 0.1
+"""Error of the answer at an end, relative, beyond which that says nothing of where a curve is largest."""
+
 MOVES = 6
 """So often an end is moved outward, each time by half the band."""
 
@@ -111,9 +114,15 @@ def _moved(low: float, high: float, down: bool, up: bool) -> tuple[float, float]
 
 
 def goes_on(curve: Response, end: int) -> bool:
-    """Whether a curve has its largest answer at an end of its band, 0 or -1, or none there."""
+    """Whether a curve has its largest answer at an end of its band, 0 or -1, or none there.
+
+    One that is held to motions over time may have it there for all that is known of it, to `BLURRED`.
+    """
+    size, off = np.abs(curve.amplitude), 0.0
+    if curve.anchors and curve.error_indicator is not None:
+        off = min(float(curve.error_indicator[end]), BLURRED)
     answered = curve.flag[end] == CONVERGED
-    return bool(not answered or curve.peak == range(len(curve.frequency))[end])
+    return bool(not answered or size[end] * (1 + off) >= size[curve.peak])
 
 
 def farther(frequency: Array, down: bool, up: bool) -> Array:
