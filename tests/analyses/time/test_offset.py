@@ -11,6 +11,7 @@ from microslip.analyses.time.deviations import StateSpace
 from microslip.analyses.time.offset import HORIZON, LOOKS, Looked, come_to_rest
 from microslip.analyses.time.point import Request, TimePoint
 from microslip.analyses.time.points import steady_states
+from microslip.analyses.time.resting import followed
 from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.steady import drift_of, raised_state, steady_state
 from microslip.analyses.time.watching import watched
@@ -97,6 +98,21 @@ def test_on_the_way_a_walk_is_where_its_speed_has_led(cycles):
     assert vector[0] == pytest.approx(1 - np.exp(-1e-4 * cycles), rel=1e-3)
     assert abs(amplitude) == pytest.approx(1 + 0.2 * vector[0], rel=1e-3)
     assert rest.on_the_way(60000.0) is None
+
+
+@pytest.mark.parametrize("cycles", [1000.0, 4000.0])
+def test_more_looks_on_the_way_know_where_bodies_are(cycles):
+    """Of a speed that falls as a square, u = c n/(1 + c n), where another motion tells the place of rest."""
+    rate = 2e-4
+    look = moving(lambda u: rate * max(1 - u, 0.0) ** 2, lambda u: 1 + 0.2 * u**2)
+    rest = come_to_rest(look, look(np.array([0.0])), np.array([1.0]))
+    there = rate * cycles / (1 + rate * cycles)
+    size = 1 + 0.2 * there**2
+    assert abs(abs(rest.on_the_way(cycles)[1]) / size - 1) > 0.01, "few looks do not"
+    rest, found, moved = followed(rest, look, cycles)
+    assert abs(abs(found[1]) / size - 1) <= moved + 3e-3
+    assert moved <= 3e-3
+    assert abs(found[0][0] - there) < 0.02
 
 
 def test_a_fall_to_another_branch_is_no_rest():
