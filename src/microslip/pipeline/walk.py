@@ -32,7 +32,7 @@ import numpy as np
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.time.classify import motion_of
 from microslip.analyses.time.readings import opening_of
-from microslip.analyses.time.resting import at_phase_0, rested
+from microslip.analyses.time.resting import WalksOnError, at_phase_0, rested
 from microslip.analyses.time.scheme import State, TimeScheme, time_scheme
 from microslip.analyses.time.starts import Start, end_of, mixed
 from microslip.analyses.time.staying import LEAVES
@@ -67,6 +67,10 @@ pasts above which it is that of what more steps make of them."""
 
 DOUBTFUL = 0.05
 """Doubt of the amplitude beyond which a motion is no steady state."""
+
+WALKING = 1e-4
+"""Change over a cycle that is said of a motion whose bodies walk to a place that is not found: it has not
+settled, though its vibration repeats, and may fall from its branch on the way."""
 
 OTHER = 0.1
 """Motions whose sizes differ by more, in logarithm, are not the same one with another past."""
@@ -232,6 +236,11 @@ class _Seeking:
                 return found
             self.spent += there.cycles
             end = end_of(at_phase_0(scheme, there.steady), 0.0, scheme, frequency)
+        except WalksOnError:
+            # the vibration repeats, but where it has gone by then is not known: it has to be marched
+            return replace(
+                found, change=max(found.change, WALKING), doubt=max(found.doubt, DOUBTFUL)
+            )
         except MicroslipError:
             return found
         return replace(
