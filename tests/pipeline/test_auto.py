@@ -255,28 +255,6 @@ def test_motions_at_rest_that_stay_with_more_steps_are_known_beside_a_jump(refin
     assert (known <= 0.01).all()
 
 
-def test_a_branch_ends_where_still_more_steps_have_a_motion(refined):
-    """Of the outermost ones beside the jump these are asked; what is none is known from the next on."""
-    model, table, base = refined
-    search = Search(load_surface(model, table, FOLD, 40.0), base, 100)
-    for k in (*range(0, ENDS, 8), ENDS - 1, *range(ENDS, len(FOLD), 8)):
-        Q = complex(branch("larger" if k >= ENDS else "smaller")[k])
-        found = Found(Q, 1e-8, 1e-5, "", 10, scatter=0.0, past=0.0, more=More(Q, 16))
-        search.keep(Target(k, float(FOLD[k]), 40.0, 0j), found)
-    search.before = 0, 0.0
-    search.take_refined()
-    assert search.open_ends() == [ENDS]
-    known = search.held().error
-    assert np.isfinite(known[ENDS : ENDS + 9]).all()
-    search.confirmed[ENDS] = False
-    error = search.held().error
-    assert np.isinf(error[ENDS : ENDS + 8]).all()
-    assert (error[ENDS + 8 :] == known[ENDS + 8 :]).all()
-    assert search.open_ends() == [ENDS + 8]
-    search.confirmed[ENDS + 8] = True
-    assert search.open_ends() == []
-
-
 def bumped(height):
     """Amplitudes of few steps, smooth, and of many, of which a piece is larger by so much."""
     few = branch("larger")

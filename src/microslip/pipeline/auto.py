@@ -29,7 +29,6 @@ from microslip.analyses.time.step_refinement import REFINEMENT
 from microslip.describe.requests import CYCLES_EACH, ResponseAnalysis
 from microslip.pipeline import choosing
 from microslip.pipeline.band import Curve
-from microslip.pipeline.branch_ends import confirm_ends
 from microslip.pipeline.marched import raised_and_marched
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.search import Search
@@ -134,7 +133,6 @@ def anchored_response(
             else:
                 break
             advance(len(picks))
-        advance(confirm_ends(assembly.prepared, search))
     except KeyboardInterrupt:
         stop.set()
         search = max(first, search, key=lambda one: len(one.anchors))

@@ -50,13 +50,13 @@ def with_more_steps(joint: PreparedJoint, load: float, one: Stepped) -> More:
     try:
         if one.varies:
             return _varying(joint, load, one)
-        found, stay = settled_with(joint, load, one, REFINEMENT * one.steps)
+        found, stay = _settled(joint, load, one, REFINEMENT * one.steps)
         spent = REFINEMENT * found.cycles
         if stay is not None:
             amplitude, spent = found.amplitude, spent + REFINEMENT * stay.cycles
         unsettled = stay is None
         if stay is None or apart(one.amplitude, found.amplitude) > FARTHEST:
-            found, stay = settled_with(joint, load, one, one.steps)
+            found, stay = _settled(joint, load, one, one.steps)
             spent += found.cycles + (stay.cycles if stay else 0)
             more = _with_stay(amplitude, spent, stay)
             if unsettled and one.rests and not more.strays:
@@ -79,10 +79,10 @@ def apart(few: complex, more: complex) -> float:
     return abs(abs(more) / max(abs(few), 1e-300) - 1)
 
 
-def settled_with(
+def _settled(
     joint: PreparedJoint, load: float, one: Stepped, steps: int
 ) -> tuple[SteadyState, Stay | None]:
-    """A state with so many steps per cycle, and what motions do beside it where it settles."""
+    """A state with so many steps, and what motions do beside it where it settles."""
     f = one.frequency
     scheme = time_scheme(joint, 1 / (f * steps), frequency=f)
     memory = contact_memory(scheme)

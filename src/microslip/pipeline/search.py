@@ -22,7 +22,7 @@ from microslip.analyses.time.staying import LEAVES
 from microslip.analyses.time.step_refinement import REFINEMENT
 from microslip.describe.requests import CYCLES_EACH, SECONDS_EACH
 from microslip.pipeline.doubts import doubt_with, doubted
-from microslip.pipeline.neighbours import around, larger_sides, leaving, within_a_branch
+from microslip.pipeline.neighbours import around, leaving, within_a_branch
 from microslip.pipeline.stepping import ACCURACY, Stepping, refined_anchors, taken
 from microslip.pipeline.stepping import BY_INDEX as OF_STEPS
 from microslip.pipeline.targets import LEFT, STEPS, TOLERANCE, Found, Lost, Stepped, Target
@@ -62,7 +62,6 @@ class Search:
     passed: set[int] = field(default_factory=set)
     anew: set[int] = field(default_factory=set)
     finer: set[int] = field(default_factory=set)
-    confirmed: dict[int, bool] = field(default_factory=dict)
     before: tuple[int, float] | None = None
     past: tuple[int, int, float] = (0, 0, 0.0)
     following: float = 0.0
@@ -304,18 +303,7 @@ class Search:
         if self.before is None or not self.stepping.sought_on:
             return leaving(self.anchors, error, self.settled)
         staying = {k for k in self.settled if self.stepping.drifts.get(k)}
-        return leaving(self.anchors, error, self._there, staying)
-
-    @property
-    def _there(self) -> set[int]:
-        """Steady states with more steps that are not known to be none with still more."""
-        return {k for k in self.refined if self.confirmed.get(k, True)}
-
-    def open_ends(self) -> list[int]:
-        """The outermost of these beside jumps that still more steps have not been asked of."""
-        sides, there = larger_sides(self.anchors, self._through_anchors().error), self._there
-        ends = {next((k for k in outward if k in there), None) for _, outward in sides}
-        return sorted(k for k in ends if k is not None and k not in self.confirmed)
+        return leaving(self.anchors, error, self.refined, staying)
 
     def doubted(self) -> dict[int, Anchor]:
         """The anchors, each with how well it is known beside the others, `microslip.pipeline.doubts`."""
