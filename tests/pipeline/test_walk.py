@@ -8,13 +8,14 @@ import pytest
 import unstable_joint
 
 import microslip
+from microslip.analyses.time.resting import WalksOnError
 from microslip.analyses.time.scheme import march, time_scheme
 from microslip.analyses.time.starts import mixed, placed
 from microslip.analyses.time.steady import raised_state, steady_state
 from microslip.analyses.time.watching import watched
 from microslip.errors import ContactError
 from microslip.pipeline import walk
-from microslip.pipeline.targets import STEPS, More
+from microslip.pipeline.targets import STEPS, TOLERANCE, More
 from microslip.pipeline.walk import (
     DOUBTFUL,
     RAISED,
@@ -47,6 +48,22 @@ def test_it_has_a_past_of_its_own_whatever_the_states_beside(joint, beside):
     mixture = tuple((one.state, 0.5) for one in beside)
     warm = seek(joint, Target(0, 182.0, LOAD, 0.0, (mixture,), expected=abs(rest.amplitude)))
     assert warm.amplitude == rest.amplitude
+
+
+def test_bodies_that_walk_to_where_no_rest_is_found_leave_a_motion_unsettled(joint, monkeypatch):
+    """Where the search for that place fails otherwise, the motion is what it was."""
+    settled = seek(joint, Target(0, 182.0, LOAD, 0.0))
+    assert settled.change <= TOLERANCE
+    for error, unsettled in ((WalksOnError("on"), True), (ContactError("not solved"), False)):
+
+        def fails(*given, error=error, **options):
+            raise error
+
+        monkeypatch.setattr(walk, "rested", fails)
+        found = seek(joint, Target(0, 182.0, LOAD, 0.0))
+        assert found.amplitude == settled.amplitude
+        assert (found.change > TOLERANCE) is unsettled
+        assert found.doubt == (DOUBTFUL if unsettled else settled.doubt)
 
 
 def test_states_beside_lead_to_the_same_where_nothing_folds(joint, beside):
