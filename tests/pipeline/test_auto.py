@@ -37,7 +37,9 @@ def described(**response):
 
 @pytest.fixture(scope="module")
 def auto():
-    return microslip.run(described(method="auto", points=60))
+    response = {"response": {"method": "auto", "points": 60}}
+    document = coupled_document(31, load={"moment": ["60 N*m/m"]}, analysis=response)
+    return microslip.run(microslip.parse_joint(document))
 
 
 def test_one_curve_that_passes_through_its_steady_states(auto):
