@@ -8,6 +8,7 @@ import time
 
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from microslip.numerics import execute
 from microslip.numerics.execute import (
@@ -16,6 +17,7 @@ from microslip.numerics.execute import (
     each,
     gather,
     limited,
+    one_thread,
     processes,
     serial,
     threads,
@@ -153,3 +155,26 @@ def test_workers_are_limited_and_so_are_those_of_a_thread():
 def test_no_workers_at_all():
     with pytest.raises(ValueError, match="one is the least"), limited(0):
         pass
+
+
+def blas_threads():
+    return [one["num_threads"] for one in threadpool_info() if one["user_api"] == "blas"]
+
+
+@pytest.mark.parametrize("first", [0, 1])
+def test_libraries_have_their_threads_back_once_the_last_has_left(first):
+    """In whichever order, as marches in threads of one process do."""
+    with threadpool_limits(2, user_api="blas"):
+        before = blas_threads()
+        inside = [one_thread(), one_thread()]
+        for one in inside:
+            one.__enter__()
+            assert set(blas_threads()) == {1}
+        inside[first].__exit__(None, None, None)
+        assert set(blas_threads()) == {1}
+        inside[1 - first].__exit__(None, None, None)
+        assert blas_threads() == before
+        assert max(before) > 1
+        with pytest.raises(ValueError, match="within"), one_thread():
+            raise ValueError("within")
+        assert blas_threads() == before

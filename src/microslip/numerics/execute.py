@@ -17,10 +17,11 @@ import signal
 from collections.abc import Callable, Iterable, Iterator
 from concurrent import futures
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor, wait
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import cached_property, partial
+from threading import Lock
 from typing import Generic, Protocol, TypeVar
 
 from threadpoolctl import ThreadpoolController, threadpool_limits
@@ -143,17 +144,45 @@ def _begin_process() -> None:
     threadpool_limits(1)
 
 
-@lru_cache(maxsize=1)
-def _libraries() -> ThreadpoolController:
-    """Those of linear algebra, once loaded."""
-    return ThreadpoolController().select(user_api="blas")
+class _OneThread:
+    """How many are inside `one_thread`, and what brings back the threads that there were before the first."""
+
+    def __init__(self) -> None:
+        self.lock, self.inside, self.limit = Lock(), 0, ExitStack()
+
+    @cached_property
+    def libraries(self) -> ThreadpoolController:
+        """Those of linear algebra, once loaded."""
+        return ThreadpoolController().select(user_api="blas")
+
+    def enter(self) -> None:
+        with self.lock:
+            if not self.inside:
+                self.limit.enter_context(self.libraries.limit(limits=1))
+            self.inside += 1
+
+    def leave(self) -> None:
+        with self.lock:
+            self.inside -= 1
+            if not self.inside:
+                self.limit.close()
+
+
+_ONE_THREAD = _OneThread()
 
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """Linear algebra in the calling thread alone: products of a few hundred rows take longer in several."""
-    with _libraries().limit(limits=1):
+    """Linear algebra in the calling thread alone: products of a few hundred rows take longer in several.
+
+    That is the libraries' own number of threads, of the whole process: it is as before once the last that is
+    inside has left, in whichever order they do.
+    """
+    _ONE_THREAD.enter()
+    try:
         yield
+    finally:
+        _ONE_THREAD.leave()
 
 
 def each(
