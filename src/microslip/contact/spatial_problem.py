@@ -15,7 +15,10 @@ from microslip.contact.problem import relative_displacement
 
 @jit
 def own_stiffness(own, i):
-    """Stiffness of pair i when all others are free of reactions, normal and mean tangential; W's diagonal."""
+    """Stiffness of pair i when all others are free of reactions, normal and mean tangential.
+
+    By the diagonal of W, `own`.
+    """
     n = 3 * i
     return 1.0 / own[n], 2.0 / (own[n + 1] + own[n + 2])
 

@@ -264,7 +264,7 @@ def _cut_off(case: Curve, curve: Response, axis: Axis, low: bool) -> Caution:
     """That a curve is largest at an end of its band, the lower one or the upper."""
     which, end, key = ("lower", axis.low, "from") if low else ("upper", axis.high, "to")
     reason = (
-        f"it is largest at the {which} end of the band, {end:.6g} Hz, "
+        f"for all that is known it is largest at the {which} end of the band, {end:.6g} Hz, "
         "beyond which its resonance may lie"
     )
     return Caution(
