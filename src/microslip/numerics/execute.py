@@ -14,6 +14,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent import futures
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor, wait
@@ -21,7 +22,6 @@ from contextlib import ExitStack, contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import cached_property, partial
-from threading import Lock
 from typing import Generic, Protocol, TypeVar
 
 from threadpoolctl import ThreadpoolController, threadpool_limits
@@ -148,7 +148,7 @@ class _OneThread:
     """How many are inside `one_thread`, and what brings back the threads that there were before the first."""
 
     def __init__(self) -> None:
-        self.lock, self.inside, self.limit = Lock(), 0, ExitStack()
+        self.lock, self.inside, self.limit = threading.Lock(), 0, ExitStack()
 
     @cached_property
     def libraries(self) -> ThreadpoolController:
