@@ -21,6 +21,7 @@ import api_pages  # noqa: E402
 import floors  # noqa: E402
 import input_reference  # noqa: E402
 import pictures  # noqa: E402
+import sidebar  # noqa: E402
 from sphinx import addnodes  # noqa: E402
 from sphinx.util import logging  # noqa: E402
 
@@ -180,4 +181,5 @@ def setup(app):
     app.connect("autodoc-skip-member", skip_members)
     app.connect("doctree-read", shorten_contents, priority=400)
     app.connect("builder-inited", name_stale_pictures)
+    sidebar.Sidebar().connect(app)
     app.connect("build-finished", bundle_mathjax)

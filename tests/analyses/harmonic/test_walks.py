@@ -139,7 +139,8 @@ def test_where_no_motion_stays_beside_a_walk_its_error_is_not_known(ladder, clam
     assert levels.error < 0.01
 
 
-@pytest.mark.parametrize("times", [pytest.param(8.0, marks=pytest.mark.validate), 12.0])
+@pytest.mark.validate
+@pytest.mark.parametrize("times", [8.0, 12.0])
 def test_it_is_where_marching_alone_leads_though_the_walk_keeps_searches_from_settling(times):
     """A better held joint changes faster; what searches have moved its bodies by counts as walked."""
     described = better_held(times)
