@@ -270,6 +270,20 @@ def test_no_bound_is_below_what_the_amplitudes_scatter_by(flawed):
     np.testing.assert_allclose(after[[25, 30, 40, 50]], 0.0, atol=1e-12)
 
 
+def test_no_anchor_is_worse_known_than_what_is_laid_through_it(flawed):
+    """Two of nine scatter by two per cent; what lies far from them is known well, and so are its ends."""
+    surface, exact = flawed
+    anchors = {
+        k: anchor_at(surface, FREQUENCY[k], LOAD, exact[k]) for k in range(0, len(FREQUENCY), 5)
+    }
+    both = {k: replace(one, scatter=0.02 * (k in (35, 40))) for k, one in anchors.items()}
+    error = held(surface, LOAD, both).error
+    for k in (5, 10, 15, 20):
+        assert error[k] <= error[[*range(k - 4, k), *range(k + 1, k + 5)]].max()
+    assert error[:20].max() < 0.01
+    assert error[[25, 30, 35, 40, 45]].min() >= 0.02
+
+
 @pytest.mark.parametrize("seed", [7, 8, 9])
 def test_steady_states_that_scatter_are_not_known_better_than_they_do(flawed, seed):
     """Every past another amplitude, by half a per cent; two of each are known, and a third is the truth."""

@@ -11,7 +11,8 @@ left out as well. The most that it misses at the two
 anchors around bounds the error in between, in the shape ``4 t (1 - t)``; to it comes the median of what is
 missed at the nearest of them, as resonances of upper modes may lie between two anchors that agree. Tractions
 that are locked in make steady states scatter: they depend on what was before. So an anchor is not known
-better than it differs from that of another past, nor than most of those about it do from theirs. What the
+better than it differs from that of another past, nor than most of those about it do from theirs; but no worse
+than what lies between it and the next to either side, which is laid through it. What the
 others miss says nothing of the anchor itself: amplitudes may rise in steps, each of which is what it is.
 
 An error ``dk`` of kappa moves the size by ``Re(omega_sl² dk/Z)`` over the slope ``d log M/d log a`` of the
@@ -178,7 +179,8 @@ def held(
         varies[inside] = vary_between(vary[left], vary[right])
         varies[run] = vary
         amplitude[run] = [one.amplitude for one in known]
-        own = np.maximum(np.nan_to_num(scatter), _nearly_most(scatter))
+        usual = np.minimum(_nearly_most(scatter), _most_beside_anchors(bound, run - run[0]))
+        own = np.maximum(np.nan_to_num(scatter), usual)
         other = bound[run - run[0]]
         unsettled = np.array([one.change for one in known]) > SETTLED
         if unsettled.any():
@@ -314,6 +316,22 @@ def _most_around(values: Array, left: Indices, right: Indices) -> Array:
     last = len(values) - 1
     around = (np.maximum(left - 1, 0), left, right, np.minimum(right + 1, last))
     return np.asarray(np.max([values[i] for i in around], axis=0))
+
+
+def _most_beside_anchors(bound: Array, run: Indices) -> Array:
+    """The most that bounds what lies beside each anchor, up to the next to either side; infinite of nothing.
+
+    Examples
+    --------
+    >>> bound = np.array([0.0, 0.02, 0.0, 0.03, 0.04, 0.0, 0.0])
+    >>> _most_beside_anchors(bound, np.array([0, 2, 5, 6]))
+    array([0.02, 0.04, 0.04,  inf])
+    """
+    between = np.array([bound[i + 1 : k].max(initial=-np.inf) for i, k in pairwise(run)])
+    most = np.full(len(run), -np.inf)
+    most[:-1] = between
+    most[1:] = np.maximum(most[1:], between)
+    return np.where(most > -np.inf, most, np.inf)
 
 
 def _bound(x: Array, y: Complex, z: Complex, at: Array, there: Complex) -> Array:
