@@ -4,7 +4,7 @@ import tomllib
 
 import numpy as np
 import pytest
-from walking_joints import WEAKLY_DAMPED, better_held, marched_alone
+from walking_joints import FALLS, WEAKLY_DAMPED, better_held, marched_alone
 
 import microslip
 from microslip.analyses.time import offset as offset_module
@@ -12,9 +12,10 @@ from microslip.analyses.time import resting
 from microslip.analyses.time.offset import Looked, Rest, as_far
 from microslip.analyses.time.point import Request, TimePoint
 from microslip.analyses.time.points import steady_states
-from microslip.analyses.time.resting import WalksOnError, rested
-from microslip.analyses.time.scheme import time_scheme
+from microslip.analyses.time.resting import WalksOnError, marched_on, rested
+from microslip.analyses.time.scheme import prestressed_state, time_scheme
 from microslip.analyses.time.steady import raised_state, steady_state
+from microslip.analyses.time.watching import watched
 from microslip.contact.pairs import mean_slip
 from microslip.pipeline.targets import STEPS
 from microslip.pipeline.time import walking
@@ -77,6 +78,44 @@ def test_where_rest_is_not_found_that_is_said(fastest, monkeypatch):
     monkeypatch.setattr(resting, "come_to_rest", lambda *_, **__: None)
     with pytest.raises(WalksOnError, match="come to rest is not found"):
         rested(scheme, steady, 1e-5, begin=raised)
+
+
+def test_a_motion_that_falls_on_the_way_is_the_one_that_it_falls_to():
+    """Periodic and stable where a search leads, and a sixteenth of that where its bodies have walked to."""
+    joint = microslip.prepare(microslip.parse_joint(tomllib.loads(FALLS)))
+    frequency, load, larger = 391.9, 0.69237, 4.6e-4
+    scheme = time_scheme(joint, 1 / (frequency * STEPS), frequency=frequency)
+    start = prestressed_state(scheme, larger, 2 * np.pi * frequency)
+    size = np.abs(watched(scheme, load, start, 2000, phase=np.pi / 2)[0])
+    begins = steady_state(scheme, frequency, load, guess=-1j * larger)
+    assert begins.converged
+    assert abs(begins.amplitude) == pytest.approx(larger, rel=0.03)
+    assert size[100:300] == pytest.approx(larger, rel=0.03)
+    (point,) = steady_states(joint, [Request(1.0, frequency, load, None, -1j * larger)])
+    assert isinstance(point, TimePoint)
+    assert point.settled
+    assert abs(point.steady.amplitude) == pytest.approx(size[-100:].mean(), rel=0.01)
+    assert point.walked > 0
+    assert 300 < point.lasts < resting.HORIZON
+
+
+@pytest.mark.parametrize("horizon", [100, 150])
+def test_what_walks_on_is_known_where_it_is_then(monkeypatch, horizon):
+    """Marched on, a walk that soft supports stop after 50,000 cycles alone."""
+    monkeypatch.setattr(resting, "HORIZON", float(horizon))
+    joint = microslip.prepare(microslip.parse_joint(tomllib.loads(WEAKLY_DAMPED)))
+    scheme = time_scheme(joint, 1 / (FREQUENCY * STEPS), frequency=FREQUENCY)
+    raised = raised_state(scheme, FREQUENCY, LOAD, 10)
+    steady = steady_state(scheme, FREQUENCY, LOAD, start=raised)
+    found = marched_on(scheme, steady, 1e-5)
+    Q, states = watched(scheme, LOAD, steady.cycle.state, horizon + resting.WATCHED, steady.phase)
+    assert found.steady.converged
+    assert abs(found.steady.amplitude) == pytest.approx(np.abs(Q).mean(), rel=1e-3)
+    walked = mean_slip(states[-1].v, 2) - mean_slip(steady.cycle.state.v, 2)
+    assert found.walked == pytest.approx(abs(walked[0]), rel=0.2)
+    assert found.offset is None
+    assert np.isinf(found.lasts)
+    assert np.isnan(found.ahead)
 
 
 def test_more_looks_at_a_walk_tell_better_where_it_is():

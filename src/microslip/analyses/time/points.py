@@ -8,7 +8,6 @@ slowly*: prestress, from which quasi-static cycles load as well, and then more a
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -19,7 +18,7 @@ from microslip.analyses.time.deviations import Derivative
 from microslip.analyses.time.leaving import leave
 from microslip.analyses.time.point import Request, TimePoint
 from microslip.analyses.time.readings import opening_of, phases
-from microslip.analyses.time.resting import Rested, WalksOnError, rested
+from microslip.analyses.time.resting import Rested, WalksOnError, marched_on, rested
 from microslip.analyses.time.scheme import (
     ContactMemory,
     State,
@@ -180,16 +179,18 @@ def _at_rest(
     begin: State | Start | None,
     memory: ContactMemory,
 ) -> Rested | None:
-    """Where the bodies of a motion come to rest, if they walk and that is found."""
+    """Where the bodies of a motion come to rest, if they walk, or are later where that is not found."""
     if not request.accelerate:
         return None
     if begin is None:
         guess = request.guess
         state = prestressed_state(scheme, abs(guess), 2 * np.pi * request.frequency)
         begin = end_of(state, float(-np.angle(guess)), scheme, request.frequency)
-    with suppress(WalksOnError):
+    try:
         return rested(scheme, steady, request.tolerance, memory, begin)
-    return None
+    except WalksOnError:
+        # the vibration repeats, but may fall from its branch on the way
+        return marched_on(scheme, steady, request.tolerance, memory) if steady.converged else None
 
 
 def _with_more_steps(
