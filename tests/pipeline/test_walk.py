@@ -8,7 +8,7 @@ import pytest
 import unstable_joint
 
 import microslip
-from microslip.analyses.time.resting import WalksOnError
+from microslip.analyses.time.resting import Rested, WalksOnError
 from microslip.analyses.time.scheme import march, time_scheme
 from microslip.analyses.time.starts import mixed, placed
 from microslip.analyses.time.steady import raised_state, steady_state
@@ -51,16 +51,29 @@ def test_it_has_a_past_of_its_own_whatever_the_states_beside(joint, beside):
 
 
 def test_bodies_that_walk_to_where_no_rest_is_found_leave_a_motion_unsettled(joint, monkeypatch):
-    """Where the search for that place fails otherwise, the motion is what it was."""
+    """Unless marching soon leads to rest. Where the search for that fails otherwise, it is what it was."""
     settled = seek(joint, Target(0, 182.0, LOAD, 0.0))
     assert settled.change <= TOLERANCE
-    for error, unsettled in ((WalksOnError("on"), True), (ContactError("not solved"), False)):
 
-        def fails(*given, error=error, **options):
+    def found_with(error):
+        def fails(*given, **options):
             raise error
 
         monkeypatch.setattr(walk, "rested", fails)
-        found = seek(joint, Target(0, 182.0, LOAD, 0.0))
+        return seek(joint, Target(0, 182.0, LOAD, 0.0))
+
+    found = found_with(WalksOnError("on"))
+    assert found.amplitude == pytest.approx(settled.amplitude, rel=1e-6)
+    assert found.change <= TOLERANCE
+    assert found.doubt < 1e-5
+    assert found.rest is not None
+
+    def walks_on(scheme, steady, tolerance, most):
+        return Rested(steady, 0.0, None, 1e-6, np.inf, np.nan, round(most))
+
+    monkeypatch.setattr(walk, "marched_on", walks_on)
+    for error, unsettled in ((WalksOnError("on"), True), (ContactError("not solved"), False)):
+        found = found_with(error)
         assert found.amplitude == settled.amplitude
         assert (found.change > TOLERANCE) is unsettled
         assert found.doubt == (DOUBTFUL if unsettled else settled.doubt)

@@ -32,7 +32,13 @@ import numpy as np
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.time.classify import motion_of
 from microslip.analyses.time.readings import opening_of
-from microslip.analyses.time.resting import WalksOnError, at_phase_0, rested
+from microslip.analyses.time.resting import (
+    Rested,
+    WalksOnError,
+    at_phase_0,
+    marched_on,
+    rested,
+)
 from microslip.analyses.time.scheme import State, TimeScheme, time_scheme
 from microslip.analyses.time.starts import Start, end_of, mixed
 from microslip.analyses.time.staying import LEAVES
@@ -71,6 +77,9 @@ DOUBTFUL = 0.05
 WALKING = 1e-4
 """Change over a cycle that is said of a motion whose bodies walk to a place that is not found: it has not
 settled, though its vibration repeats, and may fall from its branch on the way."""
+
+SOON = 400
+"""Cycles after which a motion is at rest or left to that, where that place is not found."""
 
 OTHER = 0.1
 """Motions whose sizes differ by more, in logarithm, are not the same one with another past."""
@@ -231,7 +240,7 @@ class _Seeking:
         try:
             steady = _searched(scheme, self.target, found.state, TOLERANCE, ANOTHER)
             self.spent += steady.cycles
-            there = rested(scheme, steady, TOLERANCE, begin=found.state)
+            there = _rested(scheme, steady, found.state)
             if there is None or there.offset is None:
                 return found
             self.spent += there.cycles
@@ -359,6 +368,25 @@ def _searched(
         start=start,
         halves=halves,
     )
+
+
+def _rested(scheme: TimeScheme, steady: SteadyState, begin: Start) -> Rested | None:
+    """Where bodies come to rest, soon by marching where that is not found otherwise.
+
+    Raises
+    ------
+    WalksOnError
+        Where they walk, and that is not found.
+    """
+    try:
+        return rested(scheme, steady, TOLERANCE, begin=begin)
+    except WalksOnError:
+        if not steady.converged:
+            raise
+        there = marched_on(scheme, steady, TOLERANCE, most=SOON)
+        if there.offset is None or not there.steady.converged:
+            raise
+        return there
 
 
 def _weighed(scheme: TimeScheme, target: Target, steady: SteadyState) -> Found:

@@ -100,14 +100,13 @@ def test_a_motion_that_falls_on_the_way_is_the_one_that_it_falls_to():
 
 
 @pytest.mark.parametrize("horizon", [100, 150])
-def test_what_walks_on_is_known_where_it_is_then(monkeypatch, horizon):
+def test_what_walks_on_is_known_where_it_is_then(horizon):
     """Marched on, a walk that soft supports stop after 50,000 cycles alone."""
-    monkeypatch.setattr(resting, "HORIZON", float(horizon))
     joint = microslip.prepare(microslip.parse_joint(tomllib.loads(WEAKLY_DAMPED)))
     scheme = time_scheme(joint, 1 / (FREQUENCY * STEPS), frequency=FREQUENCY)
     raised = raised_state(scheme, FREQUENCY, LOAD, 10)
     steady = steady_state(scheme, FREQUENCY, LOAD, start=raised)
-    found = marched_on(scheme, steady, 1e-5)
+    found = marched_on(scheme, steady, 1e-5, most=horizon)
     Q, states = watched(scheme, LOAD, steady.cycle.state, horizon + resting.WATCHED, steady.phase)
     assert found.steady.converged
     assert abs(found.steady.amplitude) == pytest.approx(np.abs(Q).mean(), rel=1e-3)

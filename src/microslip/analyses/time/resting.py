@@ -259,8 +259,9 @@ def marched_on(
     steady: SteadyState,
     tolerance: float,
     memory: ContactMemory | None = None,
+    most: float = HORIZON,
 ) -> Rested:
-    """A motion that walks after `offset.HORIZON` cycles, or at rest before: where no place of rest is found.
+    """A motion that walks after so many cycles, or at rest before: where no place of rest is found.
 
     Marched cycle by cycle. What it has come to by then, on its branch or another, is settled if a search from
     there ends beside it.
@@ -269,6 +270,8 @@ def marched_on(
     ----------
     scheme, steady, tolerance, memory
         As for `rested`.
+    most : float
+        Cycles.
     """
     memory = memory or contact_memory(scheme)
     frequency, load, steps = steady.frequency, steady.load, len(steady.cycle.r) - 1
@@ -278,7 +281,7 @@ def marched_on(
     begin = place = mean_slip(state.v, dimension)
     slip = tangential_vectors(steady.cycle.v, dimension)
     still, cycles = SLOW * BLOCK * float(np.ptp(slip, axis=0).max()), 0
-    while cycles < HORIZON:
+    while cycles < most:
         state, before = march(scheme, state, wave, memory=memory).state, place
         place, cycles = mean_slip(state.v, dimension), cycles + BLOCK
         if np.linalg.norm(place - before) <= still:
