@@ -6,8 +6,6 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
 # Also where the variable is set: without bytecode every start compiles all that is imported, for seconds.
 export PYTHONDONTWRITEBYTECODE :=
-# Kernels as fast as with 3, and compiled a fifth faster.
-export NUMBA_OPT := 2
 SERIAL := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 
 .PHONY: installed demo test test-oldest validate lint docs docs-check pictures wheel-test population bench bench-calculix clean

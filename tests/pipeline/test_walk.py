@@ -68,15 +68,26 @@ def test_bodies_that_walk_to_where_no_rest_is_found_leave_a_motion_unsettled(joi
     assert found.doubt < 1e-5
     assert found.rest is not None
 
-    def walks_on(scheme, steady, tolerance, most):
-        return Rested(steady, 0.0, None, 1e-6, np.inf, np.nan, round(most))
+    def walks_on(scheme, steady, tolerance, **options):
+        return Rested(steady, 0.0, None, 1e-6, np.inf, np.nan, 400)
 
-    monkeypatch.setattr(walk, "marched_on", walks_on)
-    for error, unsettled in ((WalksOnError("on"), True), (ContactError("not solved"), False)):
-        found = found_with(error)
+    def falls(scheme, steady, tolerance, **options):
+        fallen = replace(steady, amplitude=0.5 * steady.amplitude)
+        return Rested(fallen, 0.0, np.zeros(1), 1e-6, 400.0, 0.0, 400)
+
+    def fails(*given, **options):
+        raise ContactError("not solved")
+
+    for marches in (walks_on, falls, fails):
+        monkeypatch.setattr(walk, "marched_on", marches)
+        found = found_with(WalksOnError("on"))
         assert found.amplitude == settled.amplitude
-        assert (found.change > TOLERANCE) is unsettled
-        assert found.doubt == (DOUBTFUL if unsettled else settled.doubt)
+        assert found.change > TOLERANCE
+        assert found.doubt == DOUBTFUL
+    found = found_with(ContactError("not solved"))
+    assert found.amplitude == settled.amplitude
+    assert found.change == settled.change
+    assert found.doubt == settled.doubt
 
 
 def test_states_beside_lead_to_the_same_where_nothing_folds(joint, beside):

@@ -60,7 +60,8 @@ def run_time_domain(
 
 def walking(points: Sequence[TimePoint], dimension: int) -> Iterator[Caution]:
     """Where bodies have walked past each other until they came to rest, and where they go on."""
-    rested = [p for p in points if p.lasts and not p.ahead]
+    settled = [p for p in points if p.settled]
+    rested = [p for p in settled if p.lasts and not p.ahead]
     if rested:
         far = max(rested, key=lambda point: point.walked)
         yield Caution(
@@ -71,7 +72,7 @@ def walking(points: Sequence[TimePoint], dimension: int) -> Iterator[Caution]:
             "the motion is the one where they come to rest",
             "stiffer supports hold them sooner; [[analysis.history]] marches the motion on the way",
         )
-    ahead = [p for p in points if p.ahead]
+    ahead = [p for p in settled if p.ahead]
     if ahead:
         most = max(ahead, key=lambda point: np.nan_to_num(abs(point.ahead)))
         end = (
@@ -87,7 +88,7 @@ def walking(points: Sequence[TimePoint], dimension: int) -> Iterator[Caution]:
             f"{HORIZON:.0f} cycles, after which the motion is shown: {end}",
             "stiffer supports hold them",
         )
-    other = [p for p in points if p.settled and not p.lasts]
+    other = [p for p in settled if not p.lasts]
     walks = [abs(walk_of(point.steady, dimension)) for point in other]
     if max(walks, default=0.0) > WALKS:
         worst = other[int(np.argmax(walks))]

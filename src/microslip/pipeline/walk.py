@@ -31,18 +31,19 @@ import numpy as np
 
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.time.classify import motion_of
+from microslip.analyses.time.offset import elsewhere
 from microslip.analyses.time.readings import opening_of
 from microslip.analyses.time.resting import (
     Rested,
     WalksOnError,
     at_phase_0,
-    marched_on,
     rested,
 )
 from microslip.analyses.time.scheme import State, TimeScheme, time_scheme
 from microslip.analyses.time.starts import Start, end_of, mixed
 from microslip.analyses.time.staying import LEAVES
 from microslip.analyses.time.steady import SteadyState, raised_state, steady_state
+from microslip.analyses.time.walking_on import marched_on
 from microslip.analyses.time.watching import to_come, watched
 from microslip.errors import JointOpensError, MicroslipError
 from microslip.numerics.execute import each, threads
@@ -380,11 +381,17 @@ def _rested(scheme: TimeScheme, steady: SteadyState, begin: Start) -> Rested | N
     """
     try:
         return rested(scheme, steady, TOLERANCE, begin=begin)
-    except WalksOnError:
+    except WalksOnError as walks:
         if not steady.converged:
             raise
-        there = marched_on(scheme, steady, TOLERANCE, most=SOON)
-        if there.offset is None or not there.steady.converged:
+        try:
+            there = marched_on(scheme, steady, TOLERANCE, begin=begin, most=SOON)
+        except MicroslipError:
+            raise walks from None
+        size = abs(steady.amplitude)
+        opens = opening_of(there.steady.cycle, scheme.joint.model.position)
+        falls = elsewhere(abs(there.steady.amplitude), (size, size))
+        if there.offset is None or not there.steady.converged or opens or falls:
             raise
         return there
 

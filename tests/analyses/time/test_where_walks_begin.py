@@ -1,20 +1,22 @@
 """Where bodies that walk rest, from what a search has ended with: against marching alone."""
 
 import tomllib
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from walking_joints import FALLS, WEAKLY_DAMPED, better_held, marched_alone
+from walking_joints import FALLS, SOON_AT_REST, WEAKLY_DAMPED, better_held, marched_alone
 
 import microslip
 from microslip.analyses.time import offset as offset_module
-from microslip.analyses.time import resting
+from microslip.analyses.time import points, resting, walking_on
 from microslip.analyses.time.offset import Looked, Rest, as_far
 from microslip.analyses.time.point import Request, TimePoint
 from microslip.analyses.time.points import steady_states
-from microslip.analyses.time.resting import WalksOnError, marched_on, rested
+from microslip.analyses.time.resting import WalksOnError, rested
 from microslip.analyses.time.scheme import prestressed_state, time_scheme
 from microslip.analyses.time.steady import raised_state, steady_state
+from microslip.analyses.time.walking_on import WATCHED, marched_on
 from microslip.analyses.time.watching import watched
 from microslip.contact.pairs import mean_slip
 from microslip.pipeline.targets import STEPS
@@ -99,6 +101,45 @@ def test_a_motion_that_falls_on_the_way_is_the_one_that_it_falls_to():
     assert 300 < point.lasts < resting.HORIZON
 
 
+def test_where_no_search_finds_the_place_of_rest_marching_does(monkeypatch):
+    """As the search leaves it the motion is 8e-5 off. Whether its rest is found hangs on rounding."""
+
+    def not_found(*given, **options):
+        raise WalksOnError("on")
+
+    monkeypatch.setattr(points, "rested", not_found)
+    joint = microslip.prepare(microslip.parse_joint(tomllib.loads(SOON_AT_REST)))
+    frequency, load = 454.1638, 3200.2976
+    scheme = time_scheme(joint, 1 / (frequency * STEPS), frequency=frequency)
+    begin = raised_state(scheme, frequency, load, 10)
+    first = steady_state(scheme, frequency, load, start=begin)
+    size = np.abs(watched(scheme, load, begin, 1000)[0])
+    assert abs(abs(first.amplitude) / size[-1] - 1) > 2e-5
+    (point,) = steady_states(joint, [Request(1.0, frequency, load, None, 0j, past="raised")])
+    assert point.settled
+    assert abs(point.steady.amplitude) == pytest.approx(size[-1], rel=2e-6)
+    assert 0 < point.lasts <= 300
+    assert point.ahead == 0.0
+
+
+@pytest.mark.parametrize("off", [1.0, 1.5])
+def test_a_motion_that_no_search_ends_beside_is_as_it_was_marched(monkeypatch, off):
+    """One of another size is another motion."""
+    joint = microslip.prepare(microslip.parse_joint(tomllib.loads(WEAKLY_DAMPED)))
+    scheme = time_scheme(joint, 1 / (FREQUENCY * STEPS), frequency=FREQUENCY)
+    steady = steady_state(scheme, FREQUENCY, LOAD, start=raised_state(scheme, FREQUENCY, LOAD, 10))
+    real = walking_on.steady_state
+
+    def elsewhere(*given, accelerate=True, **options):
+        found = real(*given, accelerate=accelerate, **options)
+        return replace(found, amplitude=off * found.amplitude) if accelerate else found
+
+    monkeypatch.setattr(walking_on, "steady_state", elsewhere)
+    found = marched_on(scheme, steady, 1e-5, most=50)
+    assert found.steady.converged is (off == 1.0)
+    assert abs(found.steady.amplitude) == pytest.approx(abs(steady.amplitude), rel=2e-3)
+
+
 @pytest.mark.parametrize("horizon", [100, 150])
 def test_what_walks_on_is_known_where_it_is_then(horizon):
     """Marched on, a walk that soft supports stop after 50,000 cycles alone."""
@@ -107,7 +148,7 @@ def test_what_walks_on_is_known_where_it_is_then(horizon):
     raised = raised_state(scheme, FREQUENCY, LOAD, 10)
     steady = steady_state(scheme, FREQUENCY, LOAD, start=raised)
     found = marched_on(scheme, steady, 1e-5, most=horizon)
-    Q, states = watched(scheme, LOAD, steady.cycle.state, horizon + resting.WATCHED, steady.phase)
+    Q, states = watched(scheme, LOAD, steady.cycle.state, horizon + WATCHED, steady.phase)
     assert found.steady.converged
     assert abs(found.steady.amplitude) == pytest.approx(np.abs(Q).mean(), rel=1e-3)
     walked = mean_slip(states[-1].v, 2) - mean_slip(steady.cycle.state.v, 2)

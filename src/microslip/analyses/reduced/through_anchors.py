@@ -179,7 +179,10 @@ def held(
         varies[inside] = vary_between(vary[left], vary[right])
         varies[run] = vary
         amplitude[run] = [one.amplitude for one in known]
-        usual = np.minimum(_nearly_most(scatter), _most_beside_anchors(bound, run - run[0]))
+        jumped = jumped_across(run, np.abs(amplitude), folded)
+        beside = bound.copy()
+        beside[jumped - run[0]] = np.inf
+        usual = np.minimum(_nearly_most(scatter), _most_beside_anchors(beside, run - run[0]))
         own = np.maximum(np.nan_to_num(scatter), usual)
         other = bound[run - run[0]]
         unsettled = np.array([one.change for one in known]) > SETTLED
@@ -187,7 +190,7 @@ def held(
             other = np.where(unsettled, _missed_of(part, load, x, known), other)
         error[run] = np.where(told, own, np.maximum(other, own)) + doubt + accuracy[run]
         error[run] += vary
-        error[jumped_across(run, np.abs(amplitude), folded)] = np.inf
+        error[jumped] = np.inf
     return Held(amplitude, np.where(np.isfinite(amplitude), error, np.inf), varies)
 
 

@@ -8,6 +8,7 @@ slowly*: prestress, from which quasi-static cycles load as well, and then more a
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -18,7 +19,7 @@ from microslip.analyses.time.deviations import Derivative
 from microslip.analyses.time.leaving import leave
 from microslip.analyses.time.point import Request, TimePoint
 from microslip.analyses.time.readings import opening_of, phases
-from microslip.analyses.time.resting import Rested, WalksOnError, marched_on, rested
+from microslip.analyses.time.resting import Rested, WalksOnError, rested
 from microslip.analyses.time.scheme import (
     ContactMemory,
     State,
@@ -39,7 +40,8 @@ from microslip.analyses.time.steady import (
     thinned,
 )
 from microslip.analyses.time.step_refinement import with_finer_steps
-from microslip.errors import Failure, JointOpensError, MicroslipError
+from microslip.analyses.time.walking_on import marched_on
+from microslip.errors import ContactError, Failure, JointOpensError, MicroslipError
 from microslip.numerics.execute import Executor, each, threads
 
 RAISED = 10
@@ -101,7 +103,7 @@ def _answer(joint: PreparedJoint, request: Request) -> tuple[TimePoint, Derivati
     sought = point.steady.converged or request.patient
     if not point.settled and sought and request.finer and request.accelerate:
         for factor in MORE:
-            more = _with_more_steps(joint, request, point.steady, factor)
+            more = _with_more_steps(joint, request, point, factor)
             if more is not None:
                 return more
     if point.settled:
@@ -129,7 +131,9 @@ def _scheme(joint: PreparedJoint, request: Request) -> TimeScheme:
     )
 
 
-def _searched(joint: PreparedJoint, request: Request) -> tuple[TimePoint, Derivative | None]:
+def _searched(
+    joint: PreparedJoint, request: Request, marches: bool = True
+) -> tuple[TimePoint, Derivative | None]:
     """What a search ends in, where that is periodic with stability and error; and what it knows."""
     scheme = _scheme(joint, request)
     memory = contact_memory(scheme)
@@ -154,7 +158,7 @@ def _searched(joint: PreparedJoint, request: Request) -> tuple[TimePoint, Deriva
         steps=request.steps,
     )
     apart = 0.0
-    at_rest = _at_rest(scheme, request, steady, begin, memory)
+    at_rest = _at_rest(scheme, request, steady, begin, memory, marches)
     if at_rest is not None:
         _refuse_open(scheme, at_rest.steady, request)
         there, apart = _spent(at_rest.steady, steady, at_rest.cycles), at_rest.apart
@@ -178,8 +182,9 @@ def _at_rest(
     steady: SteadyState,
     begin: State | Start | None,
     memory: ContactMemory,
+    marches: bool,
 ) -> Rested | None:
-    """Where the bodies of a motion come to rest, if they walk, or are later where that is not found."""
+    """Where the bodies of a motion come to rest, if they walk and that is found; else where it leads."""
     if not request.accelerate:
         return None
     if begin is None:
@@ -189,26 +194,30 @@ def _at_rest(
     try:
         return rested(scheme, steady, request.tolerance, memory, begin)
     except WalksOnError:
-        # the vibration repeats, but may fall from its branch on the way
-        return marched_on(scheme, steady, request.tolerance, memory) if steady.converged else None
+        if steady.converged and marches:
+            # the vibration repeats, but may fall from its branch on the way
+            with suppress(ContactError):
+                return marched_on(scheme, steady, request.tolerance, memory, begin)
+    return None
 
 
 def _with_more_steps(
-    joint: PreparedJoint, request: Request, before: SteadyState, factor: int
+    joint: PreparedJoint, request: Request, before: TimePoint, factor: int
 ) -> tuple[TimePoint, Derivative | None] | None:
     """The steady state with so many times the steps, sampled as with those asked for, or None.
 
-    Steps that resolve contact badly may shake a motion that is stable.
+    Steps that resolve contact badly may shake a motion that is stable. A walk is not marched again.
     """
-    finer = replace(request, steps=factor * request.steps, start=before.end, max_cycles=FEW)
+    start, first = before.steady.end, before.steady
+    finer = replace(request, steps=factor * request.steps, start=start, max_cycles=FEW)
     try:
-        point, known = _searched(joint, finer)
+        point, known = _searched(joint, finer, marches=not before.lasts)
     except MicroslipError:
         return None
     if not point.settled:
         return None
     steady = replace(point.steady, cycle=thinned(point.steady.cycle, factor))
-    return replace(point, steady=_spent(steady, before, steady.cycles)), known
+    return replace(point, steady=_spent(steady, first, steady.cycles)), known
 
 
 def _settled_meanwhile(

@@ -3,13 +3,12 @@
 The walk is left out of what a search measures, so that it settles within some cycles wherever the bodies are:
 to the vibration at that offset. From how far they move on in its last cycle, and from another offset, follows
 where they come to rest (`offset.py`), in some tens of cycles in all instead of the thousands of the walk.
-Where that is not found these are marched: the motion may fall from its branch on the way.
+Where that is not found these are marched (`walking_on.py`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -28,7 +27,6 @@ from microslip.analyses.time.offset import (
 from microslip.analyses.time.scheme import ContactMemory, State, TimeScheme, contact_memory, march
 from microslip.analyses.time.starts import Start, end_of
 from microslip.analyses.time.steady import SteadyState, steady_state, walk_of
-from microslip.analyses.time.watching import watched
 from microslip.contact.pairs import mean_slip, tangential_vectors
 from microslip.errors import ContactError
 from microslip.typing import Array
@@ -55,9 +53,6 @@ is known least: how fast they are there tells how far they get."""
 
 FINAL = 50
 """Cycles at most of the search there."""
-
-BLOCK, WATCHED = 50, 40
-"""Cycles that are marched at once where no place of rest is found, and those that are looked at at last."""
 
 
 class WalksOnError(ContactError):
@@ -204,7 +199,7 @@ def rested(
     memory = memory or contact_memory(scheme)
     frequency, load = steady.frequency, steady.load
     space = StateSpace(scheme, 2 * np.pi * frequency)
-    first = _begun(space, steady, memory, begin)
+    first = begun(space, steady, memory, begin)
     if first is None or not walks(first.looked.rate):
         return None
     last, spent, seen = first.state, first.cycles, [first.looked]
@@ -254,64 +249,7 @@ def rested(
     return Rested(final, apart, offset, walked, rest.cycles, ahead, spent + final.cycles + 1)
 
 
-def marched_on(
-    scheme: TimeScheme,
-    steady: SteadyState,
-    tolerance: float,
-    memory: ContactMemory | None = None,
-    most: float = HORIZON,
-) -> Rested:
-    """A motion that walks after so many cycles, or at rest before: where no place of rest is found.
-
-    Marched cycle by cycle. What it has come to by then, on its branch or another, is settled if a search from
-    there ends beside it.
-
-    Parameters
-    ----------
-    scheme, steady, tolerance, memory
-        As for `rested`.
-    most : float
-        Cycles.
-    """
-    memory = memory or contact_memory(scheme)
-    frequency, load, steps = steady.frequency, steady.load, len(steady.cycle.r) - 1
-    wave = load * np.sin(2 * np.pi * np.arange(BLOCK * steps + 1) / steps)
-    dimension = scheme.joint.model.dimension
-    state = at_phase_0(scheme, steady, memory)
-    begin = place = mean_slip(state.v, dimension)
-    slip = tangential_vectors(steady.cycle.v, dimension)
-    still, cycles = SLOW * BLOCK * float(np.ptp(slip, axis=0).max()), 0
-    while cycles < most:
-        state, before = march(scheme, state, wave, memory=memory).state, place
-        place, cycles = mean_slip(state.v, dimension), cycles + BLOCK
-        if np.linalg.norm(place - before) <= still:
-            break
-    Q, ends = watched(scheme, load, state, WATCHED, memory=memory)
-    final = steady_state(
-        scheme,
-        frequency,
-        load,
-        start=end_of(ends[-1], 0.0, scheme, frequency),
-        tolerance=tolerance,
-        max_cycles=FINAL,
-        memory=memory,
-    )
-    size, here = float(np.abs(Q).mean()), abs(final.amplitude)
-    if elsewhere(here, (size, size)):
-        final = replace(final, converged=False)
-    place, on = mean_slip(final.cycle.state.v, dimension), _drifts(final, scheme)
-    return Rested(
-        steady=final,
-        apart=abs(here / size - 1),
-        offset=None if on else place,
-        walked=float(np.linalg.norm(place - begin)),
-        lasts=np.inf if on else float(cycles),
-        ahead=np.nan if on else 0.0,
-        cycles=cycles + WATCHED + final.cycles,
-    )
-
-
-def _begun(
+def begun(
     space: StateSpace, steady: SteadyState, memory: ContactMemory, begin: State | Start | None
 ) -> AtOffset | None:
     """The motion that a walk begins with: by a short search where the one that was made was long."""
