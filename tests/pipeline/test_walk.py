@@ -55,11 +55,14 @@ def test_bodies_that_walk_to_where_no_rest_is_found_leave_a_motion_unsettled(joi
     settled = seek(joint, Target(0, 182.0, LOAD, 0.0))
     assert settled.change <= TOLERANCE
 
-    def found_with(error):
+    def failing(error):
         def fails(*given, **options):
             raise error
 
-        monkeypatch.setattr(walk, "rested", fails)
+        return fails
+
+    def found_with(error):
+        monkeypatch.setattr(walk, "rested", failing(error))
         return seek(joint, Target(0, 182.0, LOAD, 0.0))
 
     found = found_with(WalksOnError("on"))
@@ -75,10 +78,7 @@ def test_bodies_that_walk_to_where_no_rest_is_found_leave_a_motion_unsettled(joi
         fallen = replace(steady, amplitude=0.5 * steady.amplitude)
         return Rested(fallen, 0.0, np.zeros(1), 1e-6, 400.0, 0.0, 400)
 
-    def fails(*given, **options):
-        raise ContactError("not solved")
-
-    for marches in (walks_on, falls, fails):
+    for marches in (walks_on, falls, failing(ContactError("not solved"))):
         monkeypatch.setattr(walk, "marched_on", marches)
         found = found_with(WalksOnError("on"))
         assert found.amplitude == settled.amplitude

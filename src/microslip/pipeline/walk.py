@@ -33,12 +33,7 @@ from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.time.classify import motion_of
 from microslip.analyses.time.offset import elsewhere
 from microslip.analyses.time.readings import opening_of
-from microslip.analyses.time.resting import (
-    Rested,
-    WalksOnError,
-    at_phase_0,
-    rested,
-)
+from microslip.analyses.time.resting import Rested, WalksOnError, at_phase_0, rested
 from microslip.analyses.time.scheme import State, TimeScheme, time_scheme
 from microslip.analyses.time.starts import Start, end_of, mixed
 from microslip.analyses.time.staying import LEAVES

@@ -128,13 +128,13 @@ def test_a_motion_that_no_search_ends_beside_is_as_it_was_marched(monkeypatch, o
     joint = microslip.prepare(microslip.parse_joint(tomllib.loads(WEAKLY_DAMPED)))
     scheme = time_scheme(joint, 1 / (FREQUENCY * STEPS), frequency=FREQUENCY)
     steady = steady_state(scheme, FREQUENCY, LOAD, start=raised_state(scheme, FREQUENCY, LOAD, 10))
-    real = walking_on.steady_state
+    real = walking_on.sought_there
 
-    def elsewhere(*given, accelerate=True, **options):
-        found = real(*given, accelerate=accelerate, **options)
-        return replace(found, amplitude=off * found.amplitude) if accelerate else found
+    def elsewhere(*given):
+        found = real(*given)
+        return replace(found, amplitude=off * found.amplitude)
 
-    monkeypatch.setattr(walking_on, "steady_state", elsewhere)
+    monkeypatch.setattr(walking_on, "sought_there", elsewhere)
     found = marched_on(scheme, steady, 1e-5, most=50)
     assert found.steady.converged is (off == 1.0)
     assert abs(found.steady.amplitude) == pytest.approx(abs(steady.amplitude), rel=2e-3)

@@ -330,11 +330,10 @@ def _most_beside_anchors(bound: Array, run: Indices) -> Array:
     >>> _most_beside_anchors(bound, np.array([0, 2, 5, 6]))
     array([0.02, 0.04, 0.04,  inf])
     """
-    between = np.array([bound[i + 1 : k].max(initial=-np.inf) for i, k in pairwise(run)])
-    most = np.full(len(run), -np.inf)
-    most[:-1] = between
-    most[1:] = np.maximum(most[1:], between)
-    return np.where(most > -np.inf, most, np.inf)
+    nothing = -np.inf
+    between = [bound[i + 1 : k].max(initial=nothing) for i, k in pairwise(run)]
+    most = np.maximum([nothing, *between], [*between, nothing])
+    return np.where(most > nothing, most, np.inf)
 
 
 def _bound(x: Array, y: Complex, z: Complex, at: Array, there: Complex) -> Array:

@@ -208,8 +208,8 @@ def _with_more_steps(
 
     Steps that resolve contact badly may shake a motion that is stable. A walk is not marched again.
     """
-    start, first = before.steady.end, before.steady
-    finer = replace(request, steps=factor * request.steps, start=start, max_cycles=FEW)
+    first = before.steady
+    finer = replace(request, steps=factor * request.steps, start=first.end, max_cycles=FEW)
     try:
         point, known = _searched(joint, finer, marches=not before.lasts)
     except MicroslipError:

@@ -223,16 +223,7 @@ def rested(
             raise WalksOnError("the bodies walk on, and the vibration changes by more than that")
         rest, there, moved = followed(rest, look)
         vector = rest.vector if there is None else there[0]
-        start = end_of(space.state(vector, last), 0.0, scheme, frequency)
-        final = steady_state(
-            scheme,
-            frequency,
-            load,
-            start=start,
-            tolerance=tolerance,
-            max_cycles=FINAL,
-            memory=memory,
-        )
+        final = sought_there(scheme, steady, space.state(vector, last), tolerance, memory)
     except ContactError as error:
         raise WalksOnError(str(error)) from error
     if not final.converged:
@@ -247,6 +238,21 @@ def rested(
         offset, ahead = None, np.nan
     walked = float(np.linalg.norm(place - first.looked.offset.mean(axis=0)))
     return Rested(final, apart, offset, walked, rest.cycles, ahead, spent + final.cycles + 1)
+
+
+def sought_there(
+    scheme: TimeScheme, steady: SteadyState, state: State, tolerance: float, memory: ContactMemory
+) -> SteadyState:
+    """What a search ends with from where the bodies of a motion have come to, a state at phase 0."""
+    return steady_state(
+        scheme,
+        steady.frequency,
+        steady.load,
+        start=end_of(state, 0.0, scheme, steady.frequency),
+        tolerance=tolerance,
+        max_cycles=FINAL,
+        memory=memory,
+    )
 
 
 def begun(

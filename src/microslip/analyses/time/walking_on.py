@@ -12,7 +12,7 @@ import numpy as np
 
 from microslip.analyses.time.deviations import StateSpace
 from microslip.analyses.time.offset import HORIZON
-from microslip.analyses.time.resting import FINAL, SLOW, Rested, at_phase_0, begun
+from microslip.analyses.time.resting import SLOW, Rested, begun, sought_there
 from microslip.analyses.time.scheme import ContactMemory, State, TimeScheme, contact_memory, march
 from microslip.analyses.time.starts import Start, end_of
 from microslip.analyses.time.steady import SteadyState, steady_state, walk_of
@@ -57,7 +57,8 @@ def marched_on(
     memory = memory or contact_memory(scheme)
     dimension, load = scheme.joint.model.dimension, steady.load
     first = begun(StateSpace(scheme, 2 * np.pi * steady.frequency), steady, memory, begin)
-    state = at_phase_0(scheme, steady, memory) if first is None else first.state
+    assert first is not None, "it has settled"
+    state = first.state
     start = mean_slip(state.v, dimension)
     wave = load * np.sin(2 * np.pi * np.arange(BLOCK * scheme.steps + 1) / scheme.steps)
     slow, cycles = 0, 0
@@ -94,21 +95,18 @@ def _beside(
 
     Where a search leads elsewhere or nowhere that itself, not converged.
     """
-    frequency, load = steady.frequency, steady.load
-    start = end_of(end, 0.0, scheme, frequency)
-    final = steady_state(
-        scheme,
-        frequency,
-        load,
-        start=start,
-        tolerance=tolerance,
-        max_cycles=FINAL,
-        memory=memory,
-    )
+    final = sought_there(scheme, steady, end, tolerance, memory)
     apart = float(np.abs(np.abs(Q) / abs(final.amplitude) - 1).max())
     if final.converged and apart <= STRAYS:
         return final, apart
+    start = end_of(end, 0.0, scheme, steady.frequency)
     itself = steady_state(
-        scheme, frequency, load, start=start, accelerate=False, max_cycles=1, memory=memory
+        scheme,
+        steady.frequency,
+        steady.load,
+        start=start,
+        accelerate=False,
+        max_cycles=1,
+        memory=memory,
     )
     return replace(itself, converged=False, cycles=final.cycles + itself.cycles), apart
