@@ -181,5 +181,5 @@ def setup(app):
     app.connect("autodoc-skip-member", skip_members)
     app.connect("doctree-read", shorten_contents, priority=400)
     app.connect("builder-inited", name_stale_pictures)
-    sidebar.Sidebar().connect(app)
+    sidebar.connect(app)
     app.connect("build-finished", bundle_mathjax)

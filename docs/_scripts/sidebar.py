@@ -6,6 +6,7 @@ functions and classes, and then keeps the titles. Here what it copies are those.
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 from sphinx import addnodes
@@ -24,28 +25,29 @@ def titles(contents: Any) -> Any:
     return kept
 
 
-class Sidebar:
-    """Lends the titles as contents while the tree of pages is made."""
+@cache
+def all_titles(env: Any) -> dict[str, Any]:
+    """`titles` of every page."""
+    return {name: titles(contents) for name, contents in env.tocs.items()}
 
-    def __init__(self) -> None:
-        self.titles: dict[str, Any] = {}
 
-    def lend(self, app: Any, name: str, template: str, context: dict[str, Any], *rest: Any) -> None:
-        """To a page, before its theme asks for that tree, with titles only."""
-        whole = context["toctree"]
+def lend(app: Any, name: str, template: str, context: dict[str, Any], *rest: Any) -> None:
+    """To a page the titles as contents, while its theme has the tree of pages made."""
+    whole = context["toctree"]
 
-        def toctree(**asked: Any) -> Any:
-            contents = app.env.tocs
-            if asked.get("titles_only"):
-                self.titles = self.titles or {k: titles(one) for k, one in contents.items()}
-                app.env.tocs = self.titles
-            try:
-                return whole(**asked)
-            finally:
-                app.env.tocs = contents
+    def toctree(**asked: Any) -> Any:
+        contents = app.env.tocs
+        if asked.get("titles_only"):
+            app.env.tocs = all_titles(app.env)
+        try:
+            return whole(**asked)
+        finally:
+            app.env.tocs = contents
 
-        context["toctree"] = toctree
+    context["toctree"] = toctree
 
-    def connect(self, app: Any) -> None:
-        """Before what themes do, at priority 500."""
-        app.connect("html-page-context", self.lend, priority=400)
+
+def connect(app: Any) -> None:
+    """Before what themes do, at priority 500; titles are made before processes share out the pages."""
+    app.connect("env-check-consistency", lambda app, env: all_titles(env))
+    app.connect("html-page-context", lend, priority=400)
