@@ -31,6 +31,11 @@ def corrected(moment, force=4e5, **response):
     return microslip.run(microslip.parse_joint({**file, "analysis": analysis}))
 
 
+def unmoved(joint, load, states):
+    """States that more steps do not change."""
+    return ((k, More(one.amplitude, 16)) for k, one in states.items())
+
+
 @pytest.fixture(scope="module")
 def done():
     return corrected(30.0, corrections=12)
@@ -115,15 +120,36 @@ def test_beside_a_motion_that_is_not_steady_the_bound_says_so(done, monkeypatch)
     assert any("not steady" in one.reason for one in again.cautions)
 
 
+def test_what_lingers_past_the_end_of_a_branch_is_not_claimed(done, monkeypatch):
+    """Motions that still change, next to a jump: their amplitude hardly does, and yet they fall."""
+    true, end = method.patient_motion, done.responses[0].peak_frequency - 2.0
+
+    def fallen(joint, load, frequency, guess, steps):
+        found = true(joint, load, frequency, guess, steps)
+        if frequency < end:
+            return found._replace(amplitude=found.amplitude / 5)
+        changing = found._replace(change=1e-2, doubt=1e-3, end=None)
+        return changing if frequency < end + 1.5 else found
+
+    monkeypatch.setattr(method, "patient_motion", fallen)
+    monkeypatch.setattr("microslip.pipeline.stepping.more_steps", unmoved)
+    (curve,) = corrected(30.0, corrections=60, count=121).responses
+    up = curve.frequency - end
+    lingering = [one.frequency - end for one in curve.anchors if 0 <= one.frequency - end < 1.5]
+    assert len(lingering) > 1
+    assert not (curve.error_indicator[(up >= 0) & (up < max(lingering))] <= 1).any()
+    assert (curve.error_indicator[up > 4.0] <= 0.05).all()
+
+
 def test_between_states_that_more_steps_have_moved_others_are_sought(done, monkeypatch):
     """With more steps a piece of the response is larger; what is known is not sought on again."""
     peak, sought_on = done.responses[0].peak_frequency, {}
 
-    def unmoved(joint, load, states):
+    def noted(joint, load, states):
         sought_on.update(states)
-        return ((k, More(one.amplitude, 16)) for k, one in states.items())
+        return unmoved(joint, load, states)
 
-    monkeypatch.setattr("microslip.pipeline.stepping.more_steps", unmoved)
+    monkeypatch.setattr("microslip.pipeline.stepping.more_steps", noted)
     (plain,) = corrected(30.0, corrections=60, error=0.02, count=121).responses
     before = len(sought_on)
     sought_on.clear()

@@ -44,6 +44,7 @@ from microslip.numerics.fourier import harmonic, without_drift
 from microslip.pipeline.band import Curve
 from microslip.pipeline.choosing import AT_A_TIME
 from microslip.pipeline.creep import crept
+from microslip.pipeline.neighbours import leaving
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.stepping import ACCURACY, Stepping, refined_anchors
 from microslip.pipeline.targets import STEPS, TOLERANCE, Stepped
@@ -401,4 +402,6 @@ def _least_known(table: _Table, settings: ResponseAnalysis) -> list[int]:
 
 
 def _response(table: _Table, base: Response) -> Response:
-    return held_to(base, "corrected", table.response(), table.anchors)
+    now = table.response()
+    now.error[leaving(table.anchors, now.error, table.settled)] = np.inf
+    return held_to(base, "corrected", now, table.anchors)
