@@ -1,12 +1,14 @@
 """Whether motions stay beside a periodic one, against the motion from it marched alone."""
 
 import tomllib
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from unstable_joint import LOAD, UNSTABLE
 
 import microslip
+from microslip.analyses.time import staying
 from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.staying import LEAVES, stay_of
 from microslip.analyses.time.steady import steady_state
@@ -73,3 +75,43 @@ def test_what_has_not_converged_says_nothing(joint):
     steady = steady_state(scheme, 430.0, LOAD, max_cycles=3)
     with pytest.raises(microslip.MicroslipError, match="converge"):
         stay_of(scheme, steady)
+
+
+def turning(monkeypatch, grows, turn, limit):
+    """Beside a motion of size one, others that turn and come to a circle of known radius, or leave it."""
+
+    def marched(scheme, load, z, cycles, phase, memory):
+        states = [z]
+        for _ in range(cycles):
+            z = states[-1]
+            states.append(z * np.exp(1j * turn) * (1 + grows * (1 - abs(z) / limit)))
+        return 1 + np.array(states[1:]), states
+
+    multiplier = (1 + grows) * np.exp(1j * turn)
+    found = SimpleNamespace(
+        verdict="unstable",
+        values=np.array([multiplier]),
+        vibration=np.array([True]),
+        largest=abs(multiplier),
+        cycles=3,
+    )
+    monkeypatch.setattr(staying, "stability_of", lambda *_, **__: found)
+    monkeypatch.setattr(staying, "pushed", lambda *of: (-complex(of[-1]), complex(of[-1])))
+    monkeypatch.setattr(staying, "watched", marched)
+    return stay_of(SimpleNamespace(), SimpleNamespace(amplitude=1.0, load=1.0, phase=0.0))
+
+
+@pytest.mark.parametrize("limit", [1e-3, 3e-3, 8e-3])
+@pytest.mark.parametrize("turn", [0.03, 0.08, 1.1, np.pi])
+@pytest.mark.parametrize("grows", [5e-4, 2e-3, 2e-2])
+def test_what_stays_is_bounded_by_pushes_that_fall_back_to_it(monkeypatch, grows, turn, limit):
+    """However slowly: a push larger than what stays would else be what is said of it."""
+    stay = turning(monkeypatch, grows, turn, limit)
+    shift = abs(abs(stay.amplitude) - 1)
+    assert 0.99 * limit <= stay.strays + shift
+    assert stay.strays <= 3.1 * limit
+    assert stay.varies <= 1.05 * limit
+
+
+def test_what_grows_beyond_every_push_leaves(monkeypatch):
+    assert turning(monkeypatch, 2e-2, 1.1, -1e-2).strays == np.inf

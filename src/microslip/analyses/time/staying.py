@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from microslip.analyses.time.floquet import Multipliers
 from microslip.analyses.time.leaving import PUSH, pushed
 from microslip.analyses.time.scheme import ContactMemory, TimeScheme
 from microslip.analyses.time.stability import stability_of
@@ -25,6 +26,12 @@ farther off than in as many before."""
 
 LEAST, MOST = 100, 300
 """Cycles marched after the push, and at most where it is ever farther off."""
+
+PUSHES = (PUSH, PUSH / 3, PUSH / 9)
+"""Shares of the size of the vibration by which a motion is pushed off, one after the other."""
+
+FALLS = 0.97
+"""Times that a motion is as far off as it was after the first block, at most, where it falls back."""
 
 LEAVES = 0.1
 """Relative change of the amplitude from which on it has left."""
@@ -64,6 +71,8 @@ class Stay(NamedTuple):
 def stay_of(scheme: TimeScheme, steady: SteadyState, memory: ContactMemory | None = None) -> Stay:
     """What motions do beside a periodic one.
 
+    One that falls back tells no more than that what stays is not as far off: it is pushed by less then.
+
     Parameters
     ----------
     scheme : TimeScheme
@@ -78,30 +87,85 @@ def stay_of(scheme: TimeScheme, steady: SteadyState, memory: ContactMemory | Non
         Where the steady state did not converge.
     """
     found = stability_of(scheme, steady, memory=memory)
+    own, cycles, outer = steady.amplitude, found.cycles, np.inf
     if found.verdict != "unstable":
-        return Stay(steady.amplitude, 0.0, found.cycles)
-    own, state = steady.amplitude, pushed(scheme, steady, found, PUSH)[0]
-    Q = np.zeros(0, complex)
-    while len(Q) < LEAST or (len(Q) < MOST and _grows(Q, own)):
+        return Stay(own, 0.0, cycles)
+    for share in PUSHES:
         try:
-            more, states = watched(scheme, steady.load, state, BLOCK, steady.phase, memory)
+            Q = _marched(scheme, steady, found, share, memory)
         except MicroslipError:  # it is not known to stay
-            return Stay(own, np.inf, found.cycles + len(Q))
+            return Stay(own, np.inf, cycles)
+        cycles += len(Q)
+        stay = _seen(Q, own, found)._replace(cycles=cycles)
+        if not np.isfinite(stay.strays):
+            return stay
+        times = _times_off(Q, own, found)
+        if times >= FALLS:
+            break
+        outer = min(outer, _off(Q[-_half_turn(found) :], own))
+    # what grows comes as far as others fall back to, at most
+    grows = times > 1 / FALLS and np.isfinite(outer)
+    return Stay(own, outer, cycles) if grows or stay.strays > outer else stay
+
+
+def _marched(
+    scheme: TimeScheme,
+    steady: SteadyState,
+    found: Multipliers,
+    share: float,
+    memory: ContactMemory | None,
+) -> Complex:
+    """First harmonics of a motion pushed off, until it has left, or what becomes of it is seen."""
+    state, own, Q = pushed(scheme, steady, found, share)[0], steady.amplitude, np.zeros(0, complex)
+    least = max(LEAST, BLOCK + 2 * _half_turn(found))
+    while len(Q) < least or (len(Q) < MOST and _is_open(Q, own, found)):
+        more, states = watched(scheme, steady.load, state, BLOCK, steady.phase, memory)
         state, Q = states[-1], np.append(Q, more)
-        if np.abs(np.abs(more) / abs(own) - 1).max() > LEAVES:
-            return Stay(own, np.inf, found.cycles + len(Q))
-    cycles, last = found.cycles + len(Q), Q[-PART:]
+        if _off(more, own) > LEAVES:
+            break
+    return Q
+
+
+def _is_open(Q: Complex, own: complex, found: Multipliers) -> bool:
+    """Whether a motion is ever farther off, or changes so slowly that it is not seen which way."""
+    slow = found.largest**PART <= GROWS
+    return _grows(Q, own) or (slow and FALLS <= _times_off(Q, own, found) <= 1 / FALLS)
+
+
+def _seen(Q: Complex, own: complex, found: Multipliers) -> Stay:
+    """What was seen of a motion beside a periodic one, whose first harmonic is its own."""
+    if _off(Q[-BLOCK:], own) > LEAVES:
+        return Stay(own, np.inf, len(Q))
+    last = Q[-PART:]
     if found.largest**PART <= GROWS and not _fallen(Q, own):
         # too slow to tell: it may be on its way
-        return Stay(own, 2 * float(np.abs(np.abs(last) / abs(own) - 1).max()), cycles)
+        return Stay(own, 2 * _off(last, own), len(Q))
     size = float(np.abs(last).mean())
     mean = size * complex(np.exp(1j * np.angle(last.mean())))
-    strays = float(np.abs(np.abs(last) / size - 1).max())
+    strays = _off(last, size)
     if _grows(Q, own):
-        return Stay(mean, max(strays, OPEN), cycles)
+        return Stay(mean, max(strays, OPEN), len(Q))
     # a mean of so many cycles is one of the motion as far as that before is the same
     moved = abs(float(np.abs(Q[-2 * PART : -PART]).mean()) / size - 1)
-    return Stay(mean, strays + moved, cycles, 0.0 if _fallen(Q, own) else strays)
+    return Stay(mean, strays + moved, len(Q), 0.0 if _fallen(Q, own) else strays)
+
+
+def _off(Q: Complex, own: complex) -> float:
+    """How far the size strays from that of a motion, at most, relative."""
+    return float(np.abs(np.abs(Q) / abs(own) - 1).max())
+
+
+def _times_off(Q: Complex, own: complex, found: Multipliers) -> float:
+    """Times that a motion is as far off as it was after the first block, over half a turn each."""
+    part, off = _half_turn(found), np.abs(Q / own - 1)
+    return float(off[-part:].max() / off[BLOCK : BLOCK + part].max())
+
+
+def _half_turn(found: Multipliers) -> int:
+    """Cycles of half a turn about the periodic motion; at least `PART`, and not over half of the most."""
+    vibrations = found.values[found.vibration]
+    turn = abs(float(np.angle(vibrations[np.argmax(np.abs(vibrations))])))
+    return int(np.clip(np.pi / max(turn, 1e-9), PART, (MOST - BLOCK) // 2))
 
 
 def _grows(Q: Complex, own: complex) -> bool:
