@@ -271,9 +271,9 @@ def test_of_a_fold_both_stable_answers_are_given():
     """The larger and the smaller are the outer ones of three roots, which exist nowhere else."""
     model, soft = oscillator(1e-4), softening()
     load = 0.5 * resonance_of(model, soft).largest_load
-    band = np.linspace(150, 200, 801)
+    band = np.linspace(150, 200, 401)
     found = swept_both_ways(lambda down: forced_response(model, soft, band, load, downward=down))
-    roots = [all_amplitudes(model, soft, f, load, points=4000) for f in band]
+    roots = [all_amplitudes(model, soft, f, load, points=2000) for f in band]
     three = np.flatnonzero([len(r) == 3 for r in roots])
     assert len(three) > 20
     assert set(found.folded) == {k for k in three if roots[k].max() > 1.01 * roots[k].min()}

@@ -216,6 +216,7 @@ def test_a_long_walk_is_where_marching_alone_is_at_the_horizon(rings):
     assert found.ahead > 0.1, "and far on"
 
 
+@pytest.mark.validate
 def test_a_point_over_time_is_where_marching_alone_is_at_the_horizon(rings):
     joint = rings[0].joint
     request = Request(1.0, 466.48, 2.3224, None, 0j, past="raised")

@@ -57,6 +57,7 @@ def test_points_are_where_marching_alone_leads(point):
     assert point.ahead > 0.02, "and far on"
 
 
+@pytest.mark.validate
 def test_what_a_search_has_ended_with_need_not_have_settled(fastest):
     scheme, raised, steady = fastest
     assert not steady.converged
