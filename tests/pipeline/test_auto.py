@@ -38,7 +38,7 @@ def described(**response):
 @pytest.fixture(scope="module")
 def auto():
     response = {"response": {"method": "auto", "points": 60}}
-    document = coupled_document(31, load={"moment": ["60 N*m/m"]}, analysis=response)
+    document = coupled_document(31, load={"moment": ["30 N*m/m"]}, analysis=response)
     return microslip.run(microslip.parse_joint(document))
 
 
