@@ -22,6 +22,7 @@ from microslip.analyses.time.points import steady_states
 from microslip.errors import InputError
 from microslip.pipeline import auto as method
 from microslip.pipeline import choosing
+from microslip.pipeline.forget import known_better_without, left_on_the_way
 from microslip.pipeline.neighbours import leaving
 from microslip.pipeline.search import Search
 from microslip.pipeline.stepping import ACCURACY, FARTHEST, More
@@ -776,9 +777,42 @@ def test_what_beats_is_not_forgotten_between_what_is_known(refined):
         Q, strays = complex(branch("larger")[k]), 0.03 if k in beat else 0.0
         found = Found(Q, 1e-8, max(strays, 1e-5), "", 10, scatter=1e-5, past=0.0)
         search.keep(Target(k, float(FOLD[k]), 40.0, 0j), replace(found, more=More(Q, 16, strays)))
-    search.forget_between(0.01)
+    left_on_the_way(search, 0.01)
     assert set(beat) <= set(search.anchors)
     assert (search.held().error[list(beat)] >= 0.03).all()
+
+
+@pytest.mark.parametrize(
+    ("off", "varies", "strays", "stays"),
+    [
+        (1e-3, 0.0, 0.0, False),
+        (1.5e-2, 0.0, 0.0, True),
+        (1e-3, 1.4e-2, 0.0, True),
+        (1e-3, 0.0, 1.5e-2, True),
+    ],
+)
+def test_a_state_is_dropped_that_others_know_better(refined, off, varies, strays, stays):
+    """One whose doubt is 2 %, among others; but not where these disagree, it varies for good, or others leave
+    it."""
+    model, table, base = refined
+    search, own = Search(load_surface(model, table, FOLD, 40.0), base, 100), ENDS + 24
+    for k in range(ENDS, len(FOLD), 4):
+        Q, doubt = complex(branch("larger")[k]), 1e-5
+        more = More(Q, 16)
+        if k == own:
+            Q, doubt = (1 + off) * Q, 2e-2
+            more = More(Q, 16, max(strays, varies), varies=varies)
+        found = Found(Q, 1e-8, doubt, "", 10, scatter=1e-5, past=0.0, more=more)
+        search.keep(Target(k, float(FOLD[k]), 40.0, 0j), found)
+    search.take_refined()
+    before = (search.held().error <= 0.01).sum()
+    known_better_without(search, 0.01)
+    assert (own in search.anchors) == stays
+    now = search.held()
+    assert (now.error <= 0.01).sum() == before if stays else (now.error <= 0.01).sum() > before + 3
+    sure = now.error <= 0.01
+    truth = np.abs(branch("larger"))
+    assert (np.abs(np.abs(now.amplitude) / truth - 1) <= now.error)[sure].all()
 
 
 def varied(refined, points, own, varies, doubt):

@@ -27,7 +27,7 @@ from microslip.analyses.reduced.surface import Contours, contours, largest, load
 from microslip.analyses.reduced.sweep import CONVERGED
 from microslip.analyses.time.step_refinement import REFINEMENT
 from microslip.describe.requests import CYCLES_EACH, ResponseAnalysis
-from microslip.pipeline import choosing
+from microslip.pipeline import choosing, forget
 from microslip.pipeline.band import Curve
 from microslip.pipeline.marched import raised_and_marched
 from microslip.pipeline.prepare import Assembly
@@ -137,6 +137,7 @@ def anchored_response(
         stop.set()
         search = max(first, search, key=lambda one: len(one.anchors))
         search.take_refined()
+    forget.known_better_without(search, settings.error)
     count, cycles, seconds = search.in_all
     steps = "" if search.steps == STEPS else f" of {search.steps} steps"
     spent = f"{count} steady states, {cycles} cycles{steps} and {seconds:.0f} s"
@@ -161,7 +162,7 @@ def _march(assembly: Assembly, search: Search, targets: list[Target], wanted: fl
     ended = raised_and_marched(assembly.prepared, targets)
     for target, answer in zip(targets, ended, strict=True):
         search.keep_end(target, answer)
-    search.forget_between(wanted)
+    forget.left_on_the_way(search, wanted)
     return len(targets)
 
 

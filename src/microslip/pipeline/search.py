@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from microslip.analyses.prepared.joint import PreparedJoint
-from microslip.analyses.reduced.anchors import JUMP, Anchor, anchor_at, branches
+from microslip.analyses.reduced.anchors import JUMP, Anchor, anchor_at
 from microslip.analyses.reduced.response import NO_DIGIT, Response
 from microslip.analyses.reduced.surface import LoadSurface
 from microslip.analyses.reduced.through_anchors import Held, held
@@ -362,23 +362,6 @@ class Search:
                     break
                 passed.append(j)
         self.fell.add(k)
-
-    def forget_between(self, wanted: float) -> None:
-        """Drop steady states that are not known well and lie on a branch between two that are.
-
-        Where what lies between those two then is not what was dropped, as well as both are known, it stays.
-        """
-        blurred, dropped = self.blurred(wanted), list[int]()
-        for branch in branches(self.anchors, self.lost):
-            sure = [int(k) for k in branch if k not in blurred]
-            inside = [int(k) for k in branch if sure and sure[0] < k < sure[-1]]
-            dropped += [k for k in inside if k in blurred - self.tried - self.unstable]
-        before = {k: (self.anchors.pop(k), self.found.pop(k)) for k in dropped}
-        now, doubted = self.held(), self.moved
-        for k, (anchor, found) in before.items():
-            known = max(anchor.doubt, doubted) + now.of_mean[k]
-            if not abs(np.log(abs(anchor.amplitude) / abs(now.amplitude[k]))) <= known:
-                self.anchors[k], self.found[k] = anchor, found
 
     def keep(self, target: Target, answer: Found | Lost) -> None:
         """Learn from an answer."""
