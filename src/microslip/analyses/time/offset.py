@@ -340,8 +340,14 @@ def _between(
 
 
 def _lasting(way: float, first: float, last: float) -> float:
-    """Cycles of a way along which the speed changes linearly; endless where it falls to zero."""
-    if last == 0:
+    """Cycles of a way along which the speed changes linearly; endless where it falls to zero on it.
+
+    Examples
+    --------
+    >>> round(_lasting(1.0, 0.2, 0.1), 3), _lasting(1.0, 0.2, 0.0), _lasting(1.0, 0.2, -0.1)
+    (6.931, inf, inf)
+    """
+    if first * last <= 0:
         return np.inf
     return way / first if first == last else way * float(np.log(first / last)) / (first - last)
 
