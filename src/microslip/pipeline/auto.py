@@ -137,11 +137,11 @@ def anchored_response(
         stop.set()
         search = max(first, search, key=lambda one: len(one.anchors))
         search.take_refined()
-    forget.known_better_without(search, settings.error)
     count, cycles, seconds = search.in_all
     steps = "" if search.steps == STEPS else f" of {search.steps} steps"
     spent = f"{count} steady states, {cycles} cycles{steps} and {seconds:.0f} s"
     said, (walks, walks_on) = _said(assembly, search, stop), _walks(search)
+    forget.known_better_without(search, settings.error)
     return Anchored(_response(search), said, search.opens, spent, walks, walks_on, search)
 
 

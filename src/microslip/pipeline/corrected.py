@@ -46,7 +46,7 @@ from microslip.pipeline.choosing import AT_A_TIME
 from microslip.pipeline.creep import crept
 from microslip.pipeline.neighbours import leaving
 from microslip.pipeline.prepare import Assembly
-from microslip.pipeline.stepping import ACCURACY, Stepping, refined_anchors
+from microslip.pipeline.stepping import ACCURACY, Stepping, refined_anchors, taken
 from microslip.pipeline.targets import STEPS, TOLERANCE, Stepped
 from microslip.pipeline.walk import (
     DOUBTFUL,
@@ -402,6 +402,9 @@ def _least_known(table: _Table, settings: ResponseAnalysis) -> list[int]:
 
 
 def _response(table: _Table, base: Response) -> Response:
-    now = table.response()
-    now.error[leaving(table.anchors, now.error, table.settled)] = np.inf
-    return held_to(base, "corrected", now, table.anchors)
+    now, sought_on = table.response(), table.stepping.sought_on
+    # with more steps a branch may end before it does with few
+    settled = taken(table.settled, sought_on) if sought_on else table.settled
+    lingering = [k for k in leaving(table.anchors, now.error, settled) if now.error[k] <= NO_DIGIT]
+    now.error[lingering] = np.inf
+    return held_to(base, "corrected", now, table.anchors, lingering)

@@ -10,6 +10,7 @@ import numpy as np
 
 from microslip.analyses.reduced.anchors import branches
 from microslip.pipeline.doubts import variation
+from microslip.pipeline.neighbours import around
 from microslip.pipeline.search import Search
 
 
@@ -40,9 +41,10 @@ def left_on_the_way(search: Search, wanted: float) -> None:
 def known_better_without(search: Search, wanted: float) -> None:
     """Drop steady states, one by one, without which the response at them is known as well as is wanted.
 
-    The worst known first; only where the response without one is that motion to the same error, and known as
-    well as is wanted at more frequencies in all. What motions do beside one that is unstable is no doubt, nor
-    is what they were seen to vary by for good: such stay.
+    Those whose own doubt is what is left of them, between two that are known; only where the response without
+    one is that motion as well as it is known then, and as wanted at more frequencies in all. What was seen of
+    a motion stays: that it varies, goes elsewhere with more steps, depends on the past, or comes to rest, as
+    others beside it may then.
 
     Parameters
     ----------
@@ -50,19 +52,28 @@ def known_better_without(search: Search, wanted: float) -> None:
     wanted : float
         Relative error.
     """
-    known = _frequencies(search, wanted)
-    for k in sorted(search.blurred(wanted), key=lambda k: -search.anchors[k].doubt):
-        if k in search.unstable or variation(search.stepping, k, search.found[k]):
+    blurred = search.blurred(wanted)
+    known = int((search.held().error <= wanted).sum())
+    for k in sorted(blurred, key=lambda k: -search.anchors[k].doubt):
+        beside = around(set(search.anchors) - {k}, k)
+        if _was_seen(search, k, wanted) or len(beside) < 2 or blurred.intersection(beside):
             continue
-        anchor, found = search.anchors.pop(k), search.found.pop(k)
-        now, more = search.held(), _frequencies(search, wanted)
+        before = dict(search.anchors), search.found[k], search.accuracy
+        anchor = search.anchors.pop(k)
+        del search.found[k]
+        search.take_refined()
+        now = search.held()
         apart = abs(np.log(abs(anchor.amplitude) / abs(now.amplitude[k])))
-        if apart + now.error[k] <= wanted and more > known:
+        more = int((now.error <= wanted).sum())
+        if apart <= now.error[k] <= wanted and more > known:
             known = more
         else:
-            search.anchors[k], search.found[k] = anchor, found
+            search.anchors, search.found[k], search.accuracy = before
 
 
-def _frequencies(search: Search, wanted: float) -> int:
-    """How many are known as well as is wanted."""
-    return int((search.held().error <= wanted).sum())
+def _was_seen(search: Search, k: int, wanted: float) -> bool:
+    """Whether a steady state tells of the motion what others do not."""
+    anchor, found, stepping = search.anchors[k], search.found[k], search.stepping
+    depends = max(np.nan_to_num([anchor.past, found.scatter])) > wanted
+    moves = k in search.unstable or stepping.drifts.get(k) or variation(stepping, k, found)
+    return bool(depends or moves or found.rest is not None)

@@ -20,18 +20,26 @@ from microslip.analyses.time.watching import watched
 from microslip.errors import MicroslipError
 from microslip.typing import Complex
 
-BLOCK, PART = 20, 40
-"""Cycles after which it is looked at, and those at the end that tell where the motion is, and whether it is
-farther off than in as many before."""
+BLOCK, PART, SETTLES = 20, 40, 60
+"""Cycles after which it is looked at; those at least that tell where the motion is, and whether it is farther
+off than in as many before; and those after which what else the push stirs has died away."""
 
 LEAST, MOST = 100, 300
 """Cycles marched after the push, and at most where it is ever farther off."""
 
+TURN, LONGEST = 1.25, 190
+"""Turns about the periodic motion that tell where a motion is: with its size that takes more cycles or fewer;
+and the most cycles."""
+
 PUSHES = (PUSH, PUSH / 3, PUSH / 9)
 """Shares of the size of the vibration by which a motion is pushed off, one after the other."""
 
-FALLS = 0.97
-"""Times that a motion is as far off as it was after the first block, at most, where it falls back."""
+SMALL = 1e-3
+"""Where motions stray by less they are not pushed again."""
+
+FALLS, RISES = 0.97, 0.05
+"""Times that a motion is as far off at the end as at first, at most, where it falls back; and by how much
+those rise where it is pushed by less. What falls alike from everywhere is another motion that dies away."""
 
 LEAVES = 0.1
 """Relative change of the amplitude from which on it has left."""
@@ -54,18 +62,29 @@ class Stay(NamedTuple):
         First harmonic: of the periodic motion, or of what varies about an unstable one, its mean size with
         the phase of its mean.
     strays : float
-        How far the size strays from that, and that from what it was before, relative; zero of a stable
-        motion, infinite where motions leave.
+        How far the size strays from that, at most, and that from what it was before, relative; zero of a
+        stable motion, infinite where motions leave.
     cycles : int
         Spent.
     varies : float
-        The former where it was seen to go on: neither farther from cycle to cycle nor less far than before.
+        How far the size strays from that where it was seen to go on: neither farther from cycle to cycle nor
+        less far than before; else zero.
     """
 
     amplitude: complex
     strays: float
     cycles: int
     varies: float = 0.0
+
+
+class _March(NamedTuple):
+    """A motion pushed off: first harmonics, what was seen of it, how far its size is off in the end, and the
+    times that it is as far off then as it was at first."""
+
+    Q: Complex
+    stay: Stay
+    off: float
+    times: float
 
 
 def stay_of(scheme: TimeScheme, steady: SteadyState, memory: ContactMemory | None = None) -> Stay:
@@ -87,25 +106,38 @@ def stay_of(scheme: TimeScheme, steady: SteadyState, memory: ContactMemory | Non
         Where the steady state did not converge.
     """
     found = stability_of(scheme, steady, memory=memory)
-    own, cycles, outer = steady.amplitude, found.cycles, np.inf
+    own, cycles, marches = steady.amplitude, found.cycles, list[_March]()
     if found.verdict != "unstable":
         return Stay(own, 0.0, cycles)
+    part, whole = _part(found)
     for share in PUSHES:
         try:
-            Q = _marched(scheme, steady, found, share, memory)
-        except MicroslipError:  # it is not known to stay
-            return Stay(own, np.inf, cycles)
-        cycles += len(Q)
-        stay = _seen(Q, own, found)._replace(cycles=cycles)
-        if not np.isfinite(stay.strays):
-            return stay
-        times = _times_off(Q, own, found)
-        if times >= FALLS:
+            marches.append(_marched(scheme, steady, found, share, memory))
+        except MicroslipError:
             break
-        outer = min(outer, _off(Q[-_half_turn(found) :], own))
-    # what grows comes as far as others fall back to, at most
-    grows = times > 1 / FALLS and np.isfinite(outer)
-    return Stay(own, outer, cycles) if grows or stay.strays > outer else stay
+        one = marches[-1]
+        cycles += len(one.Q)
+        if not np.isfinite(one.stay.strays):
+            return Stay(own, np.inf, cycles)
+        if not whole or marches[0].stay.strays <= SMALL or one.times >= FALLS:
+            break
+    if not marches:  # it is not known to stay
+        return Stay(own, np.inf, cycles)
+    return _of_all(marches, own, found.largest**part <= GROWS)._replace(cycles=cycles)
+
+
+def _of_all(marches: list[_March], own: complex, slow: bool) -> Stay:
+    """What motions do that were pushed by less and less."""
+    last, times = marches[-1], [one.times for one in marches]
+    falls = [
+        i for i, t in enumerate(times) if t < FALLS and max(times[i + 1 :], default=0) >= t + RISES
+    ]
+    if not falls:
+        return marches[0].stay
+    if not slow and FALLS <= last.times <= 1 / FALLS:
+        return last.stay
+    # what grows comes as far as the others fall back to, at most
+    return Stay(own, max(marches[falls[-1]].off, last.off), 0)
 
 
 def _marched(
@@ -114,40 +146,51 @@ def _marched(
     found: Multipliers,
     share: float,
     memory: ContactMemory | None,
-) -> Complex:
-    """First harmonics of a motion pushed off, until it has left, or what becomes of it is seen."""
-    state, own, Q = pushed(scheme, steady, found, share)[0], steady.amplitude, np.zeros(0, complex)
-    least = max(LEAST, BLOCK + 2 * _half_turn(found))
-    while len(Q) < least or (len(Q) < MOST and _is_open(Q, own, found)):
+) -> _March:
+    """A motion pushed off, until it has left, or what becomes of it is seen."""
+    (part, whole), own = _part(found), steady.amplitude
+    state, Q = pushed(scheme, steady, found, share)[0], np.zeros(0, complex)
+    slow = found.largest**part <= GROWS
+    least = max(LEAST, SETTLES + 2 * part) if whole else LEAST
+    while len(Q) < least or (len(Q) < MOST and _is_open(Q, own, part, slow and whole)):
         more, states = watched(scheme, steady.load, state, BLOCK, steady.phase, memory)
         state, Q = states[-1], np.append(Q, more)
         if _off(more, own) > LEAVES:
-            break
-    return Q
+            return _March(Q, Stay(own, np.inf, len(Q)), np.inf, np.inf)
+    part = min(part, len(Q) // 2)
+    times = _times_off(Q, own, part) if whole else np.inf
+    # of less than a turn, or so slowly, it is not seen whether it is on its way
+    unseen = not whole or (slow and not _fallen(Q, own, part))
+    stay = Stay(own, 2 * _off(Q[-part:], own), len(Q)) if unseen else _seen(Q, own, part)
+    return _March(Q, stay, _off(Q[-part:], own), times)
 
 
-def _is_open(Q: Complex, own: complex, found: Multipliers) -> bool:
+def _part(found: Multipliers) -> tuple[int, bool]:
+    """Cycles at the end that tell where a motion is, and whether it turns about the periodic one in these."""
+    vibrations = found.values[found.vibration]
+    turn = abs(float(np.angle(vibrations[np.argmax(np.abs(vibrations))])))
+    if turn == 0:
+        return PART, True
+    part = max(PART, int(np.ceil(TURN * 2 * np.pi / turn)))
+    return min(part, LONGEST), part <= LONGEST
+
+
+def _is_open(Q: Complex, own: complex, part: int, slow: bool) -> bool:
     """Whether a motion is ever farther off, or changes so slowly that it is not seen which way."""
-    slow = found.largest**PART <= GROWS
-    return _grows(Q, own) or (slow and FALLS <= _times_off(Q, own, found) <= 1 / FALLS)
+    return _grows(Q, own, part) or (slow and FALLS <= _times_off(Q, own, part) <= 1 / FALLS)
 
 
-def _seen(Q: Complex, own: complex, found: Multipliers) -> Stay:
+def _seen(Q: Complex, own: complex, part: int) -> Stay:
     """What was seen of a motion beside a periodic one, whose first harmonic is its own."""
-    if _off(Q[-BLOCK:], own) > LEAVES:
-        return Stay(own, np.inf, len(Q))
-    last = Q[-PART:]
-    if found.largest**PART <= GROWS and not _fallen(Q, own):
-        # too slow to tell: it may be on its way
-        return Stay(own, 2 * _off(last, own), len(Q))
+    last, fallen = Q[-part:], _fallen(Q, own, part)
     size = float(np.abs(last).mean())
     mean = size * complex(np.exp(1j * np.angle(last.mean())))
     strays = _off(last, size)
-    if _grows(Q, own):
+    if _grows(Q, own, part):
         return Stay(mean, max(strays, OPEN), len(Q))
     # a mean of so many cycles is one of the motion as far as that before is the same
-    moved = abs(float(np.abs(Q[-2 * PART : -PART]).mean()) / size - 1)
-    return Stay(mean, strays + moved, len(Q), 0.0 if _fallen(Q, own) else strays)
+    moved = abs(float(np.abs(Q[-2 * part : -part]).mean()) / size - 1)
+    return Stay(mean, strays + moved, len(Q), 0.0 if fallen else strays)
 
 
 def _off(Q: Complex, own: complex) -> float:
@@ -155,26 +198,19 @@ def _off(Q: Complex, own: complex) -> float:
     return float(np.abs(np.abs(Q) / abs(own) - 1).max())
 
 
-def _times_off(Q: Complex, own: complex, found: Multipliers) -> float:
-    """Times that a motion is as far off as it was after the first block, over half a turn each."""
-    part, off = _half_turn(found), np.abs(Q / own - 1)
-    return float(off[-part:].max() / off[BLOCK : BLOCK + part].max())
-
-
-def _half_turn(found: Multipliers) -> int:
-    """Cycles of half a turn about the periodic motion; at least `PART`, and not over half of the most."""
-    vibrations = found.values[found.vibration]
-    turn = abs(float(np.angle(vibrations[np.argmax(np.abs(vibrations))])))
-    return int(np.clip(np.pi / max(turn, 1e-9), PART, (MOST - BLOCK) // 2))
-
-
-def _grows(Q: Complex, own: complex) -> bool:
-    """Whether a motion is farther off than in the part before, by its first harmonics."""
+def _times_off(Q: Complex, own: complex, part: int) -> float:
+    """Times that a motion is as far off at the end as it was after the first block."""
     off = np.abs(Q / own - 1)
-    return bool(off[-PART:].max() > GROWS * off[-2 * PART : -PART].max()) and not _fallen(Q, own)
+    return float(off[-part:].max() / max(off[SETTLES : SETTLES + part].max(), 1e-300))
 
 
-def _fallen(Q: Complex, own: complex) -> bool:
+def _grows(Q: Complex, own: complex, part: int) -> bool:
+    """Whether a motion is farther off than in the part before, by its first harmonics."""
+    off, fallen = np.abs(Q / own - 1), _fallen(Q, own, part)
+    return bool(off[-part:].max() > GROWS * off[-2 * part : -part].max(initial=0.0)) and not fallen
+
+
+def _fallen(Q: Complex, own: complex, part: int) -> bool:
     """Whether a motion is much less far off than it has been."""
     off = np.abs(Q / own - 1)
-    return bool(off[-PART:].max() <= FALLEN * off.max())
+    return bool(off[-part:].max() <= FALLEN * off.max())
