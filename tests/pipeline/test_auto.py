@@ -801,7 +801,7 @@ ELSEWHERE = {"amplitude": None, "drifts": 2e-2}
     ],
 )
 def test_a_state_is_dropped_that_others_know_better(refined, off, seen, more, stays):
-    """One whose doubt is 2 %, among others; but not where these disagree, nor where it tells what they do not.
+    """One of a doubt of 2 % among others; not where these disagree, nor where it tells what they do not.
 
     That it varies, that others leave it, that more steps lead elsewhere, or other pasts, or that it rests.
     """
