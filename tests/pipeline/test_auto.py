@@ -36,10 +36,11 @@ def described(**response):
     return microslip.parse_joint({**FILE, "analysis": {"response": response}})
 
 
-@pytest.fixture(scope="module")
-def auto():
+@pytest.fixture(scope="module", params=[30, pytest.param(60, marks=pytest.mark.validate)])
+def auto(request):
     response = {"response": {"method": "auto", "points": 60}}
-    document = coupled_document(31, load={"moment": ["30 N*m/m"]}, analysis=response)
+    load = {"moment": [f"{request.param} N*m/m"]}
+    document = coupled_document(31, load=load, analysis=response)
     return microslip.run(microslip.parse_joint(document))
 
 

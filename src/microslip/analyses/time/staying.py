@@ -13,12 +13,12 @@ import numpy as np
 
 from microslip.analyses.time.floquet import Multipliers
 from microslip.analyses.time.leaving import PUSH, pushed
-from microslip.analyses.time.scheme import ContactMemory, TimeScheme
+from microslip.analyses.time.scheme import ContactMemory, State, TimeScheme
 from microslip.analyses.time.stability import stability_of
 from microslip.analyses.time.steady import SteadyState
 from microslip.analyses.time.watching import watched
 from microslip.errors import MicroslipError
-from microslip.typing import Complex
+from microslip.typing import Array, Complex
 
 BLOCK, PART, SETTLES = 20, 40, 60
 """Cycles after which it is looked at; those at least that tell where the motion is, and whether it is farther
@@ -77,6 +77,15 @@ class Stay(NamedTuple):
     varies: float = 0.0
 
 
+class _Turn(NamedTuple):
+    """How motions turn about a periodic one: the cycles that tell where one is, whether it turns in these,
+    and whether what it grows by in them is too little to tell."""
+
+    part: int
+    whole: bool
+    slow: bool
+
+
 class _March(NamedTuple):
     """A motion pushed off: first harmonics, what was seen of it, how far its size is off in the end, and the
     times that it is as far off then as it was at first."""
@@ -109,21 +118,22 @@ def stay_of(scheme: TimeScheme, steady: SteadyState, memory: ContactMemory | Non
     own, cycles, marches = steady.amplitude, found.cycles, list[_March]()
     if found.verdict != "unstable":
         return Stay(own, 0.0, cycles)
-    part, whole = _part(found)
+    turn = _turn_of(found)
     for share in PUSHES:
+        state = pushed(scheme, steady, found, share)[0]
         try:
-            marches.append(_marched(scheme, steady, found, share, memory))
+            marches.append(_marched(scheme, steady, state, turn, memory))
         except MicroslipError:
             break
         one = marches[-1]
         cycles += len(one.Q)
         if not np.isfinite(one.stay.strays):
             return Stay(own, np.inf, cycles)
-        if not whole or marches[0].stay.strays <= SMALL or one.times >= FALLS:
+        if not turn.whole or marches[0].stay.strays <= SMALL or one.times >= FALLS:
             break
     if not marches:  # it is not known to stay
         return Stay(own, np.inf, cycles)
-    return _of_all(marches, own, found.largest**part <= GROWS)._replace(cycles=cycles)
+    return _of_all(marches, own, turn.slow)._replace(cycles=cycles)
 
 
 def _of_all(marches: list[_March], own: complex, slow: bool) -> Stay:
@@ -143,50 +153,51 @@ def _of_all(marches: list[_March], own: complex, slow: bool) -> Stay:
 def _marched(
     scheme: TimeScheme,
     steady: SteadyState,
-    found: Multipliers,
-    share: float,
+    state: State,
+    turn: _Turn,
     memory: ContactMemory | None,
 ) -> _March:
-    """A motion pushed off, until it has left, or what becomes of it is seen."""
-    (part, whole), own = _part(found), steady.amplitude
-    state, Q = pushed(scheme, steady, found, share)[0], np.zeros(0, complex)
-    slow = found.largest**part <= GROWS
-    least = max(LEAST, SETTLES + 2 * part) if whole else LEAST
-    while len(Q) < least or (len(Q) < MOST and _is_open(Q, own, part, slow and whole)):
+    """A motion pushed off to a state, until it has left, or what becomes of it is seen."""
+    own, Q, off = steady.amplitude, np.zeros(0, complex), np.zeros(0)
+    least = max(LEAST, SETTLES + 2 * turn.part) if turn.whole else LEAST
+    while len(Q) < least or (len(Q) < MOST and _is_open(off, turn)):
         more, states = watched(scheme, steady.load, state, BLOCK, steady.phase, memory)
         state, Q = states[-1], np.append(Q, more)
         if _off(more, own) > LEAVES:
             return _March(Q, Stay(own, np.inf, len(Q)), np.inf, np.inf)
-    part = min(part, len(Q) // 2)
-    times = _times_off(Q, own, part) if whole else np.inf
+        off = np.abs(Q / own - 1)
+    part = min(turn.part, len(Q) // 2)
+    times = _times_off(off, part) if turn.whole else np.inf
     # of less than a turn, or so slowly, it is not seen whether it is on its way
-    unseen = not whole or (slow and not _fallen(Q, own, part))
-    stay = Stay(own, 2 * _off(Q[-part:], own), len(Q)) if unseen else _seen(Q, own, part)
-    return _March(Q, stay, _off(Q[-part:], own), times)
+    unseen = not turn.whole or (turn.slow and not _fallen(off, part))
+    last = _off(Q[-part:], own)
+    stay = Stay(own, 2 * last, len(Q)) if unseen else _seen(Q, off, part)
+    return _March(Q, stay, last, times)
 
 
-def _part(found: Multipliers) -> tuple[int, bool]:
-    """Cycles at the end that tell where a motion is, and whether it turns about the periodic one in these."""
+def _turn_of(found: Multipliers) -> _Turn:
+    """How motions turn about a periodic one, by its largest multiplier of a vibration."""
     vibrations = found.values[found.vibration]
-    turn = abs(float(np.angle(vibrations[np.argmax(np.abs(vibrations))])))
-    if turn == 0:
-        return PART, True
-    part = max(PART, int(np.ceil(TURN * 2 * np.pi / turn)))
-    return min(part, LONGEST), part <= LONGEST
+    angle = abs(float(np.angle(vibrations[np.argmax(np.abs(vibrations))])))
+    # what does not turn is seen in any
+    wanted = max(PART, int(np.ceil(TURN * 2 * np.pi / angle))) if angle else PART
+    part = min(wanted, LONGEST)
+    return _Turn(part, wanted <= LONGEST, found.largest**part <= GROWS)
 
 
-def _is_open(Q: Complex, own: complex, part: int, slow: bool) -> bool:
+def _is_open(off: Array, turn: _Turn) -> bool:
     """Whether a motion is ever farther off, or changes so slowly that it is not seen which way."""
-    return _grows(Q, own, part) or (slow and FALLS <= _times_off(Q, own, part) <= 1 / FALLS)
+    slow = turn.slow and turn.whole
+    return _grows(off, turn.part) or (slow and FALLS <= _times_off(off, turn.part) <= 1 / FALLS)
 
 
-def _seen(Q: Complex, own: complex, part: int) -> Stay:
-    """What was seen of a motion beside a periodic one, whose first harmonic is its own."""
-    last, fallen = Q[-part:], _fallen(Q, own, part)
+def _seen(Q: Complex, off: Array, part: int) -> Stay:
+    """What was seen of a motion, by its first harmonics, and how far these are off the periodic one's."""
+    last, fallen = Q[-part:], _fallen(off, part)
     size = float(np.abs(last).mean())
     mean = size * complex(np.exp(1j * np.angle(last.mean())))
     strays = _off(last, size)
-    if _grows(Q, own, part):
+    if _grows(off, part):
         return Stay(mean, max(strays, OPEN), len(Q))
     # a mean of so many cycles is one of the motion as far as that before is the same
     moved = abs(float(np.abs(Q[-2 * part : -part]).mean()) / size - 1)
@@ -198,19 +209,17 @@ def _off(Q: Complex, own: complex) -> float:
     return float(np.abs(np.abs(Q) / abs(own) - 1).max())
 
 
-def _times_off(Q: Complex, own: complex, part: int) -> float:
-    """Times that a motion is as far off at the end as it was after the first block."""
-    off = np.abs(Q / own - 1)
+def _times_off(off: Array, part: int) -> float:
+    """Times that a motion is as far off at the end as it was once what else the push stirs had settled."""
     return float(off[-part:].max() / max(off[SETTLES : SETTLES + part].max(), 1e-300))
 
 
-def _grows(Q: Complex, own: complex, part: int) -> bool:
-    """Whether a motion is farther off than in the part before, by its first harmonics."""
-    off, fallen = np.abs(Q / own - 1), _fallen(Q, own, part)
-    return bool(off[-part:].max() > GROWS * off[-2 * part : -part].max(initial=0.0)) and not fallen
+def _grows(off: Array, part: int) -> bool:
+    """Whether a motion is farther off than in the part before."""
+    before = off[-2 * part : -part].max(initial=0.0)
+    return bool(off[-part:].max() > GROWS * before) and not _fallen(off, part)
 
 
-def _fallen(Q: Complex, own: complex, part: int) -> bool:
+def _fallen(off: Array, part: int) -> bool:
     """Whether a motion is much less far off than it has been."""
-    off = np.abs(Q / own - 1)
     return bool(off[-part:].max() <= FALLEN * off.max())
