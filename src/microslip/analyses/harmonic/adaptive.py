@@ -96,7 +96,7 @@ class Ladder:
         self.control = control
         self.adaptive = adaptive
         self.over_time = over_time
-        self.losses = Losses()
+        self.losses, self.leaps = Losses(), Losses()
 
     def solve(self, problem: HarmonicProblem, w: Array, frequency: float) -> HarmonicPoint:
         """`least`, and as many harmonics as needed."""
@@ -180,6 +180,7 @@ class Ladder:
             if climb.beside is not None:
                 missed = self._one_by_one(climb, began)
         self._by_small_steps(climb, missed, began)
+        self._by_leaps(climb, began)
         self._confirmed(climb)
         if self.over_time is not None and climb.beside is None and supported(climb.best):
             # levels say nothing of where its bodies are going
@@ -233,6 +234,23 @@ class Ladder:
             found = None if climb.last is begun else self._next(more, climb, began)
             found = self._next_by_steps(more, climb, began) if found is None else found
             if found is not None:
+                self._reached(climb, found, began)
+
+    def _by_leaps(self, climb: Climb, began: float) -> None:
+        """Levels that cost minutes, from the motion over time: with so many it nearly is an answer."""
+        for more in self._levels(climb.best.problem.walks):
+            if more.harmonics <= max(UNMEASURED, climb.last.harmonics):
+                continue
+            if self._confirmed(climb) or not climb.measurable or not self.leaps.allow(1):
+                break
+            assert climb.cycle is not None
+            start = next(starts_from_cycle(more, climb.cycle))
+            try:
+                found = self._from_start(start, climb.last.frequency, began, climb.last, True)
+            except ContinuationError:
+                self.leaps.add(1)
+                continue
+            if not climb.left_by(found):
                 self._reached(climb, found, began)
 
     def _next_by_steps(
