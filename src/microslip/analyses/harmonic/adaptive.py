@@ -193,7 +193,6 @@ class Ladder:
         All of them up to `UNMEASURED` where a motion over time is known: the more harmonics, the nearer is
         its cycle to an answer. Without one, what has none at one level has mostly none at the next.
         """
-        assert self.adaptive is not None
         missed: list[HarmonicProblem] = []
         for more in self._levels(climb.best.problem.walks):
             if self._confirmed(climb):
@@ -222,7 +221,6 @@ class Ladder:
         Not where time integration was asked and has no motion beside the response, which is mostly none
         with more harmonics either.
         """
-        assert self.adaptive is not None
         if climb.cycle is None and self.over_time is not None:
             return
         begun = climb.last
@@ -244,13 +242,10 @@ class Ladder:
             if self._confirmed(climb) or not climb.measurable or not self.leaps.allow(1):
                 break
             assert climb.cycle is not None
-            start = next(starts_from_cycle(more, climb.cycle))
-            try:
-                found = self._from_start(start, climb.last.frequency, began, climb.last, True)
-            except ContinuationError:
-                self.leaps.add(1)
-                continue
-            if not climb.left_by(found):
+            found = self._tried(next(starts_from_cycle(more, climb.cycle)), climb, began, True)
+            if found is None:
+                self.leaps.add(1)  # once, whatever it costs
+            else:
                 self._reached(climb, found, began)
 
     def _next_by_steps(
@@ -290,11 +285,10 @@ class Ladder:
             return
         new = with_harmonics(self.base.problem, climb.last.harmonics)
         for start in starts_from_cycle(new, climb.beside.steady):
-            with suppress(ContinuationError):
-                found = self._from_start(start, climb.last.frequency, began, climb.last, True)
-                if not climb.left_by(found):
-                    climb.answers[-1] = found
-                    return
+            found = self._tried(start, climb, began, True)
+            if found is not None:
+                climb.answers[-1] = found
+                return
 
     def _confirmed(self, climb: Climb) -> bool:
         """Whether the best answer is good enough, also beside the motion from its own state."""
@@ -324,14 +318,20 @@ class Ladder:
         """
         for starts in self._starts(new, climb):
             for start in islice(starts, None if new.harmonics <= UNMEASURED else 1):
-                patient = start.over_time and climb.patient
-                with suppress(ContinuationError):
-                    found = self._from_start(
-                        start, climb.last.frequency, began, climb.last, patient
-                    )
-                    if climb.cycle is None or not climb.left_by(found):
-                        return found
+                found = self._tried(start, climb, began, start.over_time and climb.patient)
+                if found is not None:
+                    return found
         climb.missed += 1
+        return None
+
+    def _tried(
+        self, start: Start, climb: Climb, began: float, patient: bool
+    ) -> HarmonicPoint | None:
+        """The same response by Newton's method from a start; None where there is none, or another."""
+        with suppress(ContinuationError):
+            found = self._from_start(start, climb.last.frequency, began, climb.last, patient)
+            if climb.cycle is None or not climb.left_by(found):
+                return found
         return None
 
     def _alongside(self, new: HarmonicProblem, climb: Climb, began: float) -> HarmonicPoint | None:
