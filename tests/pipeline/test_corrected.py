@@ -120,6 +120,27 @@ def test_beside_a_motion_that_is_not_steady_the_bound_says_so(done, monkeypatch)
     assert any("not steady" in one.reason for one in again.cautions)
 
 
+def test_what_is_open_beside_a_motion_that_is_not_steady_is_not_bounded(done, monkeypatch):
+    """It may come to do the same; where it is known again, it is, whatever lies beside it."""
+    true, peak = method.patient_motion, done.responses[0].peak_frequency
+
+    def wandering(joint, load, frequency, guess, steps):
+        found = true(joint, load, frequency, guess, steps)
+        if frequency < peak - 2.0:
+            return found._replace(doubt=0.2, end=None)
+        open_ = found._replace(doubt=max(found.doubt, 0.02), change=1e-2, end=None)
+        return open_ if frequency < peak - 1.0 else found
+
+    monkeypatch.setattr(method, "patient_motion", wandering)
+    monkeypatch.setattr("microslip.pipeline.stepping.more_steps", unmoved)
+    (curve,) = corrected(30.0, corrections=60, count=121).responses
+    from_peak = curve.frequency - peak
+    open_ = [one.frequency - peak for one in curve.anchors if -2.0 <= one.frequency - peak < -1.0]
+    assert open_
+    assert not (curve.error_indicator[(from_peak >= -2.0) & (from_peak <= max(open_))] <= 1).any()
+    assert (curve.error_indicator[from_peak > 1.0] <= 0.05).all()
+
+
 def test_what_lingers_past_the_end_of_a_branch_is_not_claimed(done, monkeypatch):
     """Motions that still change, next to a jump: their amplitude hardly does, and yet they fall."""
     true, end = method.patient_motion, done.responses[0].peak_frequency - 2.0

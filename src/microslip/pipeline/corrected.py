@@ -6,7 +6,8 @@ integration at the resonance, about half power, farther out and at the ends of t
 of those stretches of the response that the others predict worst, as many as the file allows and no more;
 with four times the time steps where the first show that these err by more than is asked for. Each
 begins at rest with the velocity of the motion that the corrected model has there, and is sought once; what
-then is still open is marched for some hundred cycles. What its past may do to it is not measured, as method
+then is still open is marched for some hundred cycles; what stays so beside a motion that is not steady is
+not bounded. What its past may do to it is not measured, as method
 ``"auto"`` does: only what of that scatters from one steady state to the next is in the bound.
 """
 
@@ -44,7 +45,7 @@ from microslip.numerics.fourier import harmonic, without_drift
 from microslip.pipeline.band import Curve
 from microslip.pipeline.choosing import AT_A_TIME
 from microslip.pipeline.creep import crept
-from microslip.pipeline.neighbours import leaving
+from microslip.pipeline.neighbours import beside_unsteady, leaving
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.stepping import ACCURACY, Stepping, refined_anchors, taken
 from microslip.pipeline.targets import STEPS, TOLERANCE, Stepped
@@ -405,6 +406,11 @@ def _response(table: _Table, base: Response) -> Response:
     now, sought_on = table.response(), table.stepping.sought_on
     # with more steps a branch may end before it does with few
     settled = taken(table.settled, sought_on) if sought_on else table.settled
-    lingering = [k for k in leaving(table.anchors, now.error, settled) if now.error[k] <= NO_DIGIT]
+    known = [k for k, one in table.anchors.items() if one.doubt <= OPEN or k in settled]
+    away = {
+        *leaving(table.anchors, now.error, settled),
+        *beside_unsteady(table.anchors, table.lost, known),
+    }
+    lingering = sorted(k for k in away if now.error[k] <= NO_DIGIT)
     now.error[lingering] = np.inf
     return held_to(base, "corrected", now, table.anchors, lingering)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Container, Iterable, Iterator, Mapping
+from collections.abc import Collection, Container, Iterable, Iterator, Mapping
 from itertools import pairwise
 
 import numpy as np
@@ -63,6 +63,44 @@ def leaving(
         stay = [k for k in outward if k in staying][1:2]
         first = next((k for k in outward if k in settled or k in stay), end)
         found.update(range(outward[0], first, way))
+    return sorted(found)
+
+
+def beside_unsteady(
+    anchors: Mapping[int, Anchor], lost: Collection[int], known: Container[int]
+) -> list[int]:
+    """Where motions may be on their way to what is not steady, by index of the frequency.
+
+    A motion that is still open beside one that is not steady at all may be the beginning of the same: it may
+    wander for thousands of cycles, and then fall to another branch. So it is not known, nor what lies before
+    the first that is.
+
+    Parameters
+    ----------
+    anchors : mapping of int to Anchor
+        States, by index of the frequency.
+    lost : collection of int
+        Where the motion is not steady.
+    known : container of int
+        Those that are not open.
+
+    Examples
+    --------
+    >>> beside_unsteady(dict.fromkeys([2, 5, 7, 9]), [0], [7])
+    [0, 1, 2, 3, 4, 5, 6]
+    >>> beside_unsteady(dict.fromkeys([2, 5, 7, 9]), [0, 4], [2, 7, 9])
+    [4, 5, 6]
+    """
+    found = set[int]()
+    marks = sorted({*anchors, *lost})
+    for way in (1, -1):
+        reached = False
+        for one, following in pairwise(marks[::way]):
+            reached = one in lost or (reached and one not in known)
+            both = (one, following)
+            unknown = [k for k in both if k in anchors and k not in known]
+            if reached and unknown:
+                found.update(range(one, following, way), unknown)
     return sorted(found)
 
 
