@@ -37,6 +37,10 @@ SHEAR = 5 / 6
 ELEMENTS = 16
 """Per piece of a beam: outside the overlap, of the overlap outside the contact, in contact."""
 
+SHORTEST = 0.25
+"""Shortest element of a piece that has several, over the thickness; contact that ends nearer to the edge of
+the overlap reaches it. Shorter ones say no more, and their rounding hides the softest modes."""
+
 
 @dataclass(frozen=True, repr=False)
 class BeamEstimate(Brief):
@@ -152,7 +156,11 @@ def _frame(
     """Both beams on their supports; `springs` are those of a pinned end, and of a free one."""
     half, (left, right) = g.overlap_half_length, _contact(g)
     shared = [-half, left, right, half]
-    nodes = (_nodes([half - g.lengths[0], *shared]), _nodes([*shared, g.lengths[1] - half]))
+    least = SHORTEST * min(g.thicknesses)
+    nodes = (
+        _nodes([half - g.lengths[0], *shared], least),
+        _nodes([*shared, g.lengths[1] - half], least),
+    )
     count = len(nodes[0])
     size = 3 * (count + len(nodes[1]))
     stiffness, mass = np.zeros((size, size)), np.zeros((size, size))
@@ -186,18 +194,26 @@ def _frame(
     return _Frame(stiffness, mass, moment, middle, fixed, together, beside)
 
 
-def _nodes(marks: list[float]) -> Array:
-    """Nodes from mark to mark, `ELEMENTS` in between."""
+def _nodes(marks: list[float], least: float) -> Array:
+    """Nodes from mark to mark, `ELEMENTS` in between or as many as are no shorter than `least`."""
     tol = 1e-9 * (marks[-1] - marks[0])
-    pieces = [np.linspace(a, b, ELEMENTS + 1) for a, b in pairwise(marks) if b - a > tol]
+    pieces = [
+        np.linspace(a, b, min(max(int((b - a) / least), 1), ELEMENTS) + 1)
+        for a, b in pairwise(marks)
+        if b - a > tol
+    ]
     return np.unique(np.concatenate(pieces).round(15))
 
 
 def _contact(g: LapGeometry) -> tuple[float, float]:
     """Ends of the contact under the clamp, m."""
     reach = g.clamp_half_length + SPREAD * sum(g.thicknesses) / 2
-    half = g.overlap_half_length
-    return max(-half, g.clamp_centre - reach), min(half, g.clamp_centre + reach)
+    half, least = g.overlap_half_length, SHORTEST * min(g.thicknesses)
+    left, right = g.clamp_centre - reach, g.clamp_centre + reach
+    return (
+        -half if left + half < least else left,
+        half if half - right < least else right,
+    )
 
 
 def timoshenko(length: float, thickness: float, material: Material) -> tuple[Array, Array]:
