@@ -2,6 +2,7 @@
 
 import threading
 from dataclasses import astuple, replace
+from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
@@ -767,6 +768,24 @@ def test_between_motions_that_may_be_leaving_there_is_an_answer_without_a_bound(
     assert np.isinf(found.error_indicator[between]).all()
     assert (found.flag[between] == CONVERGED).all()
     assert np.abs(found.amplitude[between] / branch("larger")[between] - 1).max() < 0.01
+
+
+def test_what_all_is_spent_before_is_not_bounded(refined, monkeypatch):
+    """A dip between two steady states is not seen by these, whatever the model says between them."""
+
+    def sought(joint, targets):
+        for target in targets:
+            Q = complex(branch("larger")[target.point])
+            yield Found(Q, 1e-8, 1e-5, "", 10, scatter=1e-5, past=0.0)
+
+    few = held_to(sought, refined, monkeypatch, 5).response
+    marks = np.searchsorted(FOLD, [one.frequency for one in few.anchors])
+    assert np.diff(marks).max() > len(FOLD) / 16
+    for left, right in pairwise(marks):
+        inside = few.error_indicator[left + 1 : right]
+        assert np.isinf(inside).all() == (right - left > len(FOLD) / 16) or not len(inside)
+    enough = held_to(sought, refined, monkeypatch, 100).response
+    assert np.isfinite(enough.error_indicator).all()
 
 
 def test_what_beats_is_not_forgotten_between_what_is_known(refined):

@@ -16,13 +16,13 @@ and what stays unsure itself is sought anew with more steps.
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
-from microslip.analyses.reduced.response import Response, held_to
+from microslip.analyses.reduced.response import NO_DIGIT, Response, held_to
 from microslip.analyses.reduced.surface import Contours, contours, largest, load_surface
 from microslip.analyses.reduced.sweep import CONVERGED
 from microslip.analyses.time.step_refinement import REFINEMENT
@@ -141,8 +141,9 @@ def anchored_response(
     steps = "" if search.steps == STEPS else f" of {search.steps} steps"
     spent = f"{count} steady states, {cycles} cycles{steps} and {seconds:.0f} s"
     said, (walks, walks_on) = _said(assembly, search, stop), _walks(search)
+    unseen = choosing.unfilled(search) if search.over or stop.is_set() else []
     forget.known_better_without(search, settings.error)
-    return Anchored(_response(search), said, search.opens, spent, walks, walks_on, search)
+    return Anchored(_response(search, unseen), said, search.opens, spent, walks, walks_on, search)
 
 
 def _learn(assembly: Assembly, search: Search, targets: list[Target]) -> int:
@@ -166,9 +167,13 @@ def _march(assembly: Assembly, search: Search, targets: list[Target], wanted: fl
     return len(targets)
 
 
-def _response(search: Search) -> Response:
+def _response(search: Search, unseen: Sequence[int] = ()) -> Response:
+    """What is known; nothing bounds what is `unseen`, by index."""
     base, now = search.base, search.held()
-    response = held_to(base, "auto", now, search.doubted(), search.lingering)
+    unbounded = [k for k in unseen if now.error[k] <= NO_DIGIT]
+    now.error[unbounded] = np.inf
+    unbounded = sorted({*unbounded, *search.lingering})
+    response = held_to(base, "auto", now, search.doubted(), unbounded)
     marks = np.array(sorted(search.anchors), dtype=int)
     if not len(marks):
         return response

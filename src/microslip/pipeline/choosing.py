@@ -16,7 +16,7 @@ from microslip.analyses.reduced.surface import Contours
 from microslip.analyses.reduced.through_anchors import Held
 from microslip.analyses.time.starts import Start
 from microslip.describe.requests import MARCHED_EACH
-from microslip.pipeline.neighbours import around, larger_sides
+from microslip.pipeline.neighbours import around, far_between, larger_sides
 from microslip.pipeline.search import Search
 from microslip.pipeline.targets import TOLERANCE, Target
 from microslip.typing import Array
@@ -144,6 +144,11 @@ def _middles(
     """Targets in the middle of stretches, from their weights, middles and ends; the heaviest first."""
     heaviest = sorted(weighed, reverse=True)
     return [_target(search, k, guess, now, (left, right)) for _, k, left, right in heaviest]
+
+
+def unfilled(search: Search) -> list[int]:
+    """What lies between steady states too far apart, by index: all may be spent before they are closer."""
+    return far_between(search.marks, max(GAP * len(search.base.frequency), 1))
 
 
 def to_march(search: Search, wanted: float) -> list[Target]:

@@ -14,7 +14,7 @@ not bounded. What its past may do to it is not measured, as method
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import NamedTuple
@@ -45,7 +45,7 @@ from microslip.numerics.fourier import harmonic, without_drift
 from microslip.pipeline.band import Curve
 from microslip.pipeline.choosing import AT_A_TIME
 from microslip.pipeline.creep import crept
-from microslip.pipeline.neighbours import beside_unsteady, leaving
+from microslip.pipeline.neighbours import beside_unsteady, far_between, leaving
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.stepping import ACCURACY, Stepping, refined_anchors, taken
 from microslip.pipeline.targets import STEPS, TOLERANCE, Stepped
@@ -171,11 +171,14 @@ class Corrected(NamedTuple):
         Frequencies at which the motion was not steady, Hz.
     opens : bool
         Whether at some of these no pair touched at some instant.
+    states : mapping of int to Stepped
+        Those of its steady states that repeat, by index of their frequency.
     """
 
     response: Response
     unsteady: Array
     opens: bool
+    states: Mapping[int, Stepped]
 
 
 def corrected_response(
@@ -228,7 +231,8 @@ def corrected_response(
         stop.set()
         table = max(first, table, key=lambda one: len(one.anchors))
         table.take_refined()
-    return Corrected(_response(table, base), base.frequency[sorted(table.lost)], table.opens)
+    unsteady = base.frequency[sorted(table.lost)]
+    return Corrected(_response(table, base), unsteady, table.opens, table.settled)
 
 
 def _learn(joint: PreparedJoint, table: _Table, picks: list[int], guess: Contours) -> None:
@@ -404,12 +408,13 @@ def _least_known(table: _Table, settings: ResponseAnalysis) -> list[int]:
 
 def _response(table: _Table, base: Response) -> Response:
     now, sought_on = table.response(), table.stepping.sought_on
-    # with more steps a branch may end before it does with few
+    # with more steps a branch may end before it does with few; corrections may run out before gaps are filled
     settled = taken(table.settled, sought_on) if sought_on else table.settled
     known = [k for k, one in table.anchors.items() if one.doubt <= OPEN or k in settled]
     away = {
         *leaving(table.anchors, now.error, settled),
         *beside_unsteady(table.anchors, table.lost, known),
+        *far_between(table.marks, max(GAP * len(now.error), 1)),
     }
     lingering = sorted(k for k in away if now.error[k] <= NO_DIGIT)
     now.error[lingering] = np.inf

@@ -26,6 +26,17 @@ def around(marks: Iterable[int], k: int) -> list[int]:
     return ordered[max(i - 1, 0) : i + 1]
 
 
+def far_between(marks: Iterable[int], most: float) -> list[int]:
+    """Indices between marks that lie more than so many apart.
+
+    Examples
+    --------
+    >>> far_between([8, 0, 3], 4), far_between([0, 3], 3)
+    ([4, 5, 6, 7], [])
+    """
+    return [k for a, b in pairwise(sorted(marks)) if b - a > most for k in range(a + 1, b)]
+
+
 def within_a_branch(anchors: Mapping[int, Anchor], lost: Iterable[int], k: int) -> bool:
     """Whether next to an index there are anchors on both sides, of one branch, and nothing that was lost."""
     beside = [anchors[j] for j in around({*anchors, *lost}, k) if j in anchors]
