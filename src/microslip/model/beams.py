@@ -154,9 +154,9 @@ def _frame(
     springs: tuple[float, float],
 ) -> _Frame:
     """Both beams on their supports; `springs` are those of a pinned end, and of a free one."""
-    half, (left, right) = g.overlap_half_length, _contact(g)
-    shared = [-half, left, right, half]
     least = SHORTEST * min(g.thicknesses)
+    half, (left, right) = g.overlap_half_length, _contact(g, least)
+    shared = [-half, left, right, half]
     nodes = (
         _nodes([half - g.lengths[0], *shared], least),
         _nodes([*shared, g.lengths[1] - half], least),
@@ -205,10 +205,10 @@ def _nodes(marks: list[float], least: float) -> Array:
     return np.unique(np.concatenate(pieces).round(15))
 
 
-def _contact(g: LapGeometry) -> tuple[float, float]:
-    """Ends of the contact under the clamp, m."""
+def _contact(g: LapGeometry, least: float) -> tuple[float, float]:
+    """Ends of the contact under the clamp, m; the edge of the overlap where that is nearer than `least`."""
     reach = g.clamp_half_length + SPREAD * sum(g.thicknesses) / 2
-    half, least = g.overlap_half_length, SHORTEST * min(g.thicknesses)
+    half = g.overlap_half_length
     left, right = g.clamp_centre - reach, g.clamp_centre + reach
     return (
         -half if left + half < least else left,

@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from microslip.analyses.reduced.response import NO_DIGIT, Response, held_to
+from microslip.analyses.reduced.response import Response, held_to
 from microslip.analyses.reduced.surface import Contours, contours, largest, load_surface
 from microslip.analyses.reduced.sweep import CONVERGED
 from microslip.analyses.time.step_refinement import REFINEMENT
@@ -169,10 +169,8 @@ def _march(assembly: Assembly, search: Search, targets: list[Target], wanted: fl
 
 def _response(search: Search, unseen: Sequence[int] = ()) -> Response:
     """What is known; nothing bounds what is `unseen`, by index."""
-    base, now = search.base, search.held()
-    unbounded = [k for k in unseen if now.error[k] <= NO_DIGIT]
-    now.error[unbounded] = np.inf
-    unbounded = sorted({*unbounded, *search.lingering})
+    base, now = search.base, search.through_anchors()
+    unbounded = [*unseen, *search.leaving(now.error)]
     response = held_to(base, "auto", now, search.doubted(), unbounded)
     marks = np.array(sorted(search.anchors), dtype=int)
     if not len(marks):

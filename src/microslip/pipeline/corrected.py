@@ -408,14 +408,14 @@ def _least_known(table: _Table, settings: ResponseAnalysis) -> list[int]:
 
 def _response(table: _Table, base: Response) -> Response:
     now, sought_on = table.response(), table.stepping.sought_on
-    # with more steps a branch may end before it does with few; corrections may run out before gaps are filled
+    # with more steps a branch may end before it does with few
     settled = taken(table.settled, sought_on) if sought_on else table.settled
     known = [k for k, one in table.anchors.items() if one.doubt <= OPEN or k in settled]
-    away = {
+    unbounded = [
         *leaving(table.anchors, now.error, settled),
         *beside_unsteady(table.anchors, table.lost, known),
-        *far_between(table.marks, max(GAP * len(now.error), 1)),
-    }
-    lingering = sorted(k for k in away if now.error[k] <= NO_DIGIT)
-    now.error[lingering] = np.inf
-    return held_to(base, "corrected", now, table.anchors, lingering)
+        *far_between(
+            table.marks, max(GAP * len(now.error), 1)
+        ),  # all may be spent before these are filled
+    ]
+    return held_to(base, "corrected", now, table.anchors, unbounded)

@@ -44,18 +44,17 @@ def outputs_held(
     place : str
         Where cautions say to be.
     """
-    marks = np.array(sorted(states), dtype=int)
-    if not len(marks) or not curve.outputs:
+    if not curve.outputs:
         return []
 
-    def one(k: int) -> Complex:
-        return _first_harmonics(assembly, states[int(k)], curve.load)
+    def motion_of(k: int) -> Complex | None:
+        return _first_harmonics(assembly, states[k], curve.load)
 
-    motion = np.array(list(each(one, list(marks), threads())))
-    known = ~np.isnan(motion).any(axis=1)
-    marks, motion = marks[known], motion[known]
-    if not len(marks):
+    found = zip(sorted(states), each(motion_of, sorted(states), threads()), strict=True)
+    known = {k: motion for k, motion in found if motion is not None}
+    if not known:
         return []
+    marks, motion = list(known), np.array(list(known.values()))
     f = curve.frequency[marks]
     true = harmonics_by_name(assembly, motion, 2 * np.pi * f)
     return [
@@ -83,13 +82,13 @@ def _caution(name: str, f: Array, off: Array, wanted: float, place: str) -> Caut
     return Caution("response", place, reason, advice)
 
 
-def _first_harmonics(assembly: Assembly, one: Stepped, load: float) -> Complex:
-    """Of the outputs of all ports over a cycle of a steady state; nan where a step has no solution."""
+def _first_harmonics(assembly: Assembly, one: Stepped, load: float) -> Complex | None:
+    """Of the outputs of all ports over a cycle of a steady state; None where a step has no solution."""
     f, steps = one.frequency, one.steps
     scheme = time_scheme(assembly.prepared, 1 / (f * steps), frequency=f)
     theta = one.state.phase + 2 * np.pi * np.arange(steps + 1) / steps
     try:
         done = march(scheme, placed(one.state, scheme, f, load), load * np.sin(theta))
     except MicroslipError:
-        return np.full(len(scheme.joint.model.ports), np.nan + 0j)
+        return None
     return np.asarray(harmonic(without_drift(done.output, theta), theta), dtype=complex)

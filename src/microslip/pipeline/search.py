@@ -14,7 +14,7 @@ import numpy as np
 
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.reduced.anchors import JUMP, Anchor, anchor_at
-from microslip.analyses.reduced.response import NO_DIGIT, Response
+from microslip.analyses.reduced.response import Response
 from microslip.analyses.reduced.surface import LoadSurface
 from microslip.analyses.reduced.through_anchors import Held, held
 from microslip.analyses.time.offset import BRANCH
@@ -245,7 +245,7 @@ class Search:
         where bodies are not. What was passed over has to settle with still more, as others do.
         """
         now, before = self.held(), self._known()
-        ends, marks, known = set(self._leaving(now.error)), self.marks, now.of_mean
+        ends, marks, known = set(self.leaving(now.error)), self.marks, now.of_mean
         for target, answer in answers:
             k = target.point
             self._count(target, answer, REFINEMENT)
@@ -285,20 +285,15 @@ class Search:
 
     def held(self) -> Held:
         """The response through the anchors so far; of what may be on its way out nothing is known."""
-        now = self._through_anchors()
-        now.error[self._leaving(now.error)] = np.inf
+        now = self.through_anchors()
+        now.error[self.leaving(now.error)] = np.inf
         return now
 
-    @property
-    def lingering(self) -> list[int]:
-        """Where motions may be on their way out, and others have been found about them, by index."""
-        error = self._through_anchors().error
-        return [k for k in self._leaving(error) if error[k] <= NO_DIGIT]
-
-    def _through_anchors(self) -> Held:
+    def through_anchors(self) -> Held:
+        """The same, of what may be on its way out too."""
         return held(self.surface, self.base.load, self.doubted(), self.lost, self.accuracy)
 
-    def _leaving(self, error: Array) -> list[int]:
+    def leaving(self, error: Array) -> list[int]:
         """Where motions may be on their way out: with more steps a branch may end before it does with few."""
         if self.before is None or not self.stepping.sought_on:
             return leaving(self.anchors, error, self.settled)
@@ -311,7 +306,7 @@ class Search:
 
     def blurred(self, wanted: float) -> set[int]:
         """Steady states that are themselves not known as well as is wanted."""
-        error = self._through_anchors().of_mean
+        error = self.through_anchors().of_mean
         return {k for k in self.anchors if not error[k] <= wanted}
 
     def keep_end(self, target: Target, answer: Found | Lost) -> None:

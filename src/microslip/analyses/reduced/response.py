@@ -204,11 +204,13 @@ def held_to(
     anchors : mapping of int to Anchor
         These, by index of the frequency; there they are the answer whatever their bound.
     unbounded : sequence of int, optional
-        Where else they are, although nothing bounds its error, by index of the frequency.
+        Where nothing bounds the error, by index of the frequency; what they make of it still is the answer.
     """
     n = len(base.frequency)
     known = np.asarray(now.error <= NO_DIGIT)
-    known[[*anchors, *unbounded]] = True
+    known[[*anchors]] = True
+    bounded = known.copy()
+    bounded[[*unbounded]] = False
     sizes = np.where(known, np.abs(now.amplitude), 0.0)
     return replace(
         base,
@@ -217,7 +219,7 @@ def held_to(
         iterations=np.zeros(n, np.int64),
         contraction=np.zeros(n),
         flag=np.where(known, CONVERGED, OUTSIDE),
-        error_indicator=np.where(known, now.error, np.inf),
+        error_indicator=np.where(bounded, now.error, np.inf),
         varies=None if now.varies is None else np.where(known, now.varies, 0.0),
         outgrown=None,
         smaller=_below(base.smaller, np.where(_nearer_the_larger(base, sizes), sizes, 0.0)),
