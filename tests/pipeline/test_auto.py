@@ -625,6 +625,12 @@ def ends_nowhere(joint, targets):
     return [Lost("contact not solved", 10) for _ in targets]
 
 
+AS_GOOD_AS_THE_AMPLITUDE = SimpleNamespace(
+    response=lambda curve, states: curve, error_of_first=lambda curve, states: 0.0
+)
+"""Outputs of motions that are numbers alone."""
+
+
 def held_to(sought, refined, monkeypatch, points, marched=ends_nowhere, more=None, known=None):
     """The response of a joint that has such steady states, and motions that end there.
 
@@ -633,6 +639,7 @@ def held_to(sought, refined, monkeypatch, points, marched=ends_nowhere, more=Non
     model, table, base = refined
     monkeypatch.setattr(method, "sought", sought)
     monkeypatch.setattr(method, "raised_and_marched", marched)
+    monkeypatch.setattr(method, "OutputsHeld", lambda *of_case: AS_GOOD_AS_THE_AMPLITUDE)
     if more is None:
         monkeypatch.setattr(method.Search, "seek_on", lambda search, joint: None)
     else:

@@ -127,8 +127,8 @@ def test_what_is_open_beside_a_motion_that_is_not_steady_is_not_bounded(done, mo
     def wandering(joint, load, frequency, guess, steps):
         found = true(joint, load, frequency, guess, steps)
         if frequency < peak - 2.0:
-            return found._replace(doubt=0.2, end=None)
-        open_ = found._replace(doubt=max(found.doubt, 0.02), change=1e-2, end=None)
+            return found._replace(doubt=0.2, settled=False)
+        open_ = found._replace(doubt=max(found.doubt, 0.02), change=1e-2, settled=False)
         return open_ if frequency < peak - 1.0 else found
 
     monkeypatch.setattr(method, "patient_motion", wandering)
@@ -149,7 +149,7 @@ def test_what_lingers_past_the_end_of_a_branch_is_not_claimed(done, monkeypatch)
         found = true(joint, load, frequency, guess, steps)
         if frequency < end:
             return found._replace(amplitude=found.amplitude / 5)
-        changing = found._replace(change=1e-2, doubt=1e-3, end=None)
+        changing = found._replace(change=1e-2, doubt=1e-3, settled=False)
         return changing if frequency < end + 1.5 else found
 
     monkeypatch.setattr(method, "patient_motion", fallen)

@@ -13,7 +13,7 @@ from microslip.analyses.time.watching import watched
 from microslip.errors import ContactError
 from microslip.pipeline import creep, marched
 from microslip.pipeline import ringing as module
-from microslip.pipeline.corrected import patient_motion
+from microslip.pipeline.brief_motion import patient_motion
 from microslip.pipeline.creep import crept
 from microslip.pipeline.marched import raised_and_marched
 from microslip.pipeline.targets import STEPS, Found, Lost, Target

@@ -160,8 +160,8 @@ class ResponseAnalysis(Section):
     wherever it is not sure of itself, and what the past decides measured. Where the answer must be right: up
     to minutes."""
     error: Number = Field(default=0.01, ge=5e-3, lt=1)
-    """Of methods "corrected" and "auto": the relative error of the amplitude to get below. More steady
-    states."""
+    """Of methods "corrected" and "auto": the relative error to get below, of the amplitude and of the
+    first output. More steady states."""
     corrections: Count = Field(default=40, ge=7, le=1000)
     """Of method "corrected": steady states at most, per load. A tenth of a second each where they settle."""
     checks: Count = Field(default=3, ge=0, le=3)

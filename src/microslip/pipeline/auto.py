@@ -30,6 +30,7 @@ from microslip.describe.requests import CYCLES_EACH, ResponseAnalysis
 from microslip.pipeline import choosing, forget
 from microslip.pipeline.band import Curve
 from microslip.pipeline.marched import raised_and_marched
+from microslip.pipeline.outputs_held import OutputsHeld
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.search import Search
 from microslip.pipeline.targets import STEPS, Found, Lost, Target
@@ -47,6 +48,7 @@ class Anchored(NamedTuple):
     Attributes
     ----------
     response : Response
+        With the bounds of its error and of its outputs.
     lost : tuple of str
         Where none was found, and why.
     opens : bool
@@ -100,6 +102,7 @@ def anchored_response(
     """
     assert case.table is not None
     surface = load_surface(case.model, case.table, base.frequency, base.load)
+    outputs = OutputsHeld(assembly, case.model, case.table)
     first = search = Search(surface, base, settings.points)
     guess = largest(contours(surface, base.load))
     try:
@@ -115,7 +118,8 @@ def anchored_response(
             first, search = search, search.begun_anew()
             advance(_learn(assembly, search, choosing.first(search, guess)))
         while not search.over:
-            picks = choosing.least_known(search, guess, settings.error)
+            beside = outputs.error_of_first(_response(search), search.states)
+            picks = choosing.least_known(search, guess, settings.error, beside)
             if not picks:
                 break
             advance(_learn(assembly, search, picks))
@@ -143,7 +147,8 @@ def anchored_response(
     said, (walks, walks_on) = _said(assembly, search, stop), _walks(search)
     unseen = choosing.unfilled(search) if search.over or stop.is_set() else []
     forget.known_better_without(search, settings.error)
-    return Anchored(_response(search, unseen), said, search.opens, spent, walks, walks_on, search)
+    response = outputs.response(_response(search, unseen), search.states)
+    return Anchored(response, said, search.opens, spent, walks, walks_on, search)
 
 
 def _learn(assembly: Assembly, search: Search, targets: list[Target]) -> int:

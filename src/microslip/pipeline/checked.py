@@ -17,7 +17,7 @@ from microslip.analyses.reduced.response import Check, Response
 from microslip.analyses.reduced.sweep import CONVERGED
 from microslip.errors import Caution, MicroslipError
 from microslip.numerics.execute import each, threads
-from microslip.pipeline.corrected import patient_motion
+from microslip.pipeline.brief_motion import patient_motion
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.walk import DOUBTFUL
 

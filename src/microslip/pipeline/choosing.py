@@ -63,10 +63,15 @@ def ends(search: Search, guess: Contours) -> list[Target]:
     return [_target(search, k, guess, now) for k in chosen]
 
 
-def least_known(search: Search, guess: Contours, wanted: float) -> list[Target]:
-    """Jumps to be followed, then the middles of the stretches where most is not known."""
+def least_known(
+    search: Search, guess: Contours, wanted: float, beside: Array | float = 0.0
+) -> list[Target]:
+    """Jumps to be followed, then the middles of the stretches where most is not known.
+
+    The error of what is shown is that of the amplitude, and what the first output has `beside` it.
+    """
     now, targets = search.held(), beside_larger(search, guess)
-    marks, doubtful = search.marks, now.of_mean > wanted
+    marks, doubtful = search.marks, ~(now.of_mean + beside <= wanted)
     doubtful[marks] = False
     blurred = search.blurred(wanted)
     weighed, widest = [], max(GAP * len(doubtful), 1)

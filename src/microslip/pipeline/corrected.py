@@ -14,7 +14,7 @@ not bounded. What its past may do to it is not measured, as method
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import NamedTuple
@@ -32,54 +32,26 @@ from microslip.analyses.reduced.surface import (
     load_surface,
 )
 from microslip.analyses.reduced.through_anchors import Held, held
-from microslip.analyses.time.offset import BRANCH
-from microslip.analyses.time.readings import opening_of
-from microslip.analyses.time.scheme import time_scheme
-from microslip.analyses.time.starts import Start
-from microslip.analyses.time.steady import raised_state, steady_state
-from microslip.analyses.time.watching import watched
 from microslip.describe.requests import ResponseAnalysis
 from microslip.errors import JointOpensError, MicroslipError
 from microslip.numerics.execute import each, threads
-from microslip.numerics.fourier import harmonic, without_drift
 from microslip.pipeline.band import Curve
+from microslip.pipeline.brief_motion import OPEN, BriefMotion, patient_motion
 from microslip.pipeline.choosing import AT_A_TIME
-from microslip.pipeline.creep import crept
 from microslip.pipeline.neighbours import beside_unsteady, far_between, leaving
+from microslip.pipeline.outputs_held import OutputsHeld
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.stepping import ACCURACY, Stepping, refined_anchors, taken
-from microslip.pipeline.targets import STEPS, TOLERANCE, Stepped
+from microslip.pipeline.targets import Stepped
 from microslip.pipeline.walk import (
     DOUBTFUL,
-    LONGEST,
-    RAISED,
-    lasting,
     may_be_shown,
 )
-from microslip.typing import Array, Complex
+from microslip.typing import Array
 
 FIRST = (-0.9, 0.9, -1.8, 1.8, -2.9, 2.9, -4.0, 4.0, -5.1, 5.1)
 """Detunings of the first steady states after resonance and ends, as far as the band goes: half power, and
 outward so that the distance from the resonance grows by no more than three from one to the next."""
-
-CYCLES = 30
-"""Cycles at most."""
-
-WATCHED = 12
-"""Cycles over which a motion that still changes is looked at."""
-
-LASTS = 10.0
-"""Cycles that transients are taken to last at least."""
-
-SLOWEST = 0.99
-"""Multiplier of the slowest transient, at most, that a drift is taken to go on with."""
-
-OPEN, PATIENCE = 5e-3, 8
-"""Doubt of an amplitude above which its motion is marched, and blocks of cycles at most: where a motion
-creeps a search stops on its way."""
-
-SURE = 2e-3
-"""Doubt of an amplitude below which a motion is not looked at any longer."""
 
 GAP = 1 / 8
 """Share of the frequencies without a steady state among them that is filled, whatever the bound says."""
@@ -97,6 +69,7 @@ class _Table:
     anchors: dict[int, Anchor] = field(default_factory=dict)
     lost: dict[int, float] = field(default_factory=dict)
     opens: bool = False
+    ends: dict[int, Stepped] = field(default_factory=dict)
     settled: dict[int, Stepped] = field(default_factory=dict)
     accuracy: float | Array = ACCURACY
     stepping: Stepping = field(default_factory=Stepping)
@@ -136,6 +109,11 @@ class _Table:
         )
 
     @property
+    def states(self) -> dict[int, Stepped]:
+        """Steady states, settled or not, by index of the frequency."""
+        return {k: end for k, end in self.ends.items() if k in self.anchors}
+
+    @property
     def marks(self) -> list[int]:
         """Frequencies that were sought, by index."""
         return sorted({*self.anchors, *self.lost})
@@ -166,19 +144,16 @@ class Corrected(NamedTuple):
     Attributes
     ----------
     response : Response
-        With the bound of its error, ``error_indicator``, and the steady states, ``anchors``.
+        With the bound of its error, ``error_indicator``, the steady states, ``anchors``, and the outputs.
     unsteady : (k,) array
         Frequencies at which the motion was not steady, Hz.
     opens : bool
         Whether at some of these no pair touched at some instant.
-    states : mapping of int to Stepped
-        Those of its steady states that repeat, by index of their frequency.
     """
 
     response: Response
     unsteady: Array
     opens: bool
-    states: Mapping[int, Stepped]
 
 
 def corrected_response(
@@ -208,6 +183,12 @@ def corrected_response(
     assert case.table is not None
     surface = load_surface(case.model, case.table, base.frequency, base.load)
     first = table = _Table(surface, base.load)
+    outputs = OutputsHeld(assembly, case.model, case.table)
+
+    def picked() -> list[int]:
+        beside = outputs.error_of_first(_response(table, base), table.states)
+        return _least_known(table, settings, beside)
+
     joint, guess = assembly.prepared, largest(contours(surface, base.load))
     picks = _first(guess, len(base.frequency))[: settings.corrections]
 
@@ -218,12 +199,12 @@ def corrected_response(
             table = first.begun_anew()
             _learn(joint, table, picks, guess)
         advance(len(picks))
-        while picks := _least_known(table, settings):
+        while picks := picked():
             _learn(joint, table, picks, guess)
             advance(len(picks))
         table.refine(joint)
         # with more steps there may be more to see than there was with fewer
-        while picks := _least_known(table, settings):
+        while picks := picked():
             _learn(joint, table, picks, guess)
             advance(len(picks))
             table.refine(joint)
@@ -232,7 +213,8 @@ def corrected_response(
         table = max(first, table, key=lambda one: len(one.anchors))
         table.take_refined()
     unsteady = base.frequency[sorted(table.lost)]
-    return Corrected(_response(table, base), unsteady, table.opens, table.settled)
+    response = outputs.response(_response(table, base), table.states)
+    return Corrected(response, unsteady, table.opens)
 
 
 def _learn(joint: PreparedJoint, table: _Table, picks: list[int], guess: Contours) -> None:
@@ -255,115 +237,9 @@ def _learn(joint: PreparedJoint, table: _Table, picks: list[int], guess: Contour
         anchor = anchor_at(table.surface, f, table.load, *found[:3])
         table.anchors[k] = replace(anchor, scatter=np.nan)
         if found.end is not None:
-            table.settled[k] = Stepped(f, found.amplitude, found.end, table.stepping.steps)
-
-
-class BriefMotion(NamedTuple):
-    """What a short search by time integration ends in.
-
-    Attributes
-    ----------
-    amplitude : complex
-        First harmonic of the modal coordinate.
-    change : float
-        Of the state over the last cycle.
-    doubt : float
-        Relative error of the amplitude that is left; above `DOUBTFUL` the motion is not steady.
-    opens : bool
-        Whether at some instant no pair touches.
-    output : (p,) complex array
-        First harmonics of the outputs of all ports.
-    end : Start or None
-        Of a motion that has settled.
-    """
-
-    amplitude: complex
-    change: float
-    doubt: float
-    opens: bool = False
-    output: Complex = np.zeros(0, complex)
-    end: Start | None = None
-
-
-def brief_motion(
-    joint: PreparedJoint, load: float, frequency: float, guess: complex, steps: int = STEPS
-) -> BriefMotion:
-    """The motion from rest with the velocity of a guess; where it still changes, its mean over cycles.
-
-    Parameters
-    ----------
-    joint : PreparedJoint
-    load, frequency : float
-        Amplitude of the load, N/m or N m/m, and Hz.
-    guess : complex
-        First harmonic of the modal coordinate that is expected.
-    steps : int
-        Per cycle.
-
-    Raises
-    ------
-    MicroslipError
-        Where a time step has no solution, or the joint opens.
-    """
-    scheme = time_scheme(joint, 1 / (frequency * steps), frequency=frequency)
-    found = steady_state(
-        scheme, frequency, load, guess=guess, tolerance=TOLERANCE, max_cycles=CYCLES
-    )
-    if opening_of(found.cycle, joint.model.position):
-        return BriefMotion(0j, np.inf, np.inf, True)
-    # where it has not settled, the search need not have met what is slow
-    least = 0.0 if found.converged else SLOWEST
-    slowest = float(np.abs(found.multipliers).max(initial=least))
-    left = found.change * lasting(slowest, LASTS)
-    theta = found.phase + np.linspace(0, 2 * np.pi, len(found.cycle.output))
-    output = harmonic(without_drift(found.cycle.output, theta), theta)
-    if left <= SURE:
-        end = found.end if found.converged else None
-        return BriefMotion(found.amplitude, found.change, left, output=output, end=end)
-    Q, _ = watched(scheme, load, found.cycle.state, WATCHED, found.phase)
-    size, mean = np.abs(Q), complex(np.mean(Q))
-    first, second = np.split(size, 2)
-    kept = min(slowest, SLOWEST) ** (WATCHED // 2)
-    to_come = abs(second.mean() - first.mean()) * kept / (1 - kept)
-    doubt = float(np.ptp(size) + to_come) / max(abs(mean), 1e-300)
-    return BriefMotion(mean, found.change, doubt, output=output * (mean / found.amplitude))
-
-
-def patient_motion(
-    joint: PreparedJoint, load: float, frequency: float, guess: complex, steps: int = STEPS
-) -> BriefMotion:
-    """As `brief_motion`; what that leaves open is marched, with leaps, after the load was raised from rest.
-
-    For `PATIENCE` blocks of cycles, where the search has not settled, as a small change may go on for long,
-    or what it ends with is known no better than to `OPEN`. Where that is a motion of the branch of the
-    search, or else of the guess, it is the answer: known no better than its drift would make in `LONGEST`
-    cycles, nor than it differs from what was found.
-
-    Parameters
-    ----------
-    joint, load, frequency, guess, steps
-        As there.
-
-    Raises
-    ------
-    MicroslipError
-        As there.
-    """
-    found = brief_motion(joint, load, frequency, guess, steps)
-    if found.opens or (found.doubt <= OPEN and found.change <= TOLERANCE):
-        return found
-    scheme = time_scheme(joint, 1 / (frequency * steps), frequency=frequency)
-    try:
-        end = crept(scheme, load, raised_state(scheme, frequency, load, RAISED), PATIENCE)
-    except MicroslipError:
-        return found
-    known = found.doubt <= DOUBTFUL
-    ratio = abs(end.amplitude) / max(abs(found.amplitude if known else guess), 1e-300)
-    if abs(np.log(max(ratio, 1e-300))) > BRANCH:
-        return found
-    apart = abs(1 / ratio - 1) if known else 0.0
-    to_come = LONGEST * abs(end.drift)
-    return BriefMotion(end.amplitude, abs(end.drift), max(end.doubt, to_come, apart))
+            table.ends[k] = Stepped(f, found.amplitude, found.end, table.stepping.steps)
+        if found.settled:
+            table.settled[k] = table.ends[k]
 
 
 def _first(guess: Contours, count: int) -> list[int]:
@@ -387,13 +263,14 @@ def _begin(k: int, now: Held | None, guess: Contours) -> complex:
     return complex(own[-1]) if len(own) else 0j
 
 
-def _least_known(table: _Table, settings: ResponseAnalysis) -> list[int]:
+def _least_known(table: _Table, settings: ResponseAnalysis, beside: Array) -> list[int]:
     """Middles of the stretches with the most frequencies whose bound is too wide, the worst first.
 
-    As many as may still be sought.
+    As many as may still be sought. The error of what is shown is that of the amplitude, and what the first
+    output has `beside` it.
     """
     now, left = table.response(), max(settings.corrections - len(table.marks), 0)
-    doubtful = ~(now.of_mean <= settings.error)
+    doubtful = ~(now.of_mean + beside <= settings.error)
     doubtful[table.marks] = False
     size = np.nan_to_num(np.abs(now.amplitude))
     resonant = size >= 0.5 * size.max()

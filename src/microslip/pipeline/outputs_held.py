@@ -1,85 +1,163 @@
-"""Outputs of a response held to the steady states that it goes through.
+"""Outputs of a response put right by the steady states that it goes through, as its amplitude is.
 
-The bound of a response is that of its amplitude, of the joint's mode. What else moves it has from the reduced
-model (`microslip.analyses.reduced.outputs`), which knows upper modes and the slip of single pairs less well:
-about the resonance of an upper mode that model has none of it. A cycle of each steady state tells.
+A cycle of each steady state tells what the outputs of the file are over the amplitude
+(`microslip.analyses.reduced.held_output`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from microslip.analyses.reduced.response import Response
+from microslip.analyses.prepared.direct import direct_motion
+from microslip.analyses.reduced.anchors import branches
+from microslip.analyses.reduced.held_output import HeldOutput, held_output
+from microslip.analyses.reduced.response import NO_DIGIT, Response
+from microslip.analyses.reduced.table import EquivalentTable
+from microslip.analyses.reduced.two_mode import TwoModeModel
 from microslip.analyses.time.scheme import march, time_scheme
-from microslip.analyses.time.starts import placed
-from microslip.errors import MicroslipError
+from microslip.analyses.time.starts import Start, placed
+from microslip.errors import Caution, MicroslipError
 from microslip.numerics.execute import each, threads
 from microslip.numerics.fourier import harmonic, without_drift
-from microslip.pipeline.outcome import Caution
-from microslip.pipeline.outputs import harmonics_by_name
+from microslip.pipeline.outputs import harmonics_by_name, with_outputs
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.targets import Stepped
-from microslip.typing import Array, Complex
-
-SMALL = 0.01
-"""Share of the largest size of an output below which it is compared with that share instead of its own."""
+from microslip.typing import Array, Complex, Indices, Mask
 
 
-def outputs_held(
-    assembly: Assembly, curve: Response, states: Mapping[int, Stepped], wanted: float, place: str
-) -> list[Caution]:
-    """What outputs of a response are off by at its steady states, where that is more than is wanted.
+@dataclass(frozen=True)
+class OutputsHeld:
+    """What steady states make of the outputs of a response.
+
+    Attributes
+    ----------
+    assembly : Assembly
+    model, table : TwoModeModel, EquivalentTable
+        That the response is of.
+    known : dict
+        Steady states by index of the frequency, each with the outputs of all ports over the amplitude.
+    """
+
+    assembly: Assembly
+    model: TwoModeModel
+    table: EquivalentTable | None
+    known: dict[int, tuple[Start, Complex]] = field(default_factory=dict)
+
+    def response(self, curve: Response, states: Mapping[int, Stepped]) -> Response:
+        """A response with its outputs, put right and bounded.
+
+        Parameters
+        ----------
+        curve : Response
+        states : mapping of int to Stepped
+            Steady states that it goes through, by index of the frequency.
+        """
+        assert curve.error_indicator is not None
+        plain = self._of_model(curve)
+        held = self._held(plain, states, tuple(plain.outputs))
+        return replace(
+            plain,
+            outputs={name: one.value for name, one in held.items()},
+            output_errors={n: curve.error_indicator + one.error for n, one in held.items()},
+        )
+
+    def error_of_first(self, curve: Response, states: Mapping[int, Stepped]) -> Array:
+        """Bound of the relative error of the first output beside that of the amplitude, (n,).
+
+        Parameters
+        ----------
+        curve, states
+            See `response`.
+        """
+        first = self.assembly.joint.outputs[0].name
+        return self._held(self._of_model(curve), states, (first,))[first].error
+
+    def _of_model(self, curve: Response) -> Response:
+        """With the outputs that the model makes of it."""
+        return with_outputs(self.assembly, {"refined": (self.model, self.table)}, curve)
+
+    def _held(
+        self, curve: Response, states: Mapping[int, Stepped], names: Sequence[str]
+    ) -> dict[str, HeldOutput]:
+        """Outputs by name, of a response that has those of the model."""
+        self._learn(states, curve.load)
+        marks = sorted(k for k in states if k in self.known)
+        width = len(self.assembly.model.ports)
+        over = np.array([self.known[k][1] for k in marks]).reshape(len(marks), width)
+        omega = 2 * np.pi * curve.frequency
+        true = harmonics_by_name(self.assembly, over, omega[marks])
+        own, other, runs = curve.outputs, self._other_state(curve), list(_branches(curve))
+
+        def found(name: str) -> HeldOutput:
+            known = dict(zip(marks, true[name].tolist(), strict=True))
+            both = (own[name], own[name] + other[name])
+            return held_output(curve.frequency, curve.amplitude, both, known, runs)
+
+        return {name: found(name) for name in names}
+
+    def _learn(self, states: Mapping[int, Stepped], load: float) -> None:
+        """March a cycle of each that is not known yet; one whose steps do not solve stays unknown."""
+        new = [k for k, one in states.items() if self._unlike(k, one)]
+        port = self.assembly.model.port(self.assembly.prepared.coordinate)
+        cycles = each(lambda k: _first_harmonics(self.assembly, states[k], load), new, threads())
+        for k, motion in zip(new, cycles, strict=True):
+            self.known.pop(k, None)
+            if motion is not None:
+                self.known[k] = states[k].state, motion / motion[port]
+
+    def _unlike(self, k: int, one: Stepped) -> bool:
+        return k not in self.known or self.known[k][0] is not one.state
+
+    def _other_state(self, curve: Response) -> Mapping[str, Complex]:
+        """What outputs differ by where the load moves the joint's rest as in the other linear state."""
+        joint, omega = self.assembly.prepared, 2 * np.pi * curve.frequency
+        own, other = (
+            direct_motion(joint, joint.drive, omega, stuck=stuck)
+            for stuck in (self.model.stuck, not self.model.stuck)
+        )
+        return harmonics_by_name(self.assembly, (other - own) * curve.load, omega)
+
+
+def doubtful_outputs(curve: Response, wanted: float, place: str) -> list[Caution]:
+    """Outputs that are worse known than the amplitude by more than is wanted, where that is known.
 
     Parameters
     ----------
-    assembly : Assembly
     curve : Response
-        With its outputs.
-    states : mapping of int to Stepped
-        Steady states that it goes through, by index of the frequency.
     wanted : float
         Relative.
     place : str
         Where cautions say to be.
     """
-    if not curve.outputs:
+    if curve.error_indicator is None:
         return []
-
-    def motion_of(k: int) -> Complex | None:
-        return _first_harmonics(assembly, states[k], curve.load)
-
-    found = zip(sorted(states), each(motion_of, sorted(states), threads()), strict=True)
-    known = {k: motion for k, motion in found if motion is not None}
-    if not known:
-        return []
-    marks, motion = list(known), np.array(list(known.values()))
-    f = curve.frequency[marks]
-    true = harmonics_by_name(assembly, motion, 2 * np.pi * f)
+    known = curve.error_indicator <= wanted
+    f, own = curve.frequency[known], curve.error_indicator[known]
     return [
-        _caution(name, f, off, wanted, place)
-        for name, shown in curve.outputs.items()
-        if (off := _off(np.abs(shown[marks]), np.abs(true[name]))).max() > wanted
+        _caution(name, f, error[known], worse, wanted, place)
+        for name, error in curve.output_errors.items()
+        if (worse := error[known] - own > wanted).any()
     ]
 
 
-def _off(shown: Array, true: Array) -> Array:
-    """Relative differences of sizes."""
-    least = SMALL * max(float(true.max()), 1e-300)
-    return np.asarray(np.abs(shown - true) / np.maximum(true, least))
-
-
-def _caution(name: str, f: Array, off: Array, wanted: float, place: str) -> Caution:
-    worst, many = int(np.argmax(off)), int((off > wanted).sum())
-    most = f"{100 * off[worst]:.2g} %" if off[worst] < 0.995 else f"{off[worst]:.2g} times its size"
+def _caution(name: str, f: Array, error: Array, worse: Mask, wanted: float, place: str) -> Caution:
+    worst = int(np.argmax(error))
+    most = "not bounded" if error[worst] > NO_DIGIT else f"known to {100 * error[worst]:.2g} % only"
     reason = (
-        f'output "{name}" is off by up to {most}, at {f[worst]:.6g} Hz, from steady states that the response '
-        f"goes through, and by more than {100 * wanted:g} % at {many} of {len(f)} of them: the stated error "
-        "is that of the amplitude of the mode"
+        f'output "{name}" is {most} at {f[worst]:.6g} Hz, and no better than to {100 * wanted:g} % '
+        f"at {worse.sum()} of {len(f)} frequencies where the amplitude of the mode is"
     )
     advice = "[analysis.time] and [analysis.harmonic] have the outputs of the motion itself"
     return Caution("response", place, reason, advice)
+
+
+def _branches(curve: Response) -> Iterator[Indices]:
+    """Of the steady states that a response goes through."""
+    at = np.searchsorted(curve.frequency, [one.frequency for one in curve.anchors])
+    return branches(dict(zip(at.tolist(), curve.anchors, strict=True)), ())
 
 
 def _first_harmonics(assembly: Assembly, one: Stepped, load: float) -> Complex | None:

@@ -33,7 +33,7 @@ from microslip.analyses.reduced.refined import missed
 from microslip.analyses.reduced.table import EquivalentTable
 from microslip.analyses.reduced.two_mode import TwoModeModel
 from microslip.errors import ContactError, Failure, MicroslipError
-from microslip.pipeline.corrected import BriefMotion, brief_motion
+from microslip.pipeline.brief_motion import BriefMotion, brief_motion
 from microslip.pipeline.followed import UNDAMPED, Followed, followed
 from microslip.pipeline.walk import DOUBTFUL
 from microslip.typing import Array, Complex

@@ -31,12 +31,11 @@ from microslip.pipeline.loads import (
 )
 from microslip.pipeline.outcome import Outcome, until_interrupted, value_of
 from microslip.pipeline.outputs import Model, with_outputs
-from microslip.pipeline.outputs_held import outputs_held
+from microslip.pipeline.outputs_held import doubtful_outputs
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.progress import Progress
 from microslip.pipeline.reduced import tables_of
 from microslip.pipeline.search import Search
-from microslip.pipeline.targets import Stepped
 from microslip.pipeline.unanswered import opening_of, response_failures, two_motions, with_opening
 from microslip.typing import Array
 
@@ -136,9 +135,8 @@ def _over(
         for number, (case, share) in enumerate(zip(cases, steps, strict=True)):
             base = case.respond(axis.frequency)
             rest, opens = share, True
-            steady: Mapping[int, Stepped] = {}
             if settings.method == "corrected" and _corrigible(case):
-                curve, unsteady, opens, steady = corrected_response(
+                curve, unsteady, opens = corrected_response(
                     assembly, settings, case, base, stop, progress.advance
                 )
                 rest = max(share - len(curve.anchors) - len(unsteady), 0)
@@ -147,7 +145,7 @@ def _over(
                 auto, rest = _put_right(
                     assembly, settings, case, base, stop, share, progress, known.get(number)
                 )
-                curve, opens, steady = auto.response, auto.opens, auto.search.settled
+                curve, opens = auto.response, auto.opens
                 known[number] = auto.search
                 cautions += _cautions(settings, case, auto)
             else:
@@ -155,9 +153,10 @@ def _over(
                 if _corrigible(case):
                     curve = replace(curve, checks=checks(assembly, curve, settings.checks, stop))
                     cautions += not_as_in_time(f"refined, {case.load}", curve)
-            curve = with_outputs(assembly, models, curve)
+            if not curve.outputs:
+                curve = with_outputs(assembly, models, curve)
             place = f"{settings.method}, {case.load}"
-            cautions += outputs_held(assembly, curve, steady, settings.error, place)
+            cautions += doubtful_outputs(curve, settings.error, place)
             curve = with_opening(assembly, curve, case) if opens else curve
             found = replace(found, curves=(*found.curves, curve))
             failures += response_failures(curve, case, axis)

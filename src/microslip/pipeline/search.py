@@ -107,9 +107,8 @@ class Search:
         return sorted({*self.anchors, *self.lost})
 
     @property
-    def settled(self) -> dict[int, Stepped]:
-        """Steady states whose motion repeats, or varies for good, by index of their frequency."""
-        settled = (k for k, one in self.anchors.items() if one.change <= TOLERANCE)
+    def states(self) -> dict[int, Stepped]:
+        """Steady states by index of their frequency."""
         return {
             k: Stepped(
                 float(self.base.frequency[k]),
@@ -119,9 +118,14 @@ class Search:
                 found.rest is not None,
                 found.varies > 0,
             )
-            for k in settled
+            for k in self.anchors
             if (found := self.found.get(k)) is not None
         }
+
+    @property
+    def settled(self) -> dict[int, Stepped]:
+        """Those whose motion repeats, or varies for good."""
+        return {k: one for k, one in self.states.items() if self.anchors[k].change <= TOLERANCE}
 
     def steps_at(self, k: int) -> int:
         """Per cycle, of the steady state at a frequency."""

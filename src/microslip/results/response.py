@@ -116,6 +116,7 @@ def _row(run: Run, response: Response) -> dict[str, Any]:
         "steady_states": len(response.anchors),
         "unbounded_points": int(np.isinf(errors).sum()),
         "peak_outputs": peak_outputs(run, response) if any_answer else {},
+        "peak_output_errors": {n: e[response.peak] for n, e in response.output_errors.items()},
     }
 
 
@@ -293,7 +294,9 @@ def _outputs(run: Run) -> dict[str, xr.Variable]:
     dims, said = ("curve", "output", "frequency"), run.joint.driven.load
     values = np.stack([stacked(run, response.outputs, 0) for response in run.responses])
     load = np.array([response.load for response in run.responses])[:, None, None]
+    known = [response.output_errors for response in run.responses]
     return {
+        **(_output_errors(run, dims) if any(known) else {}),
         "output_amplitude": output_variable(
             dims, values, "first harmonic of the output: y = Im(Y exp(i omega t)), load a sine"
         ),
@@ -301,3 +304,12 @@ def _outputs(run: Run) -> dict[str, xr.Variable]:
             dims, values / load, f"first harmonic of the output per {said.noun}", said.unit
         ),
     }
+
+
+def _output_errors(run: Run, dims: tuple[str, ...]) -> dict[str, xr.Variable]:
+    """Bounds of all outputs of the curves that steady states put right; nan of others."""
+    none = np.full((len(run.joint.outputs), len(run.responses[0].frequency)), np.nan)
+    errors = [r.output_errors for r in run.responses]
+    values = np.stack([stacked(run, one, 0) if one else none for one in errors])
+    label = "bound of the relative error of the size of the first harmonic, of methods corrected and auto"
+    return {"output_error": variable(dims, values, "1", label)}

@@ -6,6 +6,7 @@ Monotone cubics through the others, between them; beyond all of them a straight 
 from __future__ import annotations
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from scipy.interpolate import PchipInterpolator
 
 from microslip.typing import Array, Complex, Indices
@@ -15,6 +16,13 @@ AROUND = 2
 
 HALF = 0.5
 """Others that are nearer to the end of a stretch, over its length, say nothing of it."""
+
+
+FEWEST = 4
+"""Anchors of a branch below which nothing is said of the error between them."""
+
+NEAREST = 9
+"""Anchors nearest to one, itself among them, that tell what is usual about it."""
 
 
 def correction(x: Array, y: Complex, at: Array) -> Complex:
@@ -66,6 +74,40 @@ def missed_across(x: Array, y: Complex, missed: Complex) -> tuple[Complex, Compl
             if crowd.any():
                 found[j] = _missed(x, y, end, every[~crowd & (every != end)])
     return left, right
+
+
+def most_beside(width: Array, missed: Array) -> Array:
+    """The most that is missed at a stretch and at the next to either side that is not much narrower."""
+    most = missed.copy()
+    for j in range(len(width)):
+        wide = np.flatnonzero(width >= HALF * width[j])
+        i = int(np.searchsorted(wide, j))
+        most[j] = missed[wide[max(i - 1, 0) : i + 2]].max()
+    return most
+
+
+def place(x: Array, at: Array) -> tuple[Indices, Array]:
+    """Number of the anchor to the left of frequencies, and how far along they are to the next, 0 to 1."""
+    left = np.clip(np.searchsorted(x, at), 1, len(x) - 1) - 1
+    return left, np.clip((at - x[left]) / (x[left + 1] - x[left]), 0.0, 1.0)
+
+
+def arched(most: Array, t: Array) -> Array:
+    """Zero at anchors, and the most in the middle between two."""
+    with np.errstate(invalid="ignore"):
+        return np.where((t > 0) & (t < 1), most * 4 * t * (1 - t), 0.0)
+
+
+def usually_missed(missed: Array) -> Array:
+    """Median of what is missed of every anchor and those nearest to it."""
+    return np.asarray(np.median(nearest(missed), axis=-1))
+
+
+def nearest(values: Array) -> Array:
+    """Values of every anchor and those nearest to it, a row each."""
+    count = min(NEAREST, len(values))
+    first = np.clip(np.arange(len(values)) - count // 2, 0, len(values) - count)
+    return np.asarray(sliding_window_view(values, count)[first])
 
 
 def _missed(x: Array, y: Complex, i: int, others: Indices) -> complex:

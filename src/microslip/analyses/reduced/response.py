@@ -101,6 +101,9 @@ class Response(Brief):
     outputs : mapping of str to (n,) complex array
         First harmonic of every output by name, change from prestress, phase against the load's sine;
         m, rad, m/s, ... (`microslip.describe.outputs`).
+    output_errors : mapping of str to (n,) array
+        Bound of the relative error of their sizes by name, that of the amplitude in it, where steady states
+        put them right (`held_output.py`).
     opening_load : float
         From this load on the resonance opens the joint; nan where the response stays below.
     outgrown : (n,) bool array, optional
@@ -130,6 +133,7 @@ class Response(Brief):
     smaller: Response | None = None
     opening_load: float = np.nan
     outputs: Mapping[str, Complex] = field(default_factory=dict)
+    output_errors: Mapping[str, Array] = field(default_factory=dict)
     anchors: tuple[Anchor, ...] = ()
     checks: tuple[Check, ...] = ()
 

@@ -37,23 +37,27 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 
 from microslip.analyses.reduced.anchors import JUMP, Anchor, branches, step_of, vary_between
-from microslip.analyses.reduced.missed import HALF, correction, missed_across, missed_by_others
+from microslip.analyses.reduced.missed import (
+    FEWEST,
+    NEAREST,
+    arched,
+    correction,
+    missed_across,
+    missed_by_others,
+    most_beside,
+    nearest,
+    place,
+    usually_missed,
+)
 from microslip.analyses.reduced.surface import LoadSurface, contours, stiffness
 from microslip.analyses.reduced.two_mode import TwoModeModel
 from microslip.brief import Brief
 from microslip.typing import Array, Complex, Indices, Mask
 
-FEWEST = 4
-"""Anchors of a branch below which nothing is said of the error between them."""
-
 PARTS = ("doubt", "scatter", "varies")
 """What bounds the error of an anchor itself, and what of the first is no error of its mean."""
-
-NEAREST = 9
-"""Anchors nearest to one, itself among them, that tell what is usual about it."""
 
 WIDER = 2.0
 """Times what one in nine scatters by more than: where pasts scatter as a normal distribution does, a third
@@ -268,32 +272,10 @@ def _bound_of_size(x: Array, y: Complex, at: Array) -> Array:
         return np.full(np.shape(at), np.inf)
     missed = missed_by_others(x, y)
     begin, end = (np.abs(one.real) for one in missed_across(x, y, missed))
-    left, t = _place(x, at)
-    most = _most_beside(np.diff(x), np.maximum(begin, end))[left]
-    usual = WIDER * np.interp(at, x, _usual(np.abs(missed.real)))
-    return np.asarray(np.expm1(_arched(most, t) + usual))
-
-
-def _most_beside(width: Array, missed: Array) -> Array:
-    """The most that is missed at a stretch and at the next to either side that is not much narrower."""
-    most = missed.copy()
-    for j in range(len(width)):
-        wide = np.flatnonzero(width >= HALF * width[j])
-        i = int(np.searchsorted(wide, j))
-        most[j] = missed[wide[max(i - 1, 0) : i + 2]].max()
-    return most
-
-
-def _place(x: Array, at: Array) -> tuple[Indices, Array]:
-    """Number of the anchor to the left of frequencies, and how far along they are to the next, 0 to 1."""
-    left = np.clip(np.searchsorted(x, at), 1, len(x) - 1) - 1
-    return left, np.clip((at - x[left]) / (x[left + 1] - x[left]), 0.0, 1.0)
-
-
-def _arched(most: Array, t: Array) -> Array:
-    """Zero at anchors, and the most in the middle between two."""
-    with np.errstate(invalid="ignore"):
-        return np.where((t > 0) & (t < 1), most * 4 * t * (1 - t), 0.0)
+    left, t = place(x, at)
+    most = most_beside(np.diff(x), np.maximum(begin, end))[left]
+    usual = WIDER * np.interp(at, x, usually_missed(np.abs(missed.real)))
+    return np.asarray(np.expm1(arched(most, t) + usual))
 
 
 def _motion(
@@ -349,12 +331,12 @@ def _bound(x: Array, y: Complex, z: Complex, at: Array, there: Complex) -> Array
     if len(x) < FEWEST:
         return np.full(np.shape(at), np.inf)
     missed = missed_by_others(x, y)
-    left, t = _place(x, at)
+    left, t = place(x, at)
     with np.errstate(invalid="ignore"):  # nan where there is no answer
         begin, end = missed_across(x, y, missed)
         most = np.maximum(_grown(begin[left] / there), _grown(end[left] / there))
-    usual = _usual(np.abs((missed / z).real) * np.abs(z))
-    return _arched(most, t) + np.interp(at, x, usual) / np.abs(there)
+    usual = usually_missed(np.abs((missed / z).real) * np.abs(z))
+    return arched(most, t) + np.interp(at, x, usual) / np.abs(there)
 
 
 def _missed_of(surface: LoadSurface, load: float, x: Array, known: Sequence[Anchor]) -> Array:
@@ -373,12 +355,7 @@ def _missed_of(surface: LoadSurface, load: float, x: Array, known: Sequence[Anch
         grown = _grown(missed * model.omega**2 / Z) / np.clip(slope, 0.0, 1.0)
     of_size = np.abs(missed_by_others(x, _logarithm(known)).real)
     # of one number, which may be small by chance
-    return np.minimum(grown, np.expm1(np.maximum(of_size, WIDER * _usual(of_size))))
-
-
-def _usual(missed: Array) -> Array:
-    """Median of what is missed of every anchor and those nearest to it."""
-    return np.asarray(np.median(_nearest(missed), axis=-1))
+    return np.minimum(grown, np.expm1(np.maximum(of_size, WIDER * usually_missed(of_size))))
 
 
 def _nearly_most(scatter: Array) -> Array:
@@ -390,19 +367,12 @@ def _nearly_most(scatter: Array) -> Array:
     told = np.flatnonzero(np.isfinite(scatter))
     if not len(told):
         return np.zeros(len(scatter))
-    near = np.sort(_nearest(scatter[told]), axis=-1)
+    near = np.sort(nearest(scatter[told]), axis=-1)
     most = WIDER * near[:, -1 - near.shape[1] // NEAREST]
     after = np.searchsorted(told, np.arange(len(scatter)))
     sides = (np.maximum(after - 1, 0), np.minimum(after, len(told) - 1))
     own = np.isin(np.arange(len(scatter)), told)
     return np.where(own, most[sides[1]], np.maximum(*(most[side] for side in sides)))
-
-
-def _nearest(values: Array) -> Array:
-    """Values of every anchor and those nearest to it, a row each."""
-    count = min(NEAREST, len(values))
-    first = np.clip(np.arange(len(values)) - count // 2, 0, len(values) - count)
-    return np.asarray(sliding_window_view(values, count)[first])
 
 
 def _grown(step: Complex) -> Array:

@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from microslip.analyses.reduced.response import Response
+from microslip.analyses.reduced.response import NO_DIGIT, Response
 from microslip.analyses.reduced.sweep import CONVERGED
 from microslip.analyses.time.point import TimePoint
 from microslip.pipeline.harmonic import HarmonicRun
@@ -42,7 +42,7 @@ from microslip.show.plots.style import (
     marks,
     new_figure,
 )
-from microslip.typing import Array, Complex
+from microslip.typing import Array, Complex, Mask
 
 TITLES = {
     "printed": "model as the paper prints it",
@@ -51,6 +51,9 @@ TITLES = {
     "corrected": "refined model, corrected by time integration",
     "auto": "refined model, put right by time integration",
 }
+
+UNBOUNDED: dict[str, Any] = {"ls": (0, (1, 1.2)), "lw": 1.0, "alpha": 0.7}
+"""Lines of curves that steady states put right, where nothing bounds their error."""
 
 
 @house_style
@@ -93,7 +96,7 @@ def draw_response(ax: Axes, run: Run, variant: str) -> None:
         good = response.flag == CONVERGED
         style = SERIES[i % len(SERIES)]
         _draw_motions(ax, run, response, i, value)
-        _draw_bound(ax, response, size, style["color"])
+        _draw_bound(ax, run, response, size, style["color"])
         bad = np.flatnonzero(~good)
         if len(bad):
             ax.plot(
@@ -121,19 +124,37 @@ def _draw_motions(
 ) -> None:
     """The i-th curve of a figure: a value of the first output, and dashed of the smaller motion."""
     style, y = SERIES[i % len(SERIES)], value(in_units(run, response.outputs))
-    draw_curve(ax, response, y, style["color"], marker=style["marker"], markevery=_every(i, y))
+    unknown = _unbounded(run, response)
+    bounded = np.where(unknown, np.nan, y)
+    every = _every(i, y)
+    draw_curve(ax, response, bounded, style["color"], marker=style["marker"], markevery=every)
+    if unknown.any():
+        joined = np.convolve(unknown, [1, 1, 1], "same") > 0
+        draw_curve(ax, response, np.where(joined, y, np.nan), style["color"], **UNBOUNDED)
     if response.smaller is not None:
         low = value(in_units(run, response.smaller.outputs))
         draw_curve(ax, response.smaller, low, style["color"], **SMALLER)
 
 
-def _draw_bound(ax: Axes, response: Response, size: Array, color: str) -> None:
-    """Where steady states put it right: those that the curve passes through, and its stated error."""
+def _error(run: Run, response: Response) -> Array | None:
+    """Stated error of the first output where steady states put it right."""
     if not response.anchors:
+        return None
+    return response.output_errors.get(primary(run).name, response.error_indicator)
+
+
+def _unbounded(run: Run, response: Response) -> Mask:
+    """Answers without a digit that is sure, of a curve that steady states put right."""
+    error, good = _error(run, response), response.flag == CONVERGED
+    return np.zeros(len(good), bool) if error is None else good & ~(error < NO_DIGIT)
+
+
+def _draw_bound(ax: Axes, run: Run, response: Response, size: Array, color: str) -> None:
+    """Where steady states put it right: those that the curve passes through, and its stated error."""
+    error = _error(run, response)
+    if error is None:
         return
-    error = response.error_indicator
-    assert error is not None
-    sure = (response.flag == CONVERGED) & (error < 1)
+    sure = (response.flag == CONVERGED) & (error < NO_DIGIT)
     low, high = (
         np.where(sure, size * (1 - error), np.nan),
         np.where(sure, size * (1 + error), np.nan),
@@ -238,6 +259,8 @@ def handles(run: Run) -> list[Entry]:
         held_to_states = all(r.variant in ("auto", "corrected") for r in unanswered)
         name = "no steady state known" if held_to_states else "no answer in the table"
         entries.append(marks(bad, name, marker="x", ls="none", ms=4))
+    if unknown := of({r.load for r in run.responses if _unbounded(run, r).any()}):
+        entries.append(marks(unknown, "error not bounded", **UNBOUNDED))
     if edge := of({r.load for r in run.responses if no_peak(r)}):
         entries.append(no_peak_handle(edge))
     if held := of({r.load for r in run.responses if r.anchors}):

@@ -1,0 +1,157 @@
+"""What a short search by time integration ends in, and how well that is known.
+
+From rest with the velocity of the motion that is expected, in `CYCLES` cycles at most; what then is still
+open may be marched for some hundred.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from microslip.analyses.prepared.joint import PreparedJoint
+from microslip.analyses.time.offset import BRANCH
+from microslip.analyses.time.readings import opening_of
+from microslip.analyses.time.scheme import time_scheme
+from microslip.analyses.time.starts import Start, end_of
+from microslip.analyses.time.steady import raised_state, steady_state
+from microslip.analyses.time.watching import watched
+from microslip.errors import MicroslipError
+from microslip.numerics.fourier import harmonic, without_drift
+from microslip.pipeline.creep import crept
+from microslip.pipeline.targets import STEPS, TOLERANCE
+from microslip.pipeline.walk import DOUBTFUL, LONGEST, RAISED, lasting
+from microslip.typing import Complex
+
+CYCLES = 30
+"""Cycles at most."""
+
+WATCHED = 12
+"""Cycles over which a motion that still changes is looked at."""
+
+LASTS = 10.0
+"""Cycles that transients are taken to last at least."""
+
+SLOWEST = 0.99
+"""Multiplier of the slowest transient, at most, that a drift is taken to go on with."""
+
+SURE = 2e-3
+"""Doubt of an amplitude below which a motion is not looked at any longer."""
+
+OPEN, PATIENCE = 5e-3, 8
+"""Doubt of an amplitude above which its motion is marched, and blocks of cycles at most: where a motion
+creeps a search stops on its way."""
+
+
+class BriefMotion(NamedTuple):
+    """What a short search by time integration ends in.
+
+    Attributes
+    ----------
+    amplitude : complex
+        First harmonic of the modal coordinate.
+    change : float
+        Of the state over the last cycle.
+    doubt : float
+        Relative error of the amplitude that is left; above `DOUBTFUL` the motion is not steady.
+    opens : bool
+        Whether at some instant no pair touches.
+    output : (p,) complex array
+        First harmonics of the outputs of all ports.
+    end : Start or None
+        Of the motion.
+    settled : bool
+        Whether that repeats.
+    """
+
+    amplitude: complex
+    change: float
+    doubt: float
+    opens: bool = False
+    output: Complex = np.zeros(0, complex)
+    end: Start | None = None
+    settled: bool = False
+
+
+def brief_motion(
+    joint: PreparedJoint, load: float, frequency: float, guess: complex, steps: int = STEPS
+) -> BriefMotion:
+    """The motion from rest with the velocity of a guess; where it still changes, its mean over cycles.
+
+    Parameters
+    ----------
+    joint : PreparedJoint
+    load, frequency : float
+        Amplitude of the load, N/m or N m/m, and Hz.
+    guess : complex
+        First harmonic of the modal coordinate that is expected.
+    steps : int
+        Per cycle.
+
+    Raises
+    ------
+    MicroslipError
+        Where a time step has no solution, or the joint opens.
+    """
+    scheme = time_scheme(joint, 1 / (frequency * steps), frequency=frequency)
+    found = steady_state(
+        scheme, frequency, load, guess=guess, tolerance=TOLERANCE, max_cycles=CYCLES
+    )
+    if opening_of(found.cycle, joint.model.position):
+        return BriefMotion(0j, np.inf, np.inf, True)
+    # where it has not settled, the search need not have met what is slow
+    least = 0.0 if found.converged else SLOWEST
+    slowest = float(np.abs(found.multipliers).max(initial=least))
+    left = found.change * lasting(slowest, LASTS)
+    theta = found.phase + np.linspace(0, 2 * np.pi, len(found.cycle.output))
+    output = harmonic(without_drift(found.cycle.output, theta), theta)
+    if left <= SURE:
+        end, done = found.end, found.converged
+        return BriefMotion(found.amplitude, found.change, left, False, output, end, done)
+    Q, _ = watched(scheme, load, found.cycle.state, WATCHED, found.phase)
+    size, mean = np.abs(Q), complex(np.mean(Q))
+    first, second = np.split(size, 2)
+    kept = min(slowest, SLOWEST) ** (WATCHED // 2)
+    to_come = abs(second.mean() - first.mean()) * kept / (1 - kept)
+    doubt = float(np.ptp(size) + to_come) / max(abs(mean), 1e-300)
+    scaled = output * (mean / found.amplitude)
+    return BriefMotion(mean, found.change, doubt, output=scaled, end=found.end)
+
+
+def patient_motion(
+    joint: PreparedJoint, load: float, frequency: float, guess: complex, steps: int = STEPS
+) -> BriefMotion:
+    """As `brief_motion`; what that leaves open is marched, with leaps, after the load was raised from rest.
+
+    For `PATIENCE` blocks of cycles, where the search has not settled, as a small change may go on for long,
+    or what it ends with is known no better than to `OPEN`. Where that is a motion of the branch of the
+    search, or else of the guess, it is the answer: known no better than its drift would make in `LONGEST`
+    cycles, nor than it differs from what was found.
+
+    Parameters
+    ----------
+    joint, load, frequency, guess, steps
+        As there.
+
+    Raises
+    ------
+    MicroslipError
+        As there.
+    """
+    found = brief_motion(joint, load, frequency, guess, steps)
+    if found.opens or (found.doubt <= OPEN and found.change <= TOLERANCE):
+        return found
+    scheme = time_scheme(joint, 1 / (frequency * steps), frequency=frequency)
+    try:
+        end = crept(scheme, load, raised_state(scheme, frequency, load, RAISED), PATIENCE)
+    except MicroslipError:
+        return found
+    known = found.doubt <= DOUBTFUL
+    ratio = abs(end.amplitude) / max(abs(found.amplitude if known else guess), 1e-300)
+    if abs(np.log(max(ratio, 1e-300))) > BRANCH:
+        return found
+    apart = abs(1 / ratio - 1) if known else 0.0
+    to_come = LONGEST * abs(end.drift)
+    start = end_of(end.state, 0.0, scheme, frequency)
+    return BriefMotion(end.amplitude, abs(end.drift), max(end.doubt, to_come, apart), end=start)
