@@ -1,7 +1,8 @@
 """What a short search by time integration ends in, and how well that is known.
 
-From rest with the velocity of the motion that is expected, in `CYCLES` cycles at most; what then is still
-open may be marched for some hundred.
+From rest with the velocity of the motion that is expected, in `CYCLES` cycles at most. What has settled then
+is sought on until it is at rest, as it may creep by some thousandths, a part in a hundred thousand a cycle;
+what is still open may be marched for some hundred.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from microslip.analyses.time.offset import BRANCH
 from microslip.analyses.time.readings import opening_of
 from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.starts import Start, end_of
-from microslip.analyses.time.steady import raised_state, steady_state
+from microslip.analyses.time.steady import SteadyState, raised_state, steady_state
 from microslip.analyses.time.watching import watched
 from microslip.errors import MicroslipError
 from microslip.numerics.fourier import harmonic, without_drift
@@ -43,6 +44,9 @@ OPEN, PATIENCE = 5e-3, 8
 """Doubt of an amplitude above which its motion is marched, and blocks of cycles at most: where a motion
 creeps a search stops on its way."""
 
+AT_REST, ON = 3e-7, 90
+"""Change over a cycle to which what has settled is sought on, and cycles of that at most."""
+
 
 class BriefMotion(NamedTuple):
     """What a short search by time integration ends in.
@@ -63,6 +67,9 @@ class BriefMotion(NamedTuple):
         Of the motion.
     settled : bool
         Whether that repeats.
+    crept : float
+        By how much the amplitude has changed as a motion that has settled was sought on, and did not come to
+        rest, relative; nan of others.
     """
 
     amplitude: complex
@@ -72,6 +79,7 @@ class BriefMotion(NamedTuple):
     output: Complex = np.zeros(0, complex)
     end: Start | None = None
     settled: bool = False
+    crept: float = np.nan
 
 
 def brief_motion(
@@ -104,8 +112,7 @@ def brief_motion(
     least = 0.0 if found.converged else SLOWEST
     slowest = float(np.abs(found.multipliers).max(initial=least))
     left = found.change * lasting(slowest, LASTS)
-    theta = found.phase + np.linspace(0, 2 * np.pi, len(found.cycle.output))
-    output = harmonic(without_drift(found.cycle.output, theta), theta)
+    output = _outputs(found)
     if left <= SURE:
         end, done = found.end, found.converged
         return BriefMotion(found.amplitude, found.change, left, False, output, end, done)
@@ -122,7 +129,7 @@ def brief_motion(
 def patient_motion(
     joint: PreparedJoint, load: float, frequency: float, guess: complex, steps: int = STEPS
 ) -> BriefMotion:
-    """As `brief_motion`; what that leaves open is marched, with leaps, after the load was raised from rest.
+    """As `brief_motion`, sought on; what that leaves open is marched, with leaps, after the load was raised.
 
     For `PATIENCE` blocks of cycles, where the search has not settled, as a small change may go on for long,
     or what it ends with is known no better than to `OPEN`. Where that is a motion of the branch of the
@@ -140,8 +147,10 @@ def patient_motion(
         As there.
     """
     found = brief_motion(joint, load, frequency, guess, steps)
-    if found.opens or (found.doubt <= OPEN and found.change <= TOLERANCE):
+    if found.opens:
         return found
+    if found.doubt <= OPEN and found.change <= TOLERANCE:
+        return _sought_on(joint, load, frequency, found, steps)
     scheme = time_scheme(joint, 1 / (frequency * steps), frequency=frequency)
     try:
         end = crept(scheme, load, raised_state(scheme, frequency, load, RAISED), PATIENCE)
@@ -155,3 +164,31 @@ def patient_motion(
     to_come = LONGEST * abs(end.drift)
     start = end_of(end.state, 0.0, scheme, frequency)
     return BriefMotion(end.amplitude, abs(end.drift), max(end.doubt, to_come, apart), end=start)
+
+
+def _sought_on(
+    joint: PreparedJoint, load: float, frequency: float, found: BriefMotion, steps: int
+) -> BriefMotion:
+    """A motion that has settled, where it is at rest, or after `ON` cycles."""
+    if found.change <= AT_REST or not found.settled:
+        return found
+    scheme = time_scheme(joint, 1 / (frequency * steps), frequency=frequency)
+    try:
+        end = steady_state(
+            scheme, frequency, load, start=found.end, tolerance=AT_REST, max_cycles=ON
+        )
+    except MicroslipError:
+        return found
+    ratio = abs(end.amplitude) / abs(found.amplitude)
+    if end.change > TOLERANCE or abs(np.log(max(ratio, 1e-300))) > BRANCH:
+        return found
+    slowest = float(np.abs(end.multipliers).max(initial=0.0))
+    crept = np.nan if end.converged else abs(ratio - 1)
+    doubt = end.change * lasting(slowest, LASTS)
+    return BriefMotion(end.amplitude, end.change, doubt, False, _outputs(end), end.end, True, crept)
+
+
+def _outputs(found: SteadyState) -> Complex:
+    """First harmonics of the outputs of all ports."""
+    theta = found.phase + np.linspace(0, 2 * np.pi, len(found.cycle.output))
+    return np.asarray(harmonic(without_drift(found.cycle.output, theta), theta), dtype=complex)

@@ -59,6 +59,9 @@ GAP = 1 / 8
 UNSEEN, RESONANT = 0.25, 4.0
 """What frequencies count for that are filled so, and those beside more than half of the largest amplitude."""
 
+WIDER = 2.0
+"""Times what a motion is seen to creep by that others may: one is one draw."""
+
 
 @dataclass
 class _Table:
@@ -73,6 +76,7 @@ class _Table:
     settled: dict[int, Stepped] = field(default_factory=dict)
     accuracy: float | Array = ACCURACY
     stepping: Stepping = field(default_factory=Stepping)
+    crept: dict[int, float] = field(default_factory=dict)
 
     def refine(self, joint: PreparedJoint) -> None:
         """Seek settled states on with more steps that are not yet, and know what the steps do."""
@@ -118,13 +122,26 @@ class _Table:
         """Frequencies that were sought, by index."""
         return sorted({*self.anchors, *self.lost})
 
+    def _doubted(self) -> dict[int, Anchor]:
+        """Steady states, with how far those that do not come to rest creep in their doubt.
+
+        Each has gone one way for some time: it, or one of another past, may go as far as those next to it.
+        """
+        crept = [k for k in sorted(self.anchors) if self.crept[k] >= 0]
+        far = np.array([self.crept[k] for k in crept])
+        found = dict(self.anchors)
+        for i, k in enumerate(crept):
+            most = WIDER * float(far[max(i - 1, 0) : i + 2].max())
+            found[k] = replace(found[k], doubt=found[k].doubt + most)
+        return found
+
     def response(self) -> Held:
         """The corrected response so far.
 
         Beside a motion that is not steady the correction is that between its neighbours, and the bound no
         less than what its amplitude was seen to vary by.
         """
-        across = held(self.surface, self.load, self.anchors, (), self.accuracy)
+        across = held(self.surface, self.load, self._doubted(), (), self.accuracy)
         if not self.lost:
             return across
         marks = np.array(self.marks)
@@ -236,6 +253,7 @@ def _learn(joint: PreparedJoint, table: _Table, picks: list[int], guess: Contour
         f = float(table.surface.frequency[k])
         anchor = anchor_at(table.surface, f, table.load, *found[:3])
         table.anchors[k] = replace(anchor, scatter=np.nan)
+        table.crept[k] = found.crept
         if found.end is not None:
             table.ends[k] = Stepped(f, found.amplitude, found.end, table.stepping.steps)
         if found.settled:
