@@ -26,7 +26,7 @@ OTHERS = [401.5, 406.3, 410.1, 411.6, 413.3, 415.1, 417.2, 418.9]
 
 def ran(first, last, method, others=()):
     band = {"from": f"{first} Hz", "to": f"{last} Hz", "count": 201}
-    analysis = {"response": {"method": method, "points": 30, "corrections": 16, **band}}
+    analysis = {"response": {"method": method, "points": 60, "corrections": 16, **band}}
     if others:
         analysis["time"] = {"frequencies": [f"{f} Hz" for f in others], "steps": 300}
     return microslip.run(microslip.parse_joint({**FILE, "analysis": analysis}))

@@ -28,17 +28,14 @@ from microslip.analyses.reduced.missed import (
     missed_across,
     missed_by_others,
     most_beside,
+    nearly_most_missed,
     place,
-    usually_missed,
 )
 from microslip.brief import Brief
 from microslip.typing import Array, Complex, Indices
 
 SMALL = 0.01
 """Share of the largest size of an output that errors are relative to where its own size is smaller."""
-
-WIDER = 2.0
-"""Times what is usually missed: of two models the one that misses less may do so by chance."""
 
 UNSURE = 0.25
 """Share of the change from a steady state to the next that may be wrong midway, whatever the others miss."""
@@ -147,6 +144,6 @@ def _missed_between(x: Array, missed: Complex, at: Array) -> Array:
     most = most_beside(np.diff(x), np.maximum(begin, end))
     unsure = UNSURE * np.abs(np.diff(missed))
     left, t = place(x, at)
-    usual = WIDER * np.interp(at, x, usually_missed(np.abs(by_others)))
+    usual = np.interp(at, x, nearly_most_missed(np.abs(by_others)))
     bound = arched((most + unsure)[left], t) + usual
     return np.where((at < x[0]) | (at > x[-1]), np.inf, bound)

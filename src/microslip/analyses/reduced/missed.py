@@ -103,6 +103,12 @@ def usually_missed(missed: Array) -> Array:
     return np.asarray(np.median(nearest(missed), axis=-1))
 
 
+def nearly_most_missed(missed: Array) -> Array:
+    """What is missed by more of one in `NEAREST` alone, of every anchor and those nearest to it."""
+    near = np.sort(nearest(missed), axis=-1)
+    return np.asarray(near[:, -1 - near.shape[1] // NEAREST])
+
+
 def nearest(values: Array) -> Array:
     """Values of every anchor and those nearest to it, a row each."""
     count = min(NEAREST, len(values))
