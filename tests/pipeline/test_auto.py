@@ -626,7 +626,8 @@ def ends_nowhere(joint, targets):
 
 
 AS_GOOD_AS_THE_AMPLITUDE = SimpleNamespace(
-    response=lambda curve, states: curve, error_of_first=lambda curve, states: 0.0
+    response=lambda curve, *known: curve,
+    error_of_first=lambda curve, *known: np.zeros(len(curve.frequency)),
 )
 """Outputs of motions that are numbers alone."""
 

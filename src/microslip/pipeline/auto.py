@@ -118,7 +118,7 @@ def anchored_response(
             first, search = search, search.begun_anew()
             advance(_learn(assembly, search, choosing.first(search, guess)))
         while not search.over:
-            beside = outputs.error_of_first(_response(search), search.states)
+            beside = outputs.error_of_first(_response(search), search.states, search.lost)
             picks = choosing.least_known(search, guess, settings.error, beside)
             if not picks:
                 break
@@ -147,7 +147,7 @@ def anchored_response(
     said, (walks, walks_on) = _said(assembly, search, stop), _walks(search)
     unseen = choosing.unfilled(search) if search.over or stop.is_set() else []
     forget.known_better_without(search, settings.error)
-    response = outputs.response(_response(search, unseen), search.states)
+    response = outputs.response(_response(search, unseen), search.states, search.lost)
     return Anchored(response, said, search.opens, spent, walks, walks_on, search)
 
 

@@ -150,7 +150,10 @@ def patient_motion(
     if found.opens:
         return found
     if found.doubt <= OPEN and found.change <= TOLERANCE:
-        return _sought_on(joint, load, frequency, found, steps)
+        on = _sought_on(joint, load, frequency, found, steps)
+        if on is not None:
+            return on
+        found = found._replace(doubt=max(found.doubt, OPEN), settled=False)
     scheme = time_scheme(joint, 1 / (frequency * steps), frequency=frequency)
     try:
         end = crept(scheme, load, raised_state(scheme, frequency, load, RAISED), PATIENCE)
@@ -168,8 +171,8 @@ def patient_motion(
 
 def _sought_on(
     joint: PreparedJoint, load: float, frequency: float, found: BriefMotion, steps: int
-) -> BriefMotion:
-    """A motion that has settled, where it is at rest, or after `ON` cycles."""
+) -> BriefMotion | None:
+    """A motion that has settled, at rest or after `ON` cycles; None where it is no longer itself."""
     if found.change <= AT_REST or not found.settled:
         return found
     scheme = time_scheme(joint, 1 / (frequency * steps), frequency=frequency)
@@ -178,10 +181,11 @@ def _sought_on(
             scheme, frequency, load, start=found.end, tolerance=AT_REST, max_cycles=ON
         )
     except MicroslipError:
-        return found
+        return None
     ratio = abs(end.amplitude) / abs(found.amplitude)
-    if end.change > TOLERANCE or abs(np.log(max(ratio, 1e-300))) > BRANCH:
-        return found
+    left = abs(np.log(max(ratio, 1e-300))) > BRANCH
+    if left or end.change > TOLERANCE or opening_of(end.cycle, joint.model.position):
+        return None
     slowest = float(np.abs(end.multipliers).max(initial=0.0))
     crept = np.nan if end.converged else abs(ratio - 1)
     doubt = end.change * lasting(slowest, LASTS)

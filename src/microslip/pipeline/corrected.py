@@ -122,12 +122,12 @@ class _Table:
         """Frequencies that were sought, by index."""
         return sorted({*self.anchors, *self.lost})
 
-    def _doubted(self) -> dict[int, Anchor]:
+    def doubted(self) -> dict[int, Anchor]:
         """Steady states, with how far those that do not come to rest creep in their doubt.
 
-        Each has gone one way for some time: it, or one of another past, may go as far as those next to it.
+        Each has gone one way for some time: others of another past may go as far as the next ones do.
         """
-        crept = [k for k in sorted(self.anchors) if self.crept[k] >= 0]
+        crept = [k for k in sorted(self.anchors) if self.crept.get(k, np.nan) >= 0]
         far = np.array([self.crept[k] for k in crept])
         found = dict(self.anchors)
         for i, k in enumerate(crept):
@@ -141,7 +141,7 @@ class _Table:
         Beside a motion that is not steady the correction is that between its neighbours, and the bound no
         less than what its amplitude was seen to vary by.
         """
-        across = held(self.surface, self.load, self._doubted(), (), self.accuracy)
+        across = held(self.surface, self.load, self.doubted(), (), self.accuracy)
         if not self.lost:
             return across
         marks = np.array(self.marks)
@@ -313,4 +313,4 @@ def _response(table: _Table, base: Response) -> Response:
             table.marks, max(GAP * len(now.error), 1)
         ),  # all may be spent before these are filled
     ]
-    return held_to(base, "corrected", now, table.anchors, unbounded)
+    return held_to(base, "corrected", now, table.doubted(), unbounded)

@@ -6,7 +6,7 @@ A cycle of each steady state tells what the outputs of the file are over the amp
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -27,6 +27,9 @@ from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.targets import Stepped
 from microslip.typing import Array, Complex, Indices, Mask
 
+NOTHING = 1e-8
+"""Size of an output below which it is rounding, over what any mode of that amplitude might make of it."""
+
 
 @dataclass(frozen=True)
 class OutputsHeld:
@@ -46,7 +49,9 @@ class OutputsHeld:
     table: EquivalentTable | None
     known: dict[int, tuple[Start, Complex]] = field(default_factory=dict)
 
-    def response(self, curve: Response, states: Mapping[int, Stepped]) -> Response:
+    def response(
+        self, curve: Response, states: Mapping[int, Stepped], lost: Iterable[int] = ()
+    ) -> Response:
         """A response with its outputs, put right and bounded.
 
         Parameters
@@ -54,33 +59,41 @@ class OutputsHeld:
         curve : Response
         states : mapping of int to Stepped
             Steady states that it goes through, by index of the frequency.
+        lost : iterable of int
+            Where a branch ends, as there is none.
         """
         assert curve.error_indicator is not None
         plain = self._of_model(curve)
-        held = self._held(plain, states, tuple(plain.outputs))
+        held = self._held(plain, states, lost, tuple(plain.outputs))
         return replace(
             plain,
             outputs={name: one.value for name, one in held.items()},
             output_errors={n: curve.error_indicator + one.error for n, one in held.items()},
         )
 
-    def error_of_first(self, curve: Response, states: Mapping[int, Stepped]) -> Array:
+    def error_of_first(
+        self, curve: Response, states: Mapping[int, Stepped], lost: Iterable[int] = ()
+    ) -> Array:
         """Bound of the relative error of the first output beside that of the amplitude, (n,).
 
         Parameters
         ----------
-        curve, states
+        curve, states, lost
             See `response`.
         """
         first = self.assembly.joint.outputs[0].name
-        return self._held(self._of_model(curve), states, (first,))[first].error
+        return self._held(self._of_model(curve), states, lost, (first,))[first].error
 
     def _of_model(self, curve: Response) -> Response:
         """With the outputs that the model makes of it."""
         return with_outputs(self.assembly, {"refined": (self.model, self.table)}, curve)
 
     def _held(
-        self, curve: Response, states: Mapping[int, Stepped], names: Sequence[str]
+        self,
+        curve: Response,
+        states: Mapping[int, Stepped],
+        lost: Iterable[int],
+        names: Sequence[str],
     ) -> dict[str, HeldOutput]:
         """Outputs by name, of a response that has those of the model."""
         self._learn(states, curve.load)
@@ -89,12 +102,17 @@ class OutputsHeld:
         over = np.array([self.known[k][1] for k in marks]).reshape(len(marks), width)
         omega = 2 * np.pi * curve.frequency
         true = harmonics_by_name(self.assembly, over, omega[marks])
-        own, other, runs = curve.outputs, self._other_state(curve), list(_branches(curve))
+        own, other, runs = curve.outputs, self._other_state(curve), list(_branches(curve, lost))
+
+        modes = np.linalg.norm(self.assembly.model.port_modes, axis=0)
+        scale = np.abs(curve.amplitude).max() * np.tile(modes, (len(omega), 1)).astype(complex)
+        scales = harmonics_by_name(self.assembly, scale, omega)
 
         def found(name: str) -> HeldOutput:
             known = dict(zip(marks, true[name].tolist(), strict=True))
             both = (own[name], own[name] + other[name])
-            return held_output(curve.frequency, curve.amplitude, both, known, runs)
+            least = NOTHING * np.abs(scales[name])
+            return held_output(curve.frequency, curve.amplitude, both, known, runs, least)
 
         return {name: found(name) for name in names}
 
@@ -122,7 +140,7 @@ class OutputsHeld:
 
 
 def doubtful_outputs(curve: Response, wanted: float, place: str) -> list[Caution]:
-    """Outputs that are worse known than the amplitude by more than is wanted, where that is known.
+    """Outputs that are not known as well as is wanted where the amplitude is.
 
     Parameters
     ----------
@@ -135,17 +153,17 @@ def doubtful_outputs(curve: Response, wanted: float, place: str) -> list[Caution
     if curve.error_indicator is None:
         return []
     known = curve.error_indicator <= wanted
-    f, own = curve.frequency[known], curve.error_indicator[known]
+    f = curve.frequency[known]
     return [
         _caution(name, f, error[known], worse, wanted, place)
         for name, error in curve.output_errors.items()
-        if (worse := error[known] - own > wanted).any()
+        if (worse := ~(error[known] <= wanted)).any()
     ]
 
 
 def _caution(name: str, f: Array, error: Array, worse: Mask, wanted: float, place: str) -> Caution:
     worst = int(np.argmax(error))
-    most = "not bounded" if error[worst] > NO_DIGIT else f"known to {100 * error[worst]:.2g} % only"
+    most = "not bounded" if error[worst] > NO_DIGIT else f"known to {100 * error[worst]:.3g} % only"
     reason = (
         f'output "{name}" is {most} at {f[worst]:.6g} Hz, and no better than to {100 * wanted:g} % '
         f"at {worse.sum()} of {len(f)} frequencies where the amplitude of the mode is"
@@ -154,10 +172,10 @@ def _caution(name: str, f: Array, error: Array, worse: Mask, wanted: float, plac
     return Caution("response", place, reason, advice)
 
 
-def _branches(curve: Response) -> Iterator[Indices]:
+def _branches(curve: Response, lost: Iterable[int]) -> Iterator[Indices]:
     """Of the steady states that a response goes through."""
     at = np.searchsorted(curve.frequency, [one.frequency for one in curve.anchors])
-    return branches(dict(zip(at.tolist(), curve.anchors, strict=True)), ())
+    return branches(dict(zip(at.tolist(), curve.anchors, strict=True)), lost)
 
 
 def _first_harmonics(assembly: Assembly, one: Stepped, load: float) -> Complex | None:

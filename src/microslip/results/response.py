@@ -116,7 +116,9 @@ def _row(run: Run, response: Response) -> dict[str, Any]:
         "steady_states": len(response.anchors),
         "unbounded_points": int(np.isinf(errors).sum()),
         "peak_outputs": peak_outputs(run, response) if any_answer else {},
-        "peak_output_errors": {n: e[response.peak] for n, e in response.output_errors.items()},
+        "peak_output_errors": {n: e[response.peak] for n, e in response.output_errors.items()}
+        if any_answer
+        else {},
     }
 
 

@@ -104,3 +104,36 @@ def test_where_an_output_vanishes_its_error_is_over_a_share_of_the_largest():
     assert near.any()
     assert np.isfinite(found.error[near]).all()
     assert (off <= found.error * np.maximum(np.abs(true), SMALL * np.abs(true).max()) + 1e-12).all()
+
+
+def test_what_is_not_finite_is_not_bounded_and_makes_nothing_else_sure():
+    true = 1 + 0.1 * np.sin(9 * F) + 0j
+    plain = through(true, marked(true, 12))
+    for wrong in (np.inf, np.nan, 1e9):
+        model = ONES.copy()
+        model[77] = wrong
+        for models in ((model, ONES), (ONES, model)):
+            found = through(true, marked(true, 12), models)
+            others = np.arange(len(F)) != 77
+            assert found.error[others] == pytest.approx(plain.error[others])
+            assert not np.isnan(found.error).any()
+        if not np.isfinite(wrong):
+            assert np.isinf(through(true, marked(true, 12), (model, model)).error[77])
+
+
+def test_what_is_nothing_but_rounding_is_known():
+    noise = 1e-20 * np.random.default_rng(3).normal(size=(len(F), 2)) @ [1, 1j]
+    marks = marked(noise, 21)
+    assert held_output(F, ONES, (0 * ONES, 0 * ONES), marks, ALL, 1e-15).error.max() < 1e-3
+    assert held_output(F, ONES, (0 * ONES, 0 * ONES), marks, ALL).error.max() > 1
+
+
+def test_of_two_branches_neither_tells_of_the_other():
+    left = np.arange(len(F)) < 100
+    true = np.where(left, 1 + 0.1 * F, 3 - F**2) + 0j
+    marks = marked(true, 21)
+    runs = [np.arange(0, 96), np.arange(105, 201)]
+    found = through(true, marks, runs=runs)
+    alone = through(true, {k: y for k, y in marks.items() if k < 96}, runs=runs[:1])
+    assert found.error[:96] == pytest.approx(alone.error[:96])
+    assert np.isinf(found.error[96:105]).all()

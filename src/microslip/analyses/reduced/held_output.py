@@ -37,6 +37,12 @@ from microslip.typing import Array, Complex, Indices
 SMALL = 0.01
 """Share of the largest size of an output that errors are relative to where its own size is smaller."""
 
+NO_SIZE = 0.5
+"""What may be off by as much as this share of itself says nothing of how large an output becomes."""
+
+TINY = 1e-300
+"""Instead of a size of zero."""
+
 UNSURE = 0.25
 """Share of the change from a steady state to the next that may be wrong midway, whatever the others miss."""
 
@@ -64,6 +70,7 @@ def held_output(
     models: Sequence[Complex],
     true: Mapping[int, complex],
     runs: Iterable[Indices],
+    least: Array | float = 0.0,
 ) -> HeldOutput:
     """An output that at steady states is what these have over their amplitude.
 
@@ -78,6 +85,8 @@ def held_output(
         The output over Q in steady states, by index of the frequency.
     runs : iterable of int arrays
         Ascending indices between which the response is one branch.
+    least : (n,) array or float
+        Size below which an output is nothing but rounding.
 
     Examples
     --------
@@ -98,13 +107,13 @@ def held_output(
             inside = inside[np.abs(amplitude[inside]) > 0]
             own = {int(k): true[int(k)] for k in marks}
             value[inside], error[inside] = _of_branch(frequency, amplitude, models, own, inside)
-    answered = np.abs(amplitude) > 0
-    largest = np.abs(value[answered]).max(initial=0.0)
     size = np.abs(value)
-    least = np.maximum(size, SMALL * largest)
-    share = np.divide(size, least, out=np.zeros_like(size), where=least > 0)
-    with np.errstate(invalid="ignore"):
-        return HeldOutput(value, np.where(np.isinf(error), np.inf, error * share))
+    error[~np.isfinite(size)] = np.inf
+    known = (np.abs(amplitude) > 0) & (error < NO_SIZE)
+    floor = np.maximum(least, SMALL * size[known].max(initial=0.0))
+    bounded = np.isfinite(error)
+    error[bounded] *= (size / np.maximum(np.maximum(size, floor), TINY))[bounded]
+    return HeldOutput(value, error)
 
 
 def _of_branch(
@@ -121,18 +130,19 @@ def _of_branch(
     for model in models:
         missed = wanted - model[marks] / amplitude[marks]
         added = correction(x, missed, f)
-        values.append(model[inside] / Q + added)
+        with np.errstate(invalid="ignore"):  # a model may have no answer at a pole
+            values.append(model[inside] / Q + added)
         errors.append(_missed_between(x, missed, f))
     sizes, bounds = np.abs(values), np.array(errors)
+    bounds[~np.isfinite(sizes)] = np.inf
     columns, best = np.arange(len(inside)), np.argmin(bounds, axis=0)
     own, other = bounds[best, columns], bounds[1 - best, columns]
-    apart = np.abs(sizes[0] - sizes[1])
     with np.errstate(invalid="ignore"):
-        error = np.where(np.isinf(other), own, np.maximum(own, apart - other))
-    size = sizes[best, columns]
-    relative = np.divide(error, size, out=np.full(len(f), np.inf), where=size > 0)
-    relative[(error == 0) & (size == 0)] = 0.0
-    return np.array(values)[best, columns] * Q, relative
+        apart = np.abs(sizes[0] - sizes[1]) - other
+    error = np.where(np.isinf(other), own, np.maximum(own, apart))
+    value = np.array(values)[best, columns]
+    size = np.where(np.isfinite(value), np.maximum(np.abs(value), TINY), 1.0)
+    return value * Q, error / size
 
 
 def _missed_between(x: Array, missed: Complex, at: Array) -> Array:

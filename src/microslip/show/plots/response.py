@@ -129,7 +129,9 @@ def _draw_motions(
     every = _every(i, y)
     draw_curve(ax, response, bounded, style["color"], marker=style["marker"], markevery=every)
     if unknown.any():
-        joined = np.convolve(unknown, [1, 1, 1], "same") > 0
+        joined = unknown.copy()
+        joined[1:] |= unknown[:-1]
+        joined[:-1] |= unknown[1:]
         draw_curve(ax, response, np.where(joined, y, np.nan), style["color"], **UNBOUNDED)
     if response.smaller is not None:
         low = value(in_units(run, response.smaller.outputs))
