@@ -11,11 +11,11 @@ from coupled_joint import coupled_document
 
 import microslip
 from microslip.analyses.reduced.anchors import Anchor
+from microslip.analyses.reduced.missed import NEAREST
 from microslip.analyses.reduced.refined import load_offset, refined_table
 from microslip.analyses.reduced.response import forced_response
 from microslip.analyses.reduced.surface import load_surface
 from microslip.analyses.reduced.sweep import CONVERGED
-from microslip.analyses.reduced.through_anchors import NEAREST
 from microslip.analyses.reduced.two_mode import two_mode_model
 from microslip.analyses.statics.held import hold_mode
 from microslip.analyses.time.point import Request

@@ -14,7 +14,7 @@ import numpy as np
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.time.offset import BRANCH
 from microslip.analyses.time.readings import opening_of
-from microslip.analyses.time.scheme import time_scheme
+from microslip.analyses.time.scheme import TimeScheme, time_scheme
 from microslip.analyses.time.starts import Start, end_of
 from microslip.analyses.time.steady import SteadyState, raised_state, steady_state
 from microslip.analyses.time.watching import watched
@@ -149,12 +149,12 @@ def patient_motion(
     found = brief_motion(joint, load, frequency, guess, steps)
     if found.opens:
         return found
+    scheme = time_scheme(joint, 1 / (frequency * steps), frequency=frequency)
     if found.doubt <= OPEN and found.change <= TOLERANCE:
-        on = _sought_on(joint, load, frequency, found, steps)
+        on = _sought_on(scheme, frequency, load, found)
         if on is not None:
             return on
         found = found._replace(doubt=max(found.doubt, OPEN), settled=False)
-    scheme = time_scheme(joint, 1 / (frequency * steps), frequency=frequency)
     try:
         end = crept(scheme, load, raised_state(scheme, frequency, load, RAISED), PATIENCE)
     except MicroslipError:
@@ -170,12 +170,11 @@ def patient_motion(
 
 
 def _sought_on(
-    joint: PreparedJoint, load: float, frequency: float, found: BriefMotion, steps: int
+    scheme: TimeScheme, frequency: float, load: float, found: BriefMotion
 ) -> BriefMotion | None:
     """A motion that has settled, at rest or after `ON` cycles; None where it is no longer itself."""
     if found.change <= AT_REST or not found.settled:
         return found
-    scheme = time_scheme(joint, 1 / (frequency * steps), frequency=frequency)
     try:
         end = steady_state(
             scheme, frequency, load, start=found.end, tolerance=AT_REST, max_cycles=ON
@@ -184,7 +183,7 @@ def _sought_on(
         return None
     ratio = abs(end.amplitude) / abs(found.amplitude)
     left = abs(np.log(max(ratio, 1e-300))) > BRANCH
-    if left or end.change > TOLERANCE or opening_of(end.cycle, joint.model.position):
+    if left or end.change > TOLERANCE or opening_of(end.cycle, scheme.joint.model.position):
         return None
     slowest = float(np.abs(end.multipliers).max(initial=0.0))
     crept = np.nan if end.converged else abs(ratio - 1)

@@ -63,9 +63,7 @@ def ends(search: Search, guess: Contours) -> list[Target]:
     return [_target(search, k, guess, now) for k in chosen]
 
 
-def least_known(
-    search: Search, guess: Contours, wanted: float, beside: Array | float = 0.0
-) -> list[Target]:
+def least_known(search: Search, guess: Contours, wanted: float, beside: Array) -> list[Target]:
     """Jumps to be followed, then the middles of the stretches where most is not known.
 
     The error of what is shown is that of the amplitude, and what the first output has `beside` it.

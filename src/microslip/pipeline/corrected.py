@@ -5,9 +5,9 @@ a response (`analyses.reduced.through_anchors`). Here it is tabulated: steady st
 integration at the resonance, about half power, farther out and at the ends of the band, then in the middle
 of those stretches of the response that the others predict worst, as many as the file allows and no more;
 with four times the time steps where the first show that these err by more than is asked for. Each
-begins at rest with the velocity of the motion that the corrected model has there, and is sought once; what
-then is still open is marched for some hundred cycles; what stays so beside a motion that is not steady is
-not bounded. What its past may do to it is not measured, as method
+begins at rest with the velocity of the motion that the corrected model has there, and is sought on until it
+is at rest itself; what then is still open is marched for some hundred cycles; what stays so beside a motion
+that is not steady is not bounded. What its past may do to it is not measured, as method
 ``"auto"`` does: only what of that scatters from one steady state to the next is in the bound.
 """
 
@@ -309,8 +309,7 @@ def _response(table: _Table, base: Response) -> Response:
     unbounded = [
         *leaving(table.anchors, now.error, settled),
         *beside_unsteady(table.anchors, table.lost, known),
-        *far_between(
-            table.marks, max(GAP * len(now.error), 1)
-        ),  # all may be spent before these are filled
+        # all may be spent before these are filled
+        *far_between(table.marks, max(GAP * len(now.error), 1)),
     ]
     return held_to(base, "corrected", now, table.doubted(), unbounded)

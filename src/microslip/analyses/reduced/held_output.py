@@ -28,7 +28,7 @@ from microslip.analyses.reduced.missed import (
     missed_across,
     missed_by_others,
     most_beside,
-    nearly_most_missed,
+    nearly_most,
     place,
 )
 from microslip.brief import Brief
@@ -101,16 +101,15 @@ def held_output(
     """
     value, error = np.array(models[0], complex), np.full(len(frequency), np.inf)
     for run in runs:
-        marks = np.array([k for k in run if k in true], dtype=int)
-        if len(marks):
+        known = {k: true[k] for k in run.tolist() if k in true}
+        if known:
             inside = np.arange(run[0], run[-1] + 1)
             inside = inside[np.abs(amplitude[inside]) > 0]
-            own = {int(k): true[int(k)] for k in marks}
-            value[inside], error[inside] = _of_branch(frequency, amplitude, models, own, inside)
+            value[inside], error[inside] = _of_branch(frequency, amplitude, models, known, inside)
     size = np.abs(value)
     error[~np.isfinite(size)] = np.inf
-    known = (np.abs(amplitude) > 0) & (error < NO_SIZE)
-    floor = np.maximum(least, SMALL * size[known].max(initial=0.0))
+    largest = size[error < NO_SIZE].max(initial=0.0)
+    floor = np.maximum(least, SMALL * largest)
     bounded = np.isfinite(error)
     error[bounded] *= (size / np.maximum(np.maximum(size, floor), TINY))[bounded]
     return HeldOutput(value, error)
@@ -154,6 +153,6 @@ def _missed_between(x: Array, missed: Complex, at: Array) -> Array:
     most = most_beside(np.diff(x), np.maximum(begin, end))
     unsure = UNSURE * np.abs(np.diff(missed))
     left, t = place(x, at)
-    usual = np.interp(at, x, nearly_most_missed(np.abs(by_others)))
+    usual = np.interp(at, x, nearly_most(np.abs(by_others)))
     bound = arched((most + unsure)[left], t) + usual
     return np.where((at < x[0]) | (at > x[-1]), np.inf, bound)

@@ -17,7 +17,6 @@ AROUND = 2
 HALF = 0.5
 """Others that are nearer to the end of a stretch, over its length, say nothing of it."""
 
-
 FEWEST = 4
 """Anchors of a branch below which nothing is said of the error between them."""
 
@@ -100,20 +99,13 @@ def arched(most: Array, t: Array) -> Array:
 
 def usually_missed(missed: Array) -> Array:
     """Median of what is missed of every anchor and those nearest to it."""
-    return np.asarray(np.median(nearest(missed), axis=-1))
+    return np.asarray(np.median(_nearest(missed), axis=-1))
 
 
-def nearly_most_missed(missed: Array) -> Array:
-    """What is missed by more of one in `NEAREST` alone, of every anchor and those nearest to it."""
-    near = np.sort(nearest(missed), axis=-1)
+def nearly_most(values: Array) -> Array:
+    """What one in `NEAREST` exceeds, of every anchor and those nearest to it; the largest of fewer."""
+    near = np.sort(_nearest(values), axis=-1)
     return np.asarray(near[:, -1 - near.shape[1] // NEAREST])
-
-
-def nearest(values: Array) -> Array:
-    """Values of every anchor and those nearest to it, a row each."""
-    count = min(NEAREST, len(values))
-    first = np.clip(np.arange(len(values)) - count // 2, 0, len(values) - count)
-    return np.asarray(sliding_window_view(values, count)[first])
 
 
 def _missed(x: Array, y: Complex, i: int, others: Indices) -> complex:
@@ -131,3 +123,10 @@ def _missed(x: Array, y: Complex, i: int, others: Indices) -> complex:
         near = others[max(after - AROUND, 0) : after + AROUND]
         guess = complex(correction(x[near], y[near], x[i]))
     return complex(guess - y[i])
+
+
+def _nearest(values: Array) -> Array:
+    """Values of every anchor and those nearest to it, a row each."""
+    count = min(NEAREST, len(values))
+    first = np.clip(np.arange(len(values)) - count // 2, 0, len(values) - count)
+    return np.asarray(sliding_window_view(values, count)[first])

@@ -41,13 +41,12 @@ import numpy as np
 from microslip.analyses.reduced.anchors import JUMP, Anchor, branches, step_of, vary_between
 from microslip.analyses.reduced.missed import (
     FEWEST,
-    NEAREST,
     arched,
     correction,
     missed_across,
     missed_by_others,
     most_beside,
-    nearest,
+    nearly_most,
     place,
     usually_missed,
 )
@@ -359,7 +358,7 @@ def _missed_of(surface: LoadSurface, load: float, x: Array, known: Sequence[Anch
 
 
 def _nearly_most(scatter: Array) -> Array:
-    """What one in `NEAREST` scatters by more than, about every anchor, `WIDER`; the largest of fewer.
+    """`nearly_most` of what anchors scatter by, `WIDER`.
 
     A difference of two pasts is one draw, and may be small by chance. Only where there is one (else nan) it
     counts.
@@ -367,8 +366,7 @@ def _nearly_most(scatter: Array) -> Array:
     told = np.flatnonzero(np.isfinite(scatter))
     if not len(told):
         return np.zeros(len(scatter))
-    near = np.sort(nearest(scatter[told]), axis=-1)
-    most = WIDER * near[:, -1 - near.shape[1] // NEAREST]
+    most = WIDER * nearly_most(scatter[told])
     after = np.searchsorted(told, np.arange(len(scatter)))
     sides = (np.maximum(after - 1, 0), np.minimum(after, len(told) - 1))
     own = np.isin(np.arange(len(scatter)), told)
