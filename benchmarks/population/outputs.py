@@ -49,7 +49,7 @@ BANDS = {False: "## About the own mode", True: "## Above it, where upper modes a
 
 HEAD = """# Outputs on lap joints at random
 
-Lap joints of populations that nothing was developed on, under the loads that they were drawn with: the
+Lap joints at random that it was not developed on, under the loads that they were drawn with: the
 outputs of responses by `method = "{method}"`, defaults, at the peak, the flanks and five frequencies at
 random, against a cycle of a steady state that is sought from rest with twice the time steps
 (`python benchmarks/population/outputs.py`, {pairs} contact pairs). *Model*: what the reduced model
