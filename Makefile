@@ -85,6 +85,7 @@ $(VENV)/installed-%: pyproject.toml $(VENV)/installed | $(VENV)/created
 	touch $@
 
 # At once: each call of pip makes and resolves the package anew.
-$(VENV)/installed-all: pyproject.toml $(VENV)/installed | $(VENV)/created
+$(VENV)/installed-all: pyproject.toml | $(VENV)/created
 	$(PIP) -e '.[test,lint,docs,pages]'
-	touch $(VENV)/installed-test $(VENV)/installed-lint $(VENV)/installed-docs $(VENV)/installed-pages $@
+	$(BIN)/python -m microslip.pipeline.compile
+	touch $(VENV)/installed $(addprefix $(VENV)/installed-,test lint docs pages) $@

@@ -731,7 +731,15 @@ def test_where_bodies_walk_what_has_not_settled_is_doubted_by_as_much(
     assert max(long for _, long in found.walks) == 5e4
 
 
-@pytest.mark.parametrize("fell", [0, 7, 20, 35])
+@pytest.mark.parametrize(
+    "fell",
+    [
+        0,
+        pytest.param(7, marks=pytest.mark.validate),
+        20,
+        pytest.param(35, marks=pytest.mark.validate),
+    ],
+)
 def test_a_branch_that_is_left_ends_where_motions_stay(refined, monkeypatch, fell):
     """Motions linger past the end of a branch; marched from where they are they leave it there."""
 
@@ -1007,6 +1015,7 @@ def test_a_branch_is_followed_to_its_end_whatever_the_search_from_rest_finds(ref
     assert found.outgrown is None or not found.outgrown[ENDS:].any()
 
 
+@pytest.mark.validate
 def test_a_branch_that_marching_leads_to_is_followed_beside_others(refined, monkeypatch):
     """Above, searches from rest settle nowhere; motions that are marched end on the larger branch there."""
     asked = []
@@ -1065,7 +1074,9 @@ def test_with_more_steps_branches_are_followed_as_well(refined, monkeypatch):
     assert jumps in ([], [ENDS - 1])
 
 
-@pytest.mark.parametrize("cut", [slice(60, None), slice(30, 100)])
+@pytest.mark.parametrize(
+    "cut", [slice(60, None), pytest.param(slice(30, 100), marks=pytest.mark.validate)]
+)
 def test_over_a_wider_band_what_is_known_is_not_sought_again(refined, monkeypatch, cut):
     """Of a band that begins on the larger branch: in a wider one that is followed to its end."""
     model, table, whole = refined

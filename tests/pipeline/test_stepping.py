@@ -192,6 +192,7 @@ def response():
     return microslip.parse_joint(document)
 
 
+@pytest.mark.validate
 def test_a_response_has_the_amplitudes_of_more_steps_and_their_error(response, monkeypatch):
     known = microslip.run(response).responses[0]
     monkeypatch.setattr("microslip.pipeline.stepping.refined", moved)

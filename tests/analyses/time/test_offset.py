@@ -207,6 +207,7 @@ def rings():
     return scheme, raised_state(scheme, 457.66, 2.3224, 10)
 
 
+@pytest.mark.validate
 def test_a_long_walk_is_where_marching_alone_is_at_the_horizon(rings):
     scheme, raised = rings
     found = crept(scheme, 2.3224, raised, walk=Walk())

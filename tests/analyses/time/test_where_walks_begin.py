@@ -180,6 +180,7 @@ def test_more_looks_at_a_walk_tell_better_where_it_is():
     assert offsets == sorted(offsets)
 
 
+@pytest.mark.validate
 def test_where_rest_is_not_found_it_is_as_far_as_was_looked(monkeypatch):
     """Three looks are enough for 4000 cycles of a walk that lasts 200,000."""
     monkeypatch.setattr(offset_module, "LOOKS", 3)
