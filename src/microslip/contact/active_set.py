@@ -30,12 +30,17 @@ from microslip.contact.tableau import (
     exchange,
     make,
     pending,
+    renew_images,
     solve_small,
     turn,
 )
 
 ACCEPTED = 1e-9
 """Natural-map residual below which a solution with no violated pair is accepted."""
+
+EXACT, LEFT = 5.0, 2.0
+"""Times the tolerance: a solution is exact whose equations are off by so much, and by so much the last solution
+may have been that the next starts from where all pairs stay as they are."""
 
 PROVISIONAL = 1e-11
 """Inequalities may be violated by this much before a solution is checked."""
@@ -103,7 +108,7 @@ def _judge(problem, vt_old, contact, slack, rule, wanted):
 
 
 @jit
-def _start(problem, memory, given, contact, c, weights):
+def _start(problem, memory, given, contact, c, weights, small):
     """Unknowns of the tableau's states into c, from any r and q and the v that belongs to them."""
     R, stiffness, scale = problem.R, problem.stiffness, problem.scale
     mu, mean = problem.friction, problem.mean
@@ -126,7 +131,25 @@ def _start(problem, memory, given, contact, c, weights):
             e -= R[j, a] * r[j]
         c[N + a] = q[a] * mean / scale[a]
         weights[N + a] = scale[a] * e
+    if small and memory.shares.shape[0] > 0:
+        _by_modes(problem, memory, c, weights)
     add_rows(Dt, weights, c)
+
+
+@jit
+def _by_modes(problem, memory, c, weights):
+    """What the modes have of the weights, into c by their images; what is left is mostly nothing."""
+    own, force, held, shares = problem.diagonal, problem.force, memory.held, memory.shares
+    moved = np.zeros(memory.modes.shape[1])
+    add_rows(memory.modes, shares, moved)
+    add_rows(memory.images, shares, c)
+    for i in range(moved.shape[0]):
+        if held[i]:
+            weights[i] -= moved[i]
+            if abs(weights[i]) <= LEFT * problem.tolerance * own[i] * force[i // 2]:
+                weights[i] = 0.0
+        else:
+            c[i] -= moved[i]
 
 
 @jit
@@ -276,7 +299,7 @@ def search(problem, memory, given, contact):
     else:
         relative_displacement(v, v_free, W, R, r, q)
     flags[WARM] = False
-    _start(problem, memory, given, contact, c, weights)
+    _start(problem, memory, given, contact, c, weights, small)
     for iteration in range(limit):
         good = _try_states(problem, memory, status, J, c, x)
         changes, worst_pair = 0, -1
@@ -291,10 +314,10 @@ def search(problem, memory, given, contact):
                 relative_displacement(v, v_free, W, R, r, q)
                 error = unbalance(problem, given, contact)
                 # from nothing, soft rigid motions are exact to rounding only once corrected
-                exact = error <= 5.0 * tolerance and (small or attempt > 0)
+                exact = error <= EXACT * tolerance and (small or attempt > 0)
                 if good and (exact or attempt == 4):
                     break
-                stalled = not (good and (error <= 5.0 * tolerance or error < 0.3 * previous))
+                stalled = not (good and (error <= EXACT * tolerance or error < 0.3 * previous))
                 if stalled and good and error <= 0.1 * ACCEPTED:
                     break
                 if stalled and refreshed != iteration:
@@ -305,9 +328,11 @@ def search(problem, memory, given, contact):
                         r[:] = 0.0
                         q[:] = 0.0
                         relative_displacement(v, v_free, W, R, r, q)
-                    _start(problem, memory, given, contact, c, weights)
+                    _start(problem, memory, given, contact, c, weights, False)
                     good = _try_states(problem, memory, status, J, c, x)
                 else:
+                    if attempt == 0 and small:
+                        renew_images(memory)
                     _remainder(problem, memory, given, contact, dc, weights)
                     good = _try_states(problem, memory, status, J, dc, dx)
                     c += dc
@@ -333,7 +358,7 @@ def search(problem, memory, given, contact):
             if not make(problem, memory, status):
                 return iteration + 1, residual, NOT_SOLVED
             refreshed = iteration + 1
-            _start(problem, memory, given, contact, c, weights)
+            _start(problem, memory, given, contact, c, weights, False)
             continue
         code = np.uint64(1469598103934665603)
         for i in range(m):
@@ -361,7 +386,7 @@ def search(problem, memory, given, contact):
             if not make(problem, memory, status):
                 return iteration + 1, np.inf, NOT_SOLVED
             relative_displacement(v, v_free, W, R, r, q)
-            _start(problem, memory, given, contact, c, weights)
+            _start(problem, memory, given, contact, c, weights, False)
         status[:] = wanted
     return limit, residual, NOT_SOLVED
 
@@ -383,7 +408,7 @@ def hold(problem, memory, given, contact):
     r[:] = 0.0
     q[:] = 0.0
     relative_displacement(v, given.v_free, W, R, r, q)
-    _start(problem, memory, given, contact, c, weights)
+    _start(problem, memory, given, contact, c, weights, False)
     residual = np.inf
     for attempt in range(4):
         if attempt == 0:

@@ -55,6 +55,12 @@ def _by_memory(place: int, flat: Any, round_cone: Any) -> Any:
 dimension_of = _by_memory(0, tableau.dimension_of, spatial_tableau.dimension_of)
 """``dimension_of(memory)``: components per pair, a constant to the compiler."""
 
+follow_modes = _by_memory(0, tableau.follow_modes, spatial_tableau.follow_modes)
+"""``follow_modes(memory, now, before)``: tell of how much of each mode the next problem differs."""
+
+signs = _by_memory(0, tableau.signs, spatial_tableau.signs)
+"""``signs(memory)``: of the pairs, where the tableau has any."""
+
 restart = _by_memory(1, tableau.restart, spatial_tableau.restart)
 """``restart(problem, memory, status)``: make the tableau afresh."""
 
@@ -72,6 +78,9 @@ solve = _by_memory(1, planar.solve, spatial.solve)
 
 solve_states = _by_memory(1, linearised.solve_states, spatial_linearised.solve_states)
 """``solve_states(problem, memory, status, w, weights, x, r)``: changes of a solution with its states."""
+
+with_states = _by_memory(1, linearised.with_states, spatial_linearised.with_states)
+"""``with_states(problem, memory, status, x, r)``: the same from unknowns of the tableau's states."""
 
 recall = _by_memory(1, linearised.recall, spatial_linearised.recall)
 """``recall(problem, memory, status, r, slip)``: make the memory fit for a solution of before."""

@@ -66,6 +66,12 @@ def solve_states(problem, memory, status, w, weights, x, r):
         Written: reactions.
     """
     answer(memory, w, weights, x)
+    with_states(problem, memory, status, x, r)
+
+
+@jit
+def with_states(problem, memory, status, x, r):
+    """The same from unknowns x of the tableau's own states, as `answer` leaves them."""
     J = np.empty(memory.held.shape[0], np.int64)
     k = pending(memory.held, status, J)
     if k > 0:

@@ -60,6 +60,12 @@ def recall(problem, memory, status, r, slip):
 def solve_states(problem, memory, status, w, weights, x, r):
     """Changes of reactions and displacements for given states; see `linearised.solve_states`."""
     answer(memory, w, weights, x)
+    with_states(problem, memory, status, x, r)
+
+
+@jit
+def with_states(problem, memory, status, x, r):
+    """The same from unknowns x of the tableau's own states; see `linearised.with_states`."""
     F = np.empty(memory.held.shape[0], np.int64)
     k = unknowns(memory.held, status, F)
     g = np.zeros(x.shape)

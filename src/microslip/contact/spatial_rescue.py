@@ -191,6 +191,8 @@ def _empty_memory(memory):
         memory.resistance.copy(),
         np.zeros_like(memory.flags),
         np.zeros_like(memory.solved),
+        np.zeros_like(memory.changes),
+        memory.images.copy(),
     )
 
 

@@ -56,6 +56,10 @@ class Memory(NamedTuple):
         At `WARM` and `MADE` of `tableau.py`.
     solved : (8,) int array
         Problems by how they were solved, numbered as in `spatial.py`.
+    changes : (1,) int array
+        How often D has become another.
+    images : (0, n) array
+        As in `tableau.py`, of no modes.
     """
 
     transposed: Array
@@ -70,6 +74,8 @@ class Memory(NamedTuple):
     resistance: Array
     flags: Mask
     solved: NDArray[np.int64]
+    changes: NDArray[np.int64]
+    images: Array
 
 
 def memory(pairs: int, coordinates: int) -> Memory:
@@ -88,6 +94,8 @@ def memory(pairs: int, coordinates: int) -> Memory:
         resistance=np.zeros(pairs),
         flags=np.zeros(2, np.bool_),
         solved=np.zeros(RULES, np.int64),
+        changes=np.zeros(1, np.int64),
+        images=np.zeros((0, n)),
     )
 
 
@@ -95,6 +103,17 @@ def memory(pairs: int, coordinates: int) -> Memory:
 def dimension_of(memory):
     """Components per pair."""
     return 3
+
+
+@jit
+def follow_modes(memory, now, before):
+    """No modes are followed in space."""
+
+
+@jit
+def signs(memory):
+    """Slip in space has directions instead."""
+    return memory.resistance[:0]
 
 
 @jit
@@ -128,6 +147,7 @@ def make(problem, memory, status):
         Dt[N + a, N + a] = scale[a] * stiffness[a] * scale[a] / mean
     held[:] = False
     flags[:] = False
+    memory.changes[0] += 1
     J = np.empty(N + nr, np.int64)
     k = pending(held, status, J)
     for a in range(nr):

@@ -38,6 +38,9 @@ from microslip.typing import Array, Mask
 LARGE, LARGEST = 48, 160
 """Components exchanged at once from which on the library inverts, and multiplies, faster."""
 
+WIDE, FEW = 160, 4
+"""Components from which on, and modes times this up to which, less is multiplied where modes move all of it."""
+
 SINGULAR = 1e-13
 """Smallest pivot over the largest entry of its row."""
 
@@ -62,6 +65,17 @@ class Memory(NamedTuple):
         At `WARM` and `MADE`.
     solved : (6,) int array
         Problems by how they were solved, numbered as in `active_set.py`.
+    changes : (1,) int array
+        How often D has become another otherwise than by `turn`.
+    modes : (k, 2 m) array
+        Orthonormal relative displacements that free displacements mostly change by from one problem to the
+        next: modes of motion may cancel each other where pairs touch.
+    turned : (k, k) array
+        Shares of modes of motion, rows, in them.
+    images : (k, n) array
+        Unknowns of the tableau where these are given.
+    shares : (k,) array
+        Of them in the change since the last solution, set for each problem.
     """
 
     transposed: Array
@@ -70,10 +84,17 @@ class Memory(NamedTuple):
     v_free: Array
     flags: Mask
     solved: NDArray[np.int64]
+    changes: NDArray[np.int64]
+    modes: Array
+    turned: Array
+    images: Array
+    shares: Array
 
 
-def memory(pairs: int, coordinates: int) -> Memory:
+def memory(pairs: int, coordinates: int, modes: Array | None = None) -> Memory:
     """Arrays of a solver, not yet valid: `restart` fills them."""
+    given = np.zeros((0, 2 * pairs)) if modes is None else modes
+    modes = np.ascontiguousarray(np.linalg.svd(given, full_matrices=False)[2])
     n = 2 * pairs + coordinates
     return Memory(
         transposed=np.zeros((n, n)),
@@ -82,6 +103,11 @@ def memory(pairs: int, coordinates: int) -> Memory:
         v_free=np.zeros(2 * pairs),
         flags=np.zeros(2, np.bool_),
         solved=np.zeros(6, np.int64),
+        changes=np.zeros(1, np.int64),
+        modes=modes,
+        turned=np.ascontiguousarray(given @ modes.T),
+        images=np.zeros((len(modes), n)),
+        shares=np.zeros(len(modes)),
     )
 
 
@@ -115,6 +141,25 @@ def add_rows(M, weights, out):
         for i in range(n):
             out[i] += x * row[i]
         j += 1
+
+
+@jit
+def by_modes(modes, components):
+    """Whether so few modes move so many components that it is worth while to know what is answered to each."""
+    return components >= WIDE and FEW * modes < components
+
+
+@jit
+def follow_modes(memory, now, before):
+    """Let the next problem differ from the last by so much of each mode."""
+    if memory.shares.shape[0] > 0:
+        np.dot(now - before, memory.turned, memory.shares)
+
+
+@jit
+def signs(memory):
+    """Those of `turn`."""
+    return memory.sign
 
 
 @jit
@@ -196,6 +241,35 @@ def pending(held, status, J):
 
 
 @jit
+def _exchange_images(images, J, inverse, cols):
+    """As `exchange` does to c; padded with zeros as there."""
+    k = J.shape[0]
+    given = np.zeros((images.shape[0], cols.shape[0]))
+    for a in range(images.shape[0]):
+        for b in range(k):
+            for e in range(k):
+                given[a, b] += inverse[b, e] * images[a, J[e]]
+    _subtract_product(images, given, cols)
+    for a in range(images.shape[0]):
+        for b in range(k):
+            images[a, J[b]] = given[a, b]
+
+
+@jit
+def renew_images(memory):
+    """Make the images afresh from the tableau."""
+    modes, images, held, Dt = memory.modes, memory.images, memory.held, memory.transposed
+    weights = np.zeros(images.shape[1])
+    for a in range(images.shape[0]):
+        images[a] = 0.0
+        for i in range(modes.shape[1]):
+            weights[i] = modes[a, i] if held[i] else 0.0
+            if not held[i]:
+                images[a, i] = modes[a, i]
+        add_rows(Dt, weights, images[a])
+
+
+@jit
 def exchange(memory, J, c):
     """Exchange held and free for the components J, in the tableau and in c. False if singular."""
     Dt, held = memory.transposed, memory.held
@@ -203,6 +277,7 @@ def exchange(memory, J, c):
     k = J.shape[0]
     if k == 0:
         return True
+    memory.changes[0] += 1
     width = k + -k % 4
     cols = np.zeros((width, n))
     rows = np.zeros((n, width))
@@ -232,6 +307,8 @@ def exchange(memory, J, c):
     y = np.dot(inverse, y)
     padded[:k, :k] = inverse.T
     rows = np.dot(rows, padded)
+    if memory.images.shape[0] > 0:
+        _exchange_images(memory.images, J, inverse, cols)
     for b in range(k):
         Dt[J[b]] = 0.0
         y0 = y[b, 0]
@@ -277,6 +354,9 @@ def make(problem, memory, status):
         Dt[N + a, N + a] = scale[a] * stiffness[a] * scale[a] / mean
     held[:] = False
     flags[:] = False
+    memory.changes[0] += 1
+    memory.images[:, :N] = memory.modes
+    memory.images[:, N:] = 0.0
     J = np.empty(N + nr, np.int64)
     k = pending(held, status, J)
     for a in range(nr):
@@ -303,6 +383,8 @@ def turn(mu, memory, pair, sign_new, c):
     if held[n]:
         for i in range(Dt.shape[0]):
             Dt[i, t] -= change * Dt[i, n]
+        for a in range(memory.images.shape[0]):
+            memory.images[a, t] -= change * memory.images[a, n]
         c[t] -= change * c[n]
     else:
         for i in range(Dt.shape[0]):

@@ -14,8 +14,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from microslip.contact.by_dimension import dimension_of, gaps, solve_states
+from microslip.contact.answered import Answered, answer_by_modes, nothing_answered
+from microslip.contact.by_dimension import dimension_of, gaps, with_states
 from microslip.contact.compiled import jit
+from microslip.contact.linearised import answer
 from microslip.contact.pairs import SEPARATED, SLIP, STICK
 from microslip.typing import Array
 
@@ -47,30 +49,40 @@ class Workspace(NamedTuple):
     Attributes
     ----------
     start, predicted : (p, k) arrays
+    shares, before : (p, k) arrays
+        In the modes of the free displacement of pairs that stay as they are; `Tangents.eta` a step before.
     v_free, dr, dv, carried : (p, d m) arrays
         `carried` is what is left of the reactions of the step before.
+    answered : Answered
+        Of steps before.
     """
 
     start: Array
     predicted: Array
+    shares: Array
+    before: Array
     v_free: Array
     dr: Array
     dv: Array
     carried: Array
+    answered: Answered
 
 
 @jit
-def workspace(tangents):
+def workspace(tangents, psi_t):
     """Arrays for as many columns."""
     p, k = tangents.eta.shape
     N = tangents.r.shape[1]
     return Workspace(
         np.empty((p, k)),
         np.empty((p, k)),
+        np.empty((p, k)),
+        np.zeros((p, k)),
         np.empty((p, N)),
         np.empty((p, N)),
         np.empty((p, N)),
         np.empty((p, N)),
+        nothing_answered(p, psi_t),
     )
 
 
@@ -116,6 +128,9 @@ def predict(memory, constants, tangents, space):
     np.dot(predicted, constants.psi_t, v_free)
     d0, d1, d2 = 1.0 + constants.lags[0], constants.lags[1], constants.lags[2]
     s, before, v_old = tangents.residual_v, tangents.residual_before, tangents.v
+    if space.answered.rest.shape[0] > 0:
+        # the residual part of what stays as it is lags behind as the modes do, the other way
+        space.shares[:] = predicted + (d1 * eta + d2 * space.before) / d0
     for a in range(p):
         for i in range(N):
             v_free[a, i] -= (d1 * s[a, i] + d2 * before[a, i]) / d0
@@ -182,7 +197,20 @@ def carry(problem, memory, status, constants, full, tangents, space):
     """Carry deviations over a step whose states are known; `full` is 1 in a dissipative step."""
     predict(memory, constants, tangents, space)
     states = followed(problem, status)
-    solve_states(problem, memory, states, space.v_free, space.dr, space.dv, space.dr)
+    if full > 0.0:  # another tableau
+        answer(memory, space.v_free, space.dr, space.dv)
+    else:
+        answer_by_modes(
+            memory,
+            problem.friction,
+            constants.psi_t,
+            space.shares,
+            space.v_free,
+            space.dr,
+            space.answered,
+            space.dv,
+        )
+    with_states(problem, memory, states, space.dv, space.dr)
     d = dimension_of(memory)
     for a in range(space.dv.shape[0]):
         for i in range(status.shape[0]):
@@ -191,6 +219,8 @@ def carry(problem, memory, status, constants, full, tangents, space):
     h, c, omega = constants.mode_step, constants.mode_damping, constants.omega
     eta, rate, acceleration = tangents.eta, tangents.rate, tangents.acceleration
     force = np.dot(space.dr, constants.psi_t.T)
+    if space.answered.rest.shape[0] > 0:
+        space.before[:] = eta
     p, k = eta.shape
     coupling = constants.coupling
     coupled = coupling.answer.shape[0] > 0

@@ -53,12 +53,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip.contact.by_dimension import dimension_of, follow, solve
+from microslip.contact.by_dimension import dimension_of, follow, follow_modes, solve
 from microslip.contact.compiled import jit
 from microslip.contact.coupled_modes import UNCOUPLED, Coupling, coupled_ahead, coupled_behind
 from microslip.contact.pairs import SEPARATED
 from microslip.contact.problem import Contact, Given
-from microslip.contact.tableau import add_rows
+from microslip.contact.tableau import add_rows, by_modes
 from microslip.contact.tangent import carry, ease, take_back_all, workspace
 from microslip.typing import Array, Mask, Status
 
@@ -275,12 +275,14 @@ def step_through(problems, memories, constants, load, motion, records, tangents)
     not_solved = memory.solved.shape[0] - 1
     keep = r_out.shape[0] == load.shape[0]
     linearised = tangents.eta.shape[0] > 0
-    space = workspace(tangents)
+    space = workspace(tangents, psi_t)
     nothing = np.empty(0)
     v_free = np.empty(N)
     given = Given(v_free, nothing, np.zeros_like(vt_old))
     shift = np.zeros(N)
     contact = Contact(status, r, nothing, v)
+    moves, followed = np.zeros(k + 1), np.zeros(k + 1)
+    few, before = by_modes(k + 1, N), np.zeros(k)
     pv = np.empty(k)
     denominator = np.empty(k)
     start = np.empty(k)
@@ -319,6 +321,12 @@ def step_through(problems, memories, constants, load, motion, records, tangents)
                 v_free[i] = (constant_v[i] + drive_v[i] * load[step] - lagging) / d0
             add_rows(psi_t, predicted, v_free)
             v_free -= shift
+            if few:
+                # the residual part of what stays as it is lags behind as the modes do, the other way
+                for j in range(k):
+                    moves[j] = predicted[j] + (d1 * eta[j] + d2 * before[j]) / d0
+                moves[k] = load[step] / d0
+                follow_modes(memory, moves, followed)
             if stage == DISSIPATIVE:
                 its, residual, rule = solve(dissipative_problem, dissipative_memory, given, contact)
             else:
@@ -385,6 +393,9 @@ def step_through(problems, memories, constants, load, motion, records, tangents)
             works[RESIDUAL] += 0.5 * (r[i] + r_old[i]) * (s[i] + drive_v[i] * raised)
             s_before[i] = s[i]
             s[i] = v[i]
+        if few:
+            followed[:] = moves
+            before[:] = eta
         if coupled:
             works[MODAL] += coupled_behind(constants, motion, r, full, pv, start, predicted)
             s -= np.dot(eta, psi_t)

@@ -90,6 +90,8 @@ class HalfPeriod(Brief):
         own.held[:] = own.held[rows]
         own.v_free[:] = own.v_free[rows]
         own.sign[:] = own.sign[self.pairs]
+        own.changes[0] += 1
+        tableau.renew_images(own)
 
 
 @dataclass(frozen=True, repr=False)
