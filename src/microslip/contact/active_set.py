@@ -39,8 +39,8 @@ ACCEPTED = 1e-9
 """Natural-map residual below which a solution with no violated pair is accepted."""
 
 EXACT, LEFT = 5.0, 2.0
-"""Times the tolerance: a solution is exact whose equations are off by so much, and by so much the last solution
-may have been that the next starts from where all pairs stay as they are."""
+"""Times the tolerance: a solution is exact whose equations are off by so much, and so much of what the last
+was off by is left to the next where modes move all pairs."""
 
 PROVISIONAL = 1e-11
 """Inequalities may be violated by this much before a solution is checked."""

@@ -78,8 +78,8 @@ class Memory(NamedTuple):
     images: Array
 
 
-def memory(pairs: int, coordinates: int) -> Memory:
-    """Arrays of a spatial solver, not yet valid: `restart` fills them."""
+def memory(pairs: int, coordinates: int, modes: Array | None = None) -> Memory:
+    """Arrays of a spatial solver, not yet valid: `restart` fills them. No modes are followed in space."""
     n = 3 * pairs + coordinates
     return Memory(
         transposed=np.zeros((n, n)),

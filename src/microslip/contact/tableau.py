@@ -39,7 +39,7 @@ LARGE, LARGEST = 48, 160
 """Components exchanged at once from which on the library inverts, and multiplies, faster."""
 
 WIDE, FEW = 160, 4
-"""Components from which on, and modes times this up to which, less is multiplied where modes move all of it."""
+"""Components from which on, and modes times this up to which, less is multiplied where modes move all."""
 
 SINGULAR = 1e-13
 """Smallest pivot over the largest entry of its row."""
@@ -92,8 +92,10 @@ class Memory(NamedTuple):
 
 
 def memory(pairs: int, coordinates: int, modes: Array | None = None) -> Memory:
-    """Arrays of a solver, not yet valid: `restart` fills them."""
-    given = np.zeros((0, 2 * pairs)) if modes is None else modes
+    """Arrays of a solver, not yet valid: `restart` fills them. Modes are followed where it pays."""
+    given = np.zeros((0, 2 * pairs))
+    if modes is not None and by_modes(*modes.shape):
+        given = modes
     modes = np.ascontiguousarray(np.linalg.svd(given, full_matrices=False)[2])
     n = 2 * pairs + coordinates
     return Memory(
@@ -145,7 +147,7 @@ def add_rows(M, weights, out):
 
 @jit
 def by_modes(modes, components):
-    """Whether so few modes move so many components that it is worth while to know what is answered to each."""
+    """Whether so few modes move so many components that it pays to know what is answered to each."""
     return components >= WIDE and FEW * modes < components
 
 

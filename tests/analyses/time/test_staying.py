@@ -66,7 +66,8 @@ def test_motions_leave_stay_or_beat_as_they_do_when_marched(beside):
         strays = np.abs(late / late.mean() - 1).max()
         assert late.mean() == pytest.approx(mean, abs=0.01)
         assert stay.varies == pytest.approx(strays, rel=0.2)
-        assert stay.varies <= stay.strays == pytest.approx(strays, rel=0.2)
+        # beats overshoot on their way from the push, by more or less as that is
+        assert max(stay.varies, 0.95 * strays) <= stay.strays < LEAVES
         assert 0.01 < strays < LEAVES
 
 

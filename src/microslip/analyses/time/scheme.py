@@ -318,12 +318,9 @@ ContactMemory = (
 
 def contact_memory(scheme: TimeScheme) -> ContactMemory:
     """Working memory of the contact solver for marches on one scheme, one at a time."""
-    model, kernel = scheme.joint.model, scheme.kernel
-    if model.dimension == 3:
-        return spatial_tableau.memory(model.pairs, 0), spatial_tableau.memory(model.pairs, 0)
-    modes = np.vstack([kernel.psi_t, kernel.drive_v])
-    few = modes if tableau.by_modes(*modes.shape) else None
-    return tableau.memory(model.pairs, 0, few), tableau.memory(model.pairs, 0)
+    model, kernels = scheme.joint.model, loaded(scheme.joint.model.dimension).tableau
+    modes = np.vstack([scheme.kernel.psi_t, scheme.kernel.drive_v])
+    return kernels.memory(model.pairs, 0, modes), kernels.memory(model.pairs, 0)
 
 
 @one_thread()
