@@ -394,6 +394,24 @@ def turn(mu, memory, pair, sign_new, c):
 
 
 @jit
+def permute(memory, rows, pairs):
+    """Let every component, and every pair, take the place of another; modes stay what they are."""
+    Dt, held, v_free, sign = memory.transposed, memory.held, memory.v_free, memory.sign
+    before, held_before = Dt.copy(), held.copy()
+    v_before, sign_before = v_free.copy(), sign.copy()
+    for i in range(rows.shape[0]):
+        own, row = Dt[i], before[rows[i]]
+        for j in range(rows.shape[0]):
+            own[j] = row[rows[j]]
+        held[i] = held_before[rows[i]]
+        v_free[i] = v_before[rows[i]]
+    for i in range(pairs.shape[0]):
+        sign[i] = sign_before[pairs[i]]
+    memory.changes[0] += 1
+    renew_images(memory)
+
+
+@jit
 def follow(problem, memory, status):
     """Make the tableau fit for other states than those it was left with, afresh where it has to."""
     mu = problem.friction

@@ -84,14 +84,9 @@ class HalfPeriod(Brief):
 
         That of dissipative steps is made to fit wherever it is asked.
         """
-        own, rows = memory[0], self.rows
+        own = memory[0]
         assert isinstance(own, tableau.Memory)  # planar
-        own.transposed[:] = own.transposed[np.ix_(rows, rows)]
-        own.held[:] = own.held[rows]
-        own.v_free[:] = own.v_free[rows]
-        own.sign[:] = own.sign[self.pairs]
-        own.changes[0] += 1
-        tableau.renew_images(own)
+        tableau.permute(own, self.rows, self.pairs)
 
 
 @dataclass(frozen=True, repr=False)
