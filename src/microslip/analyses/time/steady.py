@@ -50,7 +50,7 @@ CONFIRMED = 3.0
 HALVED, FEWEST = 0.25, 40
 """Share of the cycles allowed after which a search by halves is given up, and so many at least, or half."""
 
-LEADING = 12
+LEADING = 8
 """Directions of largest multipliers that a search hands on."""
 
 
