@@ -327,6 +327,7 @@ def step_through(problems, memories, constants, load, motion, records, tangents)
                     moves[j] = predicted[j] + (d1 * eta[j] + d2 * before[j]) / d0
                 moves[k] = load[step] / d0
                 follow_modes(memory, moves, followed)
+                followed[:] = moves
             if stage == DISSIPATIVE:
                 its, residual, rule = solve(dissipative_problem, dissipative_memory, given, contact)
             else:
@@ -394,7 +395,6 @@ def step_through(problems, memories, constants, load, motion, records, tangents)
             s_before[i] = s[i]
             s[i] = v[i]
         if few:
-            followed[:] = moves
             before[:] = eta
         if coupled:
             works[MODAL] += coupled_behind(constants, motion, r, full, pv, start, predicted)
