@@ -17,9 +17,9 @@ from microslip.analyses.time.scheme import (
 )
 from microslip.contact import tableau
 from microslip.contact.answered import answer_by_modes, nothing_answered
-from microslip.contact.linearised import answer
 from microslip.contact.pairs import BACKWARD, FORWARD, SEPARATED, STICK
 from microslip.contact.solver import ContactSolver
+from microslip.contact.tableau import answer
 
 PAIRS, MODES, DEVIATIONS = 100, 5, 6
 FRICTION = 0.3

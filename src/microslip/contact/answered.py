@@ -21,8 +21,7 @@ from numpy.typing import NDArray
 
 from microslip.contact.by_dimension import signs
 from microslip.contact.compiled import jit
-from microslip.contact.linearised import answer
-from microslip.contact.tableau import by_modes
+from microslip.contact.tableau import answer, by_modes
 from microslip.typing import Array
 
 ALIKE = 1e-13
@@ -37,9 +36,8 @@ class Answered(NamedTuple):
 
     Attributes
     ----------
-    modes : (k, N) array
-        ``Psi_h``, and its answer.
     to_modes : (k, N) array
+        Answer to ``Psi_h``.
     most : (k,) array
         Largest displacement of each mode.
     rest, kept, to_kept : (p, N) arrays
@@ -50,7 +48,6 @@ class Answered(NamedTuple):
         Those of the memory that the answers are of; -1 before any.
     """
 
-    modes: Array
     to_modes: Array
     most: Array
     rest: Array
@@ -70,7 +67,6 @@ def nothing_answered(deviations, psi_t):
     for j in range(k):
         most[j] = np.abs(psi_t[j]).max()
     return Answered(
-        np.empty((k, N)),
         np.empty((k, N)),
         most,
         np.empty((p, N)),
@@ -117,15 +113,9 @@ def _turn(memory, friction, known):
 
 @jit
 def answer_by_modes(memory, friction, psi_t, shares, w, weights, known, x):
-    """As `linearised.answer`, from what was answered before; `shares` are z, rows for rows."""
+    """As `tableau.answer`, from what was answered before; `shares` are z, rows for rows."""
     Dt, held = memory.transposed, memory.held
-    modes, to_modes, rest, kept, to_kept = (
-        known.modes,
-        known.to_modes,
-        known.rest,
-        known.kept,
-        known.to_kept,
-    )
+    to_modes, rest, kept, to_kept = known.to_modes, known.rest, known.kept, known.to_kept
     p, N = rest.shape
     if p == 0:
         answer(memory, w, weights, x)
@@ -141,9 +131,10 @@ def answer_by_modes(memory, friction, psi_t, shares, w, weights, known, x):
         _turn(memory, friction, known)
         count = _changed(held, rest, kept, size, J)
     else:
-        for j in range(modes.shape[0]):
-            for i in range(N):
-                modes[j, i] = psi_t[j, i] if held[i] else 0.0
+        modes = np.zeros_like(to_modes)
+        for i in range(N):
+            if held[i]:
+                modes[:, i] = psi_t[:, i]
         np.dot(modes, Dt, to_modes)
         now = signs(memory)
         known.signs[: now.shape[0]] = now

@@ -19,7 +19,7 @@ import numpy as np
 
 from microslip.contact.compiled import jit
 from microslip.contact.pairs import SEPARATED, STICK
-from microslip.contact.tableau import exchange, follow, pending
+from microslip.contact.tableau import answer, exchange, follow, pending
 
 KEPT = 16
 """Components that states may differ in before the tableau follows."""
@@ -34,20 +34,6 @@ def recall(problem, memory, status, r, slip):
     k = pending(memory.held, status, J)
     if k > KEPT and not exchange(memory, J[:k], np.zeros(n)):
         raise np.linalg.LinAlgError("Matrix is singular to machine precision.")
-
-
-@jit
-def answer(memory, w, weights, x):
-    """Unknowns x = c, rows for rows, of the tableau's own states, all else zero.
-
-    `weights` are the columns of w that the tableau holds, and behind them the loads on q.
-    """
-    held = memory.held
-    np.dot(weights, memory.transposed, x)
-    for a in range(w.shape[0]):
-        for i in range(w.shape[1]):
-            if not held[i]:
-                x[a, i] += w[a, i]
 
 
 @jit

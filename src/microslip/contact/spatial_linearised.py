@@ -14,13 +14,12 @@ from __future__ import annotations
 import numpy as np
 
 from microslip.contact.compiled import jit
-from microslip.contact.linearised import answer
 from microslip.contact.pairs import SEPARATED, SLIP, STICK
 from microslip.contact.spatial_newton import SHORTEST
 from microslip.contact.spatial_problem import own_stiffness
 from microslip.contact.spatial_system import coupling, right_side, unknowns
 from microslip.contact.spatial_tableau import follow, pending
-from microslip.contact.tableau import exchange
+from microslip.contact.tableau import answer, exchange
 
 KEPT = 24
 """Components that the contact of pairs may differ in before the tableau follows."""

@@ -154,8 +154,7 @@ def by_modes(modes, components):
 @jit
 def follow_modes(memory, now, before):
     """Let the next problem differ from the last by so much of each mode."""
-    if memory.shares.shape[0] > 0:
-        np.dot(now - before, memory.turned, memory.shares)
+    np.dot(now - before, memory.turned, memory.shares)
 
 
 @jit
@@ -258,17 +257,27 @@ def _exchange_images(images, J, inverse, cols):
 
 
 @jit
+def answer(memory, w, weights, x):
+    """Unknowns x = c, rows for rows, of the tableau's own states, all else zero.
+
+    `weights` are the columns of w that the tableau holds, and behind them the loads on q.
+    """
+    held = memory.held
+    np.dot(weights, memory.transposed, x)
+    for a in range(w.shape[0]):
+        for i in range(w.shape[1]):
+            if not held[i]:
+                x[a, i] += w[a, i]
+
+
+@jit
 def renew_images(memory):
     """Make the images afresh from the tableau."""
-    modes, images, held, Dt = memory.modes, memory.images, memory.held, memory.transposed
-    weights = np.zeros(images.shape[1])
-    for a in range(images.shape[0]):
-        images[a] = 0.0
-        for i in range(modes.shape[1]):
-            weights[i] = modes[a, i] if held[i] else 0.0
-            if not held[i]:
-                images[a, i] = modes[a, i]
-        add_rows(Dt, weights, images[a])
+    weights = np.zeros(memory.images.shape)
+    for i in range(memory.modes.shape[1]):
+        if memory.held[i]:
+            weights[:, i] = memory.modes[:, i]
+    answer(memory, memory.modes, weights, memory.images)
 
 
 @jit

@@ -17,8 +17,8 @@ import numpy as np
 from microslip.contact.answered import Answered, answer_by_modes, nothing_answered
 from microslip.contact.by_dimension import dimension_of, gaps, with_states
 from microslip.contact.compiled import jit
-from microslip.contact.linearised import answer
 from microslip.contact.pairs import SEPARATED, SLIP, STICK
+from microslip.contact.tableau import answer
 from microslip.typing import Array
 
 

@@ -58,7 +58,7 @@ from microslip.contact.compiled import jit
 from microslip.contact.coupled_modes import UNCOUPLED, Coupling, coupled_ahead, coupled_behind
 from microslip.contact.pairs import SEPARATED
 from microslip.contact.problem import Contact, Given
-from microslip.contact.tableau import add_rows, by_modes
+from microslip.contact.tableau import add_rows
 from microslip.contact.tangent import carry, ease, take_back_all, workspace
 from microslip.typing import Array, Mask, Status
 
@@ -282,7 +282,7 @@ def step_through(problems, memories, constants, load, motion, records, tangents)
     shift = np.zeros(N)
     contact = Contact(status, r, nothing, v)
     moves, followed = np.zeros(k + 1), np.zeros(k + 1)
-    few, before = by_modes(k + 1, N), np.zeros(k)
+    few, before = memory.images.shape[0] > 0, np.zeros(k)
     pv = np.empty(k)
     denominator = np.empty(k)
     start = np.empty(k)
