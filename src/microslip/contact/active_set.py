@@ -271,7 +271,7 @@ def search(problem, memory, given, contact):
     its states in the sense of `follow` or `restart`.
     Returns ``(iterations, residual, rule)``; `rule` tells how states were changed.
     """
-    W, R, tolerance = problem.W, problem.R, problem.tolerance
+    R, tolerance = problem.R, problem.tolerance
     held, sign, v_free_old, flags = memory.held, memory.sign, memory.v_free, memory.flags
     v_free, vt_old = given.v_free, given.vt_old
     status, r, q, v = contact.status, contact.r, contact.q, contact.v
@@ -297,7 +297,7 @@ def search(problem, memory, given, contact):
         for i in range(v.shape[0]):
             v[i] += v_free[i] - v_free_old[i]
     else:
-        relative_displacement(v, v_free, W, R, r, q)
+        relative_displacement(problem, v_free, r, q, v)
     flags[WARM] = False
     _start(problem, memory, given, contact, c, weights, small)
     for iteration in range(limit):
@@ -311,7 +311,7 @@ def search(problem, memory, given, contact):
             error = np.inf
             for attempt in range(5):
                 previous = error
-                relative_displacement(v, v_free, W, R, r, q)
+                relative_displacement(problem, v_free, r, q, v)
                 error = unbalance(problem, given, contact)
                 # from nothing, soft rigid motions are exact to rounding only once corrected
                 exact = error <= EXACT * tolerance and (small or attempt > 0)
@@ -327,7 +327,7 @@ def search(problem, memory, given, contact):
                     if not error < np.inf:
                         r[:] = 0.0
                         q[:] = 0.0
-                        relative_displacement(v, v_free, W, R, r, q)
+                        relative_displacement(problem, v_free, r, q, v)
                     _start(problem, memory, given, contact, c, weights, False)
                     good = _try_states(problem, memory, status, J, c, x)
                 else:
@@ -385,7 +385,7 @@ def search(problem, memory, given, contact):
             status[:] = wanted
             if not make(problem, memory, status):
                 return iteration + 1, np.inf, NOT_SOLVED
-            relative_displacement(v, v_free, W, R, r, q)
+            relative_displacement(problem, v_free, r, q, v)
             _start(problem, memory, given, contact, c, weights, False)
         status[:] = wanted
     return limit, residual, NOT_SOLVED
@@ -397,7 +397,7 @@ def hold(problem, memory, given, contact):
 
     Where it is small this is a solution, whichever side of a limit the states of its pairs are on.
     """
-    W, R = problem.W, problem.R
+    R = problem.R
     status, r, q, v = contact.status, contact.r, contact.q, contact.v
     size = R.shape[0] + R.shape[1]
     c, x, weights = np.empty(size), np.empty(size), np.empty(size)
@@ -407,7 +407,7 @@ def hold(problem, memory, given, contact):
         return np.inf
     r[:] = 0.0
     q[:] = 0.0
-    relative_displacement(v, given.v_free, W, R, r, q)
+    relative_displacement(problem, given.v_free, r, q, v)
     _start(problem, memory, given, contact, c, weights, False)
     residual = np.inf
     for attempt in range(4):
@@ -420,7 +420,7 @@ def hold(problem, memory, given, contact):
         if not good:
             return np.inf
         _scatter(problem, memory.sign, given.vt_old, x, contact)
-        relative_displacement(v, given.v_free, W, R, r, q)
+        relative_displacement(problem, given.v_free, r, q, v)
         if not unbalance(problem, given, contact) < np.inf:
             return np.inf
         found = natural_residual(problem, given, contact)

@@ -12,8 +12,8 @@ import numpy as np
 from scipy.linalg import lapack
 
 from microslip.contact.compiled import jit
+from microslip.contact.folded import NOT_FOLDED, Folded, product
 from microslip.contact.pairs import SEPARATED, STICK
-from microslip.contact.symmetric import symmetric_product
 from microslip.errors import ContactError
 from microslip.typing import Array, Status
 
@@ -37,6 +37,8 @@ class Problem(NamedTuple):
         Violation of an inequality, relative to `force`, up to which a state stays.
     diagonal : (2 m,) array
         Of W, whose own lies far apart in memory.
+    folded : Folded
+        W taken apart, where it is its own image.
     """
 
     W: Array
@@ -48,6 +50,7 @@ class Problem(NamedTuple):
     mean: float
     tolerance: float
     diagonal: Array
+    folded: Folded = NOT_FOLDED
 
 
 class Given(NamedTuple):
@@ -89,7 +92,13 @@ class Contact(NamedTuple):
 
 
 def contact_problem(
-    W: Array, R: Array, stiffness: Array, friction: Array, force: Array, tolerance: float
+    W: Array,
+    R: Array,
+    stiffness: Array,
+    friction: Array,
+    force: Array,
+    tolerance: float,
+    folded: Folded = NOT_FOLDED,
 ) -> Problem:
     """Arrays of a contact problem and the scales that make its equations comparable."""
     diagonal = np.ascontiguousarray(np.diag(W), dtype=float)
@@ -99,7 +108,7 @@ def contact_problem(
     W, R, stiffness, friction, force = (
         np.ascontiguousarray(a, dtype=float) for a in (W, R, stiffness, friction, force)
     )
-    return Problem(W, R, stiffness, scale, friction, force, mean, tolerance, diagonal)
+    return Problem(W, R, stiffness, scale, friction, force, mean, tolerance, diagonal, folded)
 
 
 def check_flexibility(W: Array) -> bool:
@@ -136,9 +145,10 @@ def check_flexibility(W: Array) -> bool:
 
 
 @jit
-def relative_displacement(v, v_free, W, R, r, q):
+def relative_displacement(problem, v_free, r, q, v):
     """Compute ``v = v_free + R q - W r``; W is symmetric."""
-    symmetric_product(W, r, v)
+    R = problem.R
+    product(problem.W, problem.folded, r, v)
     for i in range(v.shape[0]):
         s = v_free[i]
         for a in range(q.shape[0]):

@@ -50,7 +50,7 @@ def search(problem, memory, given, contact):
         memory.r[:] = contact.r
         memory.q[:] = contact.q
         memory.status[:] = contact.status
-        relative_displacement(contact.v, given.v_free, problem.W, problem.R, contact.r, contact.q)
+        relative_displacement(problem, given.v_free, contact.r, contact.q, contact.v)
         memory.v[:] = contact.v
     flags[WARM] = False
     iterations, residual = newton(problem, memory, given, contact, MOST, 1.0)

@@ -137,7 +137,7 @@ def newton_anew(problem, memory, given, contact, limit, stretch):
     """As `newton`, from the r and q in `contact`: v and the states are read off these."""
     if not (memory.flags[MADE] or make(problem, memory, contact.status)):
         return 0, np.inf
-    relative_displacement(contact.v, given.v_free, problem.W, problem.R, contact.r, contact.q)
+    relative_displacement(problem, given.v_free, contact.r, contact.q, contact.v)
     read_states(problem, memory, given.vt_old, contact, stretch)
     return newton(problem, memory, given, contact, limit, stretch)
 

@@ -77,7 +77,7 @@ def natural_residual(problem, given, contact):
 @jit
 def certify(problem, given, contact):
     """Displacements of the reactions, from W itself, into `contact`; returns their residual."""
-    relative_displacement(contact.v, given.v_free, problem.W, problem.R, contact.r, contact.q)
+    relative_displacement(problem, given.v_free, contact.r, contact.q, contact.v)
     return natural_residual(problem, given, contact)
 
 

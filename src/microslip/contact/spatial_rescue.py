@@ -23,6 +23,7 @@ from __future__ import annotations
 import numpy as np
 
 from microslip.contact.compiled import inlined_jit, jit
+from microslip.contact.folded import nothing_folded
 from microslip.contact.lemke import SOLUTION
 from microslip.contact.pairs import SEPARATED, STICK
 from microslip.contact.problem import Contact, Given, Problem, relative_displacement
@@ -130,7 +131,7 @@ def extragradient(problem, memory, given, contact):
     """Newton's method from iterations of the extragradient method; not for floating bodies."""
     if problem.stiffness.shape[0] > 0:
         return 0, np.inf
-    W, R, vt_old = problem.W, problem.R, given.vt_old
+    W, vt_old = problem.W, given.vt_old
     n = W.shape[0]
     # the largest eigenvalue of W is below its largest row sum
     top = 0.0
@@ -142,10 +143,10 @@ def extragradient(problem, memory, given, contact):
     old = np.empty(n)
     count = 0
     for step in range(EXTRAGRADIENT_STEPS):
-        relative_displacement(contact.v, given.v_free, W, R, contact.r, contact.q)
+        relative_displacement(problem, given.v_free, contact.r, contact.q, contact.v)
         _gradient_step(problem, vt_old, contact.r, contact.v, t, half)
         old[:] = contact.v
-        relative_displacement(contact.v, given.v_free, W, R, half, contact.q)
+        relative_displacement(problem, given.v_free, half, contact.q, contact.v)
         error, change = 0.0, 0.0
         for i in range(n):
             error += (contact.v[i] - old[i]) ** 2
@@ -204,7 +205,7 @@ def proximal(problem, memory, given, contact):
     count = 0
     share = 1.0
     settled = Contact(contact.status.copy(), memory.r.copy(), memory.q.copy(), memory.v.copy())
-    relative_displacement(settled.v, given.v_free, problem.W, problem.R, settled.r, settled.q)
+    relative_displacement(problem, given.v_free, settled.r, settled.q, settled.v)
     last = natural_residual(problem, given, settled)
     other = _empty_memory(memory)
     W, diagonal = problem.W.copy(), problem.diagonal.copy()
@@ -218,6 +219,7 @@ def proximal(problem, memory, given, contact):
         problem.mean,
         problem.tolerance,
         diagonal,
+        nothing_folded(),
     )
     v_free = np.empty(n)
     pushed = Given(v_free, given.f_q, given.vt_old)
@@ -282,9 +284,7 @@ def facets(problem, memory, given, contact):
                     break
             if outcome != SOLUTION:
                 continue
-            relative_displacement(
-                contact.v, given.v_free, problem.W, problem.R, contact.r, contact.q
-            )
+            relative_displacement(problem, given.v_free, contact.r, contact.q, contact.v)
             for i in range(m):
                 s1 = contact.v[3 * i + 1] - given.vt_old[i, 0]
                 s2 = contact.v[3 * i + 2] - given.vt_old[i, 1]

@@ -18,6 +18,7 @@ from microslip.analyses.time.poles import ModeSteps, driven_steps, lags, matched
 from microslip.brief import Brief
 from microslip.contact import spatial_tableau, tableau
 from microslip.contact.coupled_modes import UNCOUPLED
+from microslip.contact.folded import NOT_FOLDED, Folded, folded
 from microslip.contact.pairs import normal, slip_history
 from microslip.contact.problem import contact_problem
 from microslip.contact.solver import CERTIFICATE, TOLERANCE, loaded, singularity_named
@@ -51,10 +52,11 @@ class TimeScheme(Brief):
     port : str
         Driven port.
     W, W_dissipative : (d m, d m) arrays
-        Flexibility over one step, and over one in which the reactions of its end act all through
-        it.
+        Flexibility over a step, and over one in which the reactions of its end act all through.
     kernel : StepConstants
         What the compiled stepping needs of all this.
+    folded : Folded
+        W taken apart, where it is its own image under a half turn.
     frequency : float
         Of the load whose periodic answer is sought, Hz; nan where none was given.
     """
@@ -65,6 +67,7 @@ class TimeScheme(Brief):
     W: Array
     W_dissipative: Array
     kernel: StepConstants = field(repr=False)
+    folded: Folded = field(repr=False)
     frequency: float = np.nan
 
     @property
@@ -122,9 +125,8 @@ class March(Brief):
         Work of the load, of material damping in the modes, and of the normal reactions (an error of
         discretisation), J per metre of width.
     residual_damping : float
-        Work of the reactions on what the residual part does beyond following the load, J per
-        metre of width: its material damping over a full steady cycle; else the change of ``r^T
-        W_res r / 2`` is in it as well.
+        Work of the reactions on what the residual part does beyond following the load, J per metre of
+        width: its material damping over a full steady cycle; else also the change of ``r^T W_res r / 2``.
     iterations, residual : (n,) arrays
     dissipative : (n,) bool array
         Steps in which the reactions of their end acted all through: contact would have given back
@@ -236,19 +238,18 @@ def time_scheme(
         drive=driven,
         coupling=coupling,
     )
+    W, W_dissipative = residual + modal, residual + 2 * modal
+    W, W_dissipative = (np.ascontiguousarray(0.5 * (M + M.T)) for M in (W, W_dissipative))
     return TimeScheme(
         joint=joint,
         dt=float(dt),
         port=port,
-        W=_symmetric(residual + modal),
-        W_dissipative=_symmetric(residual + 2 * modal),
+        W=W,
+        W_dissipative=W_dissipative,
         kernel=kernel,
+        folded=folded(W, model.image),
         frequency=np.nan if frequency is None else float(frequency),
     )
-
-
-def _symmetric(W: Array) -> Array:
-    return np.ascontiguousarray(0.5 * (W + W.T))
 
 
 def _followed(joint: PreparedJoint, modes: int, dt: float, omega: float = 0.0) -> PreparedJoint:
@@ -368,8 +369,8 @@ def march(
     force = np.full(model.pairs, scheme.joint.prestress.largest_reaction)
     nothing = np.zeros((len(state.v), 0))
     problem, dissipative = (
-        contact_problem(W, nothing, np.zeros(0), scheme.joint.law.friction, force, TOLERANCE)
-        for W in (scheme.W, scheme.W_dissipative)
+        contact_problem(W, nothing, np.zeros(0), scheme.joint.law.friction, force, TOLERANCE, parts)
+        for W, parts in ((scheme.W, scheme.folded), (scheme.W_dissipative, NOT_FOLDED))
     )
     memory = contact_memory(scheme) if memory is None else memory
     kernels.tableau.follow(problem, memory[0], motion.status)
@@ -382,9 +383,8 @@ def march(
     failed = step_through(
         (problem, dissipative), memory, scheme.kernel, load, motion, records, carried
     )
-    residual = records.residual
-    if failed >= 0 or not residual.max() <= CERTIFICATE:
-        step = failed if failed >= 0 else int(np.argmax(residual))
+    if failed >= 0 or not records.residual.max() <= CERTIFICATE:
+        step = failed if failed >= 0 else int(np.argmax(records.residual))
         worst = int(np.argmax(np.abs(normal(motion.r, model.dimension))))
         raise ContactError(
             f"contact not solved at t = {start_time + step * scheme.dt:.6g} s (step {step}, load "
@@ -404,7 +404,7 @@ def march(
         residual_damping=float(records.works[RESIDUAL]),
         normal_work=float(records.works[NORMAL]),
         iterations=records.iterations,
-        residual=residual,
+        residual=records.residual,
         dissipative=records.dissipative,
         r=records.r,
         v=records.v,
