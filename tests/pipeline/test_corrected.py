@@ -9,7 +9,7 @@ from microslip.analyses.harmonic.operator import linear_operator
 from microslip.analyses.harmonic.problem import harmonic_problem
 from microslip.analyses.reduced.sweep import CONVERGED
 from microslip.analyses.time.scheme import time_scheme
-from microslip.analyses.time.steady import steady_state
+from microslip.analyses.time.steady import steady_state, walk_of
 from microslip.errors import InputError
 from microslip.numerics.fourier import to_complex, to_real
 from microslip.pipeline import corrected as method
@@ -258,3 +258,19 @@ def test_it_needs_the_refined_model():
 def test_fewer_than_the_first_is_said():
     with pytest.raises(InputError, match=r"analysis\.response\.corrections"):
         corrected(90.0, corrections=3)
+
+
+def test_bodies_that_walk_are_said(done):
+    """What is said is the walk of a march of its own; joints whose bodies stay are not told of."""
+    assert not any("walk past" in str(one) for one in done.cautions)
+    moved = corrected(60.0, corrections=12)
+    (curve,) = moved.responses
+    said = [str(one) for one in moved.cautions if "walk past" in str(one)]
+    walks = []
+    for one in curve.anchors:
+        scheme = time_scheme(moved.prepared, 1 / (150 * one.frequency), frequency=one.frequency)
+        found = steady_state(scheme, one.frequency, curve.load, guess=one.amplitude, tolerance=1e-5)
+        walks.append(abs(walk_of(found, 2)))
+    count = sum(walk > 1e-4 for walk in walks)
+    assert count > 0
+    assert f"at {count} of {len(walks)} steady states, " in said[0]

@@ -262,11 +262,12 @@ def _load(joint: LapJoint, found: Estimate) -> Iterator[Row]:
         return
     yield "bending stress at rest, 6 M/h²", _judged(joint, found.stress)
     bound = found.resonant_stress
-    unbounded = "unbounded: the material does not damp"
-    yield (
-        "at resonance, without friction",
-        unbounded if math.isinf(bound) else f"at most {_judged(joint, bound)}",
-    )
+    said = f"at most {_judged(joint, bound)}"
+    if math.isinf(bound):
+        said = "unbounded: the material does not damp"
+    if math.isnan(bound):
+        said = "not known: both beams lie within the overlap"
+    yield "at resonance, without friction", said
     yield "deflection at the middle at rest", readable(found.deflection, "m", 3)
     if joint.friction:
         length = min(found.slip_length, joint.beams.overlap_half_length)

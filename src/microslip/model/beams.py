@@ -41,6 +41,10 @@ SHORTEST = 0.25
 """Shortest element of a piece that has several, over the thickness; contact that ends nearer to the edge of
 the overlap reaches it. Shorter ones say no more, and their rounding hides the softest modes."""
 
+ON_SPRINGS, NOTHING = 0.5, 1e-12
+"""Share of the energy in the springs of free ends beyond which a mode does not bend the beams; least square
+of a frequency, over the largest, that is none of rounding."""
+
 
 @dataclass(frozen=True, repr=False)
 class BeamEstimate(Brief):
@@ -54,7 +58,7 @@ class BeamEstimate(Brief):
         At the middle of the joint without friction, m per unit end moment (N m/m).
     modal_share : float
         Largest moment beside the overlap that the sliding mode carries of an end moment at rest, over
-        that moment: at resonance it is this over twice the damping ratio.
+        that moment: at resonance it is this over twice the damping ratio. nan where nothing is beside it.
     """
 
     sliding_frequency: float
@@ -69,7 +73,8 @@ class _Frame(Brief):
 
     Attributes
     ----------
-    stiffness, mass : (n, n) arrays
+    stiffness, mass, springs : (n, n) arrays
+        The springs, of free ends alone, are part of the first.
     moment, middle : (n,) arrays
         Load of the end moments, and displacement at the middle of the joint.
     held : (s, n) array
@@ -82,6 +87,7 @@ class _Frame(Brief):
 
     stiffness: Array
     mass: Array
+    springs: Array
     moment: Array
     middle: Array
     held: Array
@@ -132,28 +138,34 @@ def beam_estimate(
 
 
 def _mode(frame: _Frame, basis: Array) -> tuple[float, Array]:
-    """The mode with the largest static response to the end moments: frequency, Hz, and shape."""
-    values, shapes = la.eigh(basis.T @ frame.stiffness @ basis, basis.T @ frame.mass @ basis)
-    values = np.maximum(values, 1e-12 * values[-1])
-    response = np.abs(frame.moment @ basis @ shapes) / values
-    k = int(np.argmax(response))
+    """The mode with the largest static response to the end moments: frequency, Hz, and shape.
+
+    Not one that only moves the beams on weak springs (`ON_SPRINGS`).
+    """
+    stiffness, mass = (basis.T @ M @ basis for M in (frame.stiffness, frame.mass))
+    values, shapes = la.eigh(stiffness, mass)
+    drawn = np.einsum("ij,ij->j", shapes, basis.T @ frame.springs @ basis @ shapes)
+    bends = (values > NOTHING * values[-1]) & (drawn <= ON_SPRINGS * values)
+    response = np.where(bends, np.abs(frame.moment @ basis @ shapes), 0.0)
+    values = np.maximum(values, NOTHING * values[-1])
+    k = int(np.argmax(response / values))
     return float(np.sqrt(values[k]) / (2 * np.pi)), basis @ shapes[:, k]
 
 
 def _carried(frame: _Frame, shape: Array) -> float:
-    """Largest bending moment of a shape in the beams beside the overlap."""
+    """Largest bending moment of a shape in the beams beside the overlap; nan where nothing is."""
     turns = shape[2::3]
     moments = [EI * abs(turns[k + 1] - turns[k]) / length for k, length, EI in frame.beside]
-    return float(max(moments, default=0.0))
+    return float(max(moments, default=np.nan))
 
 
 def _frame(
     g: LapGeometry,
     materials: tuple[Material, Material],
     ends: tuple[str, str],
-    springs: tuple[float, float],
+    stiffnesses: tuple[float, float],
 ) -> _Frame:
-    """Both beams on their supports; `springs` are those of a pinned end, and of a free one."""
+    """Both beams on their supports; `stiffnesses` are of the springs of a pinned end, and of a free one."""
     least = SHORTEST * min(g.thicknesses)
     half, (left, right) = g.overlap_half_length, _contact(g, least)
     shared = [-half, left, right, half]
@@ -163,7 +175,7 @@ def _frame(
     )
     count = len(nodes[0])
     size = 3 * (count + len(nodes[1]))
-    stiffness, mass = np.zeros((size, size)), np.zeros((size, size))
+    stiffness, mass, springs = (np.zeros((size, size)) for _ in range(3))
     beside = []
     tol = 1e-9 * max(g.lengths)
     sizes = zip((0, count), nodes, g.thicknesses, materials, strict=True)
@@ -180,10 +192,13 @@ def _frame(
     far = (0, count + len(nodes[1]) - 1)
     for end, kind, thickness, sign in zip(far, ends, g.thicknesses, (-1.0, 1.0), strict=True):
         moment[3 * end + 2] = sign
-        spring = {PINNED: springs[0], FREE: springs[1], CLAMPED: 0.0}[kind]
-        stiffness[3 * end, 3 * end] += spring
-        stiffness[3 * end + 2, 3 * end + 2] += spring * thickness**2 / 12
-        stiffness[3 * end + 1, 3 * end + 1] += spring if kind == FREE else 0.0
+        spring = {PINNED: stiffnesses[0], FREE: stiffnesses[1], CLAMPED: 0.0}[kind]
+        across = spring if kind == FREE else 0.0
+        own = np.array([spring, across, spring * thickness**2 / 12])
+        place = 3 * end + np.arange(3)
+        stiffness[place, place] += own
+        if kind == FREE:
+            springs[place, place] += own
         for component in {PINNED: (1,), CLAMPED: (0, 1, 2), FREE: ()}[kind]:
             held.append(np.eye(1, size, 3 * end + component)[0])
     touching = np.flatnonzero((nodes[0] >= left - tol) & (nodes[0] <= right + tol))
@@ -191,7 +206,7 @@ def _frame(
     middle[3 * int(np.argmin(np.abs(nodes[0]))) + 1] = 1.0
     together = list(zip(map(int, touching), partners, strict=True))
     fixed = np.array(held).reshape(-1, size)
-    return _Frame(stiffness, mass, moment, middle, fixed, together, beside)
+    return _Frame(stiffness, mass, springs, moment, middle, fixed, together, beside)
 
 
 def _nodes(marks: list[float], least: float) -> Array:

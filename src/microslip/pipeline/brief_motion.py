@@ -16,7 +16,7 @@ from microslip.analyses.time.offset import BRANCH
 from microslip.analyses.time.readings import opening_of
 from microslip.analyses.time.scheme import TimeScheme, time_scheme
 from microslip.analyses.time.starts import Start, end_of
-from microslip.analyses.time.steady import SteadyState, raised_state, steady_state
+from microslip.analyses.time.steady import SteadyState, raised_state, steady_state, walk_of
 from microslip.analyses.time.watching import watched
 from microslip.errors import MicroslipError
 from microslip.numerics.fourier import harmonic, without_drift
@@ -70,6 +70,8 @@ class BriefMotion(NamedTuple):
     crept : float
         By how much the amplitude has changed as a motion that has settled was sought on, and did not come to
         rest, relative; nan of others.
+    walk : float
+        By how much the bodies move past each other in a cycle, over the largest range of a slip.
     """
 
     amplitude: complex
@@ -80,6 +82,7 @@ class BriefMotion(NamedTuple):
     end: Start | None = None
     settled: bool = False
     crept: float = np.nan
+    walk: float = 0.0
 
 
 def brief_motion(
@@ -112,10 +115,10 @@ def brief_motion(
     least = 0.0 if found.converged else SLOWEST
     slowest = float(np.abs(found.multipliers).max(initial=least))
     left = found.change * lasting(slowest, LASTS)
-    output = _outputs(found)
+    output, walk = _outputs(found), abs(walk_of(found, joint.model.dimension))
     if left <= SURE:
         end, done = found.end, found.converged
-        return BriefMotion(found.amplitude, found.change, left, False, output, end, done)
+        return BriefMotion(found.amplitude, found.change, left, False, output, end, done, walk=walk)
     Q, _ = watched(scheme, load, found.cycle.state, WATCHED, found.phase)
     size, mean = np.abs(Q), complex(np.mean(Q))
     first, second = np.split(size, 2)
@@ -123,7 +126,7 @@ def brief_motion(
     to_come = abs(second.mean() - first.mean()) * kept / (1 - kept)
     doubt = float(np.ptp(size) + to_come) / max(abs(mean), 1e-300)
     scaled = output * (mean / found.amplitude)
-    return BriefMotion(mean, found.change, doubt, output=scaled, end=found.end)
+    return BriefMotion(mean, found.change, doubt, output=scaled, end=found.end, walk=walk)
 
 
 def patient_motion(
@@ -166,7 +169,8 @@ def patient_motion(
     apart = abs(1 / ratio - 1) if known else 0.0
     to_come = LONGEST * abs(end.drift)
     start = end_of(end.state, 0.0, scheme, frequency)
-    return BriefMotion(end.amplitude, abs(end.drift), max(end.doubt, to_come, apart), end=start)
+    doubt = max(end.doubt, to_come, apart)
+    return BriefMotion(end.amplitude, abs(end.drift), doubt, end=start, walk=found.walk)
 
 
 def _sought_on(
@@ -188,7 +192,8 @@ def _sought_on(
     slowest = float(np.abs(end.multipliers).max(initial=0.0))
     crept = np.nan if end.converged else abs(ratio - 1)
     doubt = end.change * lasting(slowest, LASTS)
-    return BriefMotion(end.amplitude, end.change, doubt, False, _outputs(end), end.end, True, crept)
+    own = _outputs(end), end.end, True, crept, abs(walk_of(end, scheme.joint.model.dimension))
+    return BriefMotion(end.amplitude, end.change, doubt, False, *own)
 
 
 def _outputs(found: SteadyState) -> Complex:

@@ -77,6 +77,7 @@ class _Table:
     accuracy: float | Array = ACCURACY
     stepping: Stepping = field(default_factory=Stepping)
     crept: dict[int, float] = field(default_factory=dict)
+    walks: dict[int, float] = field(default_factory=dict)
 
     def refine(self, joint: PreparedJoint) -> None:
         """Seek settled states on with more steps that are not yet, and know what the steps do."""
@@ -166,11 +167,15 @@ class Corrected(NamedTuple):
         Frequencies at which the motion was not steady, Hz.
     opens : bool
         Whether at some of these no pair touched at some instant.
+    walks : (j,) array
+        By how much bodies walk past each other in a cycle of each steady state, over the largest range of a
+        slip.
     """
 
     response: Response
     unsteady: Array
     opens: bool
+    walks: Array
 
 
 def corrected_response(
@@ -231,7 +236,8 @@ def corrected_response(
         table.take_refined()
     unsteady = base.frequency[sorted(table.lost)]
     response = outputs.response(_response(table, base), table.states)
-    return Corrected(response, unsteady, table.opens)
+    walks = np.array([table.walks[k] for k in sorted(table.anchors)])
+    return Corrected(response, unsteady, table.opens, walks)
 
 
 def _learn(joint: PreparedJoint, table: _Table, picks: list[int], guess: Contours) -> None:
@@ -253,7 +259,7 @@ def _learn(joint: PreparedJoint, table: _Table, picks: list[int], guess: Contour
         f = float(table.surface.frequency[k])
         anchor = anchor_at(table.surface, f, table.load, *found[:3])
         table.anchors[k] = replace(anchor, scatter=np.nan)
-        table.crept[k] = found.crept
+        table.crept[k], table.walks[k] = found.crept, found.walk
         if found.end is not None:
             table.ends[k] = Stepped(f, found.amplitude, found.end, table.stepping.steps)
         if found.settled:

@@ -64,7 +64,7 @@ class Estimate(Brief):
         Bending stress of one beam under it at rest, Pa.
     resonant_stress : float
         The same at resonance without friction, with the damping of the material alone, Pa: friction
-        leaves less. Infinite where the material does not damp.
+        leaves less. Infinite where the material does not damp, nan where both beams lie within the overlap.
     deflection : float
         At the middle of the joint under it at rest, without friction, m.
     pressure : float

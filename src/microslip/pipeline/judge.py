@@ -46,9 +46,9 @@ class Judgement(Brief):
     Attributes
     ----------
     stress : float
-        Largest nominal bending stress of all motions, Pa; nan where there is none.
+        Largest nominal bending stress of all motions, Pa; nan where there is none, or none is known.
     where : str
-        Motion that has it.
+        Motion that has it; of the largest deflection where no stress is known.
     deflection : float
         Largest deflection, m.
     stress_per_amplitude : float
@@ -101,7 +101,7 @@ def _judge_beams(run: Run, joint: LapJoint) -> Judgement:
     motions = motions_of(run) if run.structure.meshes else []
     stresses = [stress_of(motion, sections, share, direct) for motion in motions]
     moved = [abs(motion.amplitude) * bent for motion in motions]
-    top = int(np.argmax(stresses)) if motions else -1
+    top = int(np.argmax(stresses if len(sections.position) else moved)) if motions else -1
     limit, _ = elastic_limit(joint)
     pressure = float(run.prestress.pressure.max())
     return Judgement(
@@ -119,6 +119,7 @@ def _judge_beams(run: Run, joint: LapJoint) -> Judgement:
             *input_cautions(joint, estimate(joint)),
             *overpressed(joint, "prestress", "largest contact pressure", pressure),
             *run.cautions,
+            *_unknown(motions, sections),
             *_worst(run, joint, motions, stresses, moved),
         ),
     )
@@ -137,7 +138,7 @@ def motions_of(run: Run) -> list[Motion]:
 def stress_of(
     motion: Motion, sections: Sections, share: float, direct: Array | float = 1.0
 ) -> float:
-    """Largest nominal bending stress in a motion, Pa.
+    """Largest nominal bending stress in a motion, Pa; nan without any section beside the overlap.
 
     Parameters
     ----------
@@ -151,7 +152,9 @@ def stress_of(
     """
     q, h = motion.amplitude, sections.thickness
     moment = q * sections.moment + motion.load * (direct - sections.moment * share)
-    return float((np.abs(q * sections.force) / h + 6 * np.abs(moment) / h**2).max(initial=0.0))
+    if not len(h):
+        return np.nan
+    return float((np.abs(q * sections.force) / h + 6 * np.abs(moment) / h**2).max())
 
 
 def _moment_at_rest(run: Run, joint: LapJoint) -> Array | float:
@@ -162,6 +165,20 @@ def _moment_at_rest(run: Run, joint: LapJoint) -> Array | float:
     return sections_outside(run.structure, materials(joint), shape).moment
 
 
+def _unknown(motions: list[Motion], sections: Sections) -> list[Caution]:
+    """That nothing is judged by its stress, where the overlap takes up both beams."""
+    if not motions or len(sections.position):
+        return []
+    return [
+        Caution(
+            motions[0].analysis,
+            "",
+            "the bending stress is not known: both beams lie within the overlap, where they share the moment",
+            "make the beams longer than the overlap; the elastic limit is not looked at",
+        )
+    ]
+
+
 def _worst(
     run: Run, joint: LapJoint, motions: list[Motion], stresses: list[float], moved: list[float]
 ) -> list[Caution]:
@@ -169,7 +186,7 @@ def _worst(
     found: list[Caution] = []
     for analysis in dict.fromkeys(motion.analysis for motion in motions):
         mine = [k for k, motion in enumerate(motions) if motion.analysis == analysis]
-        top = max(mine, key=lambda k: stresses[k])
+        top = max(mine, key=lambda k: (np.nan_to_num(stresses[k]), moved[k]))
         where = motions[top].where
         found += overstressed(joint, analysis, where, stresses[top])
         found += overbent(joint, analysis, where, moved[top])
@@ -179,7 +196,7 @@ def _worst(
 
 def _unresolved(run: Run, joint: LapJoint, motion: Motion, stress: float) -> list[Caution]:
     """That so little slips that the contact pairs do not show it."""
-    if joint.friction == 0 or stress == 0 or motion.analysis == "cycle":
+    if joint.friction == 0 or not stress > 0 or motion.analysis == "cycle":
         return []
     moment = stress * min(joint.beams.thicknesses) ** 2 / 6
     spacing = float(np.diff(run.model.position).max())

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from microslip.analyses.harmonic.points import WALKS
 from microslip.analyses.reduced.response import Response, forced_response, swept_both_ways
 from microslip.analyses.reduced.sweep import OUTSIDE
 from microslip.analyses.reduced.trust import error_indicator
@@ -22,7 +23,7 @@ from microslip.errors import Caution, Failure, MicroslipError
 from microslip.pipeline.auto import Anchored, anchored_response, other_pasts, unsure, varying
 from microslip.pipeline.band import MOVES_IN_TIME, Axis, Curve, axis_of
 from microslip.pipeline.checked import checks, not_as_in_time
-from microslip.pipeline.corrected import corrected_response
+from microslip.pipeline.corrected import Corrected, corrected_response
 from microslip.pipeline.loads import (
     Load,
     frictionless_response,
@@ -136,11 +137,12 @@ def _over(
             base = case.respond(axis.frequency)
             rest, opens = share, True
             if settings.method == "corrected" and _corrigible(case):
-                curve, unsteady, opens = corrected_response(
+                corrected = corrected_response(
                     assembly, settings, case, base, stop, progress.advance
                 )
-                rest = max(share - len(curve.anchors) - len(unsteady), 0)
-                cautions += _unknown(settings, case, curve, unsteady)
+                curve, opens = corrected.response, corrected.opens
+                rest = max(share - len(curve.anchors) - len(corrected.unsteady), 0)
+                cautions += _of_corrected(settings, case, corrected)
             elif settings.method == "auto" and _corrigible(case):
                 auto, rest = _put_right(
                     assembly, settings, case, base, stop, share, progress, known.get(number)
@@ -276,24 +278,30 @@ def _cut_off(case: Curve, curve: Response, axis: Axis, low: bool) -> Caution:
     )
 
 
-def _unknown(
-    settings: ResponseAnalysis, case: Curve, curve: Response, unsteady: Array
-) -> list[Caution]:
-    """Where the bound of a corrected response is above what is asked for."""
+def _of_corrected(settings: ResponseAnalysis, case: Curve, found: Corrected) -> list[Caution]:
+    """Where the bound of a corrected response is above what is asked for, and where its bodies walk."""
+    curve, unsteady, walks = found.response, found.unsteady, found.walks
+    place, said = f"corrected, {case.load}", list[Caution]()
     doubtful = unsure(curve, settings.error)
-    if not len(doubtful):
-        return []
-    reason = (
-        f"the error is not below {settings.error:g} at {len(doubtful)} of {len(curve.frequency)} "
-        f"frequencies, {doubtful.min():.6g} to {doubtful.max():.6g} Hz, after "
-        f"{len(curve.anchors) + len(unsteady)} steady states"
-    )
-    if len(unsteady):
-        reason += (
-            f"; the motion is not steady at {len(unsteady)} of these, first {unsteady[0]:.6g} Hz"
+    if len(doubtful):
+        reason = (
+            f"the error is not below {settings.error:g} at {len(doubtful)} of {len(curve.frequency)} "
+            f"frequencies, {doubtful.min():.6g} to {doubtful.max():.6g} Hz, after "
+            f"{len(curve.anchors) + len(unsteady)} steady states"
         )
-    advice = 'raise analysis.response.corrections, or take method = "auto" there'
-    return [Caution("response", f"corrected, {case.load}", reason, advice)]
+        if len(unsteady):
+            reason += f"; the motion is not steady at {len(unsteady)} of these, first {unsteady[0]:.6g} Hz"
+        advice = 'raise analysis.response.corrections, or take method = "auto" there'
+        said.append(Caution("response", place, reason, advice))
+    if walks.max(initial=0.0) > WALKS:
+        reason = (
+            f"the bodies walk past each other at {int((walks > WALKS).sum())} of {len(walks)} steady "
+            f"states, by up to {walks.max():.2g} of the slip in each cycle: the response is that of bodies "
+            "where they were clamped, and may be another where they come to rest"
+        )
+        advice = 'method = "auto" and [analysis.time] bring them there'
+        said.append(Caution("response", place, reason, advice))
+    return said
 
 
 def models_of(assembly: Assembly, done: Mapping[str, Outcome[Any]]) -> dict[str, Model]:

@@ -37,9 +37,10 @@ def run_time_domain(
         requests = requests_from_rest(assembly)
     else:
         responses: Responses | None = value_of(done, "response")
-        if responses is None or not responses.curves:
+        curves = () if responses is None else responses.curves
+        if not curves and "reduced" in settings.starts:
             return Outcome((), (Failure("time", "", "no forced response to start from"),))
-        requests = requests_of(assembly, responses.curves)
+        requests = requests_of(assembly, curves) if curves else requests_from_rest(assembly)
     found: list[TimePoint] = []
     failures: list[Failure] = []
     progress.start("time domain", len(requests))
@@ -152,7 +153,7 @@ def requests_of(assembly: Assembly, curves: Sequence[Response]) -> list[Request]
 
 
 def requests_from_rest(assembly: Assembly) -> list[Request]:
-    """What to find where no reduced model was asked for: the same, with loads raised from rest."""
+    """What to find where there is no reduced model: the same, with loads raised from rest."""
     band, rough = _settings(assembly).band(), assembly.measures.friction > 0
     return [
         _request(assembly, load.rho, load.amplitude, f, 0j, rough)

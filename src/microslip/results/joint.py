@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from microslip.analyses.prepared.prestress import slides_from
 from microslip.contact.fields import contact_extent
 from microslip.contact.pairs import at_rest, normal, slip_history
 from microslip.model.joint import JointModel
@@ -51,12 +52,16 @@ def model_summary(run: Run) -> dict[str, Any]:
 
 
 def opening_entry(run: Run) -> dict[str, Any]:
-    """What opens the joint, on the driven port; None where nothing does."""
-    opening = run.assembly.opening_moment
-    return {
+    """What opens the joint, on the driven port, None where nothing does; and what slides its bodies away."""
+    opening, prepared = run.assembly.opening_moment, run.prepared
+    slides = slides_from(prepared.model, prepared.prestress, prepared.drive, prepared.law.friction)
+    opened = {
         f"opening_{key}": value if np.isfinite(opening) else None
         for key, value in load_entry(run, opening).items()
     }
+    if not np.isfinite(slides):
+        return opened
+    return opened | {f"slides_from_{key}": value for key, value in load_entry(run, slides).items()}
 
 
 def prestress_summary(run: Run) -> dict[str, Any]:

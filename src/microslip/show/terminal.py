@@ -6,6 +6,7 @@ from typing import Any
 
 from rich.console import Console
 from rich.markup import escape
+from rich.segment import Segments
 
 from microslip.describe.units import readable
 from microslip.pipeline.run import Run
@@ -13,6 +14,9 @@ from microslip.registry import column
 from microslip.results.labels import load_column
 from microslip.results.summary import summary
 from microslip.show.tables import Summary, number
+
+WIDEST = 1000
+"""Characters that a table may be wide."""
 
 
 def print_summary(run: Run, console: Console) -> None:
@@ -41,11 +45,14 @@ def print_found(found: Summary, console: Console) -> None:
 
 
 def _print(item: object, console: Console) -> None:
-    """A line as it is, however long; anything else as `rich` lays it out."""
+    """A line as it is, however long; a table as wide as its numbers need, which none may cut."""
     if isinstance(item, str):
         console.print(item, highlight=False, soft_wrap=True)
     else:
-        console.print(item)
+        free = console.options.update(max_width=WIDEST)
+        needed = console.measure(item, options=free).maximum  # type: ignore[arg-type]
+        options = console.options.update(width=max(needed, console.width))
+        console.print(Segments(console.render(item, options)), crop=False)  # type: ignore[arg-type]
 
 
 def _print_joint(found: Summary, console: Console) -> None:
@@ -66,6 +73,11 @@ def _print_joint(found: Summary, console: Console) -> None:
         f"  {_opening(model)}",
         highlight=False,
     )
+    if (slides := _limit(model, "slides_from_")) is not None:
+        console.print(
+            f"  friction alone holds its bodies, up to about {slides}",
+            highlight=False,
+        )
 
 
 def _extent(start: dict[str, Any]) -> str:
@@ -85,21 +97,29 @@ def _over_mean(start: dict[str, Any]) -> float | None:
 
 def _opening(model: dict[str, Any]) -> str:
     """What opens the joint."""
-    own = {k.removeprefix("opening_"): v for k, v in model.items() if k.startswith("opening_")}
+    if (opens := _limit(model, "opening_")) is None:
+        return "no amplitude of the load opens the joint"
+    return f"the joint opens at {opens}"
+
+
+def _limit(model: dict[str, Any], prefix: str) -> str | None:
+    """An amplitude of the load in words; None where there is none."""
+    own = {k.removeprefix(prefix): v for k, v in model.items() if k.startswith(prefix)}
+    if not own:
+        return None
     heading, key = load_column([own])
     symbol, _, unit = heading.partition(", ")
-    if own[key] is None:
-        return "no amplitude of the load opens the joint"
-    return f"the joint opens at {symbol} = {number(own[key], '.3g')} {unit}".rstrip()
+    return None if own[key] is None else f"{symbol} = {number(own[key], '.3g')} {unit}".rstrip()
 
 
 def _print_stress(found: Summary, console: Console) -> None:
     """The largest of all motions; nothing where nothing moved, or an older version did not judge."""
     stress = found.get("stress")
-    if not stress or stress["largest_bending_stress_pa"] is None:
+    if not stress or stress["largest_deflection_m"] is None:
         return
+    bends = stress["largest_bending_stress_pa"]
     console.print(
-        f"  bending stress     {readable(stress['largest_bending_stress_pa'], 'Pa', 3)}, "
+        f"  bending stress     {'not known' if bends is None else readable(bends, 'Pa', 3)}, "
         f"deflection {readable(stress['largest_deflection_m'], 'm', 3)} "
         f"({escape(stress['where'])})",
         highlight=False,

@@ -298,12 +298,12 @@ def slides_from(model: JointModel, start: Prestress, port: str, friction: Array 
     friction : (m,) array or float
         Coefficient of every pair.
     """
-    loose, d = model.loose_motions, model.dimension
-    if not loose or leans(model, model.amplitudes(start.preload)):
+    d, (v, works) = model.dimension, _held_by_friction(model, start, friction)
+    if not v.shape[1] or leans(model, model.amplitudes(start.preload)):
         return float("inf")
-    _, sliding = opening_motions(model.mode_v[:, :loose], d)
-    motions, ports = model.mode_v[:, :loose] @ sliding, model.port_modes[:loose].T @ sliding
-    load, moves = ports[model.port(port)], model.port_modes[:loose, model.port(port)]
+    _, sliding = opening_motions(v, d)
+    motions, ports = v @ sliding, works @ sliding
+    load, moves = ports[model.port(port)], works[model.port(port)]
     size = max(np.abs(ports).max(initial=0.0), np.abs(moves).max())
     if not np.abs(load).max(initial=0.0) > ACROSS * size:
         return float("inf")
@@ -320,6 +320,35 @@ def slides_from(model: JointModel, start: Prestress, port: str, friction: Array 
     except ContactError:
         return 0.0
     return found if found * size < start.force * np.abs(ports).max() / ACROSS**2 else float("inf")
+
+
+SOFT = 1e-3
+"""Of what friction holds, the most that supports do of a motion as long as the contact: they hold nothing."""
+
+
+def _held_by_friction(
+    model: JointModel, start: Prestress, friction: Array | float
+) -> tuple[Array, Array]:
+    """Relative displacements (d m, e) of motions that friction alone holds, and work (p, e) of the ports.
+
+    Those that nothing holds; without any, rigid motions that slide the bodies past each other against springs
+    so soft that, over the length of the contact, they carry next to nothing of what friction does.
+    """
+    loose, d = model.loose_motions, model.dimension
+    if loose or model.bodies is None or model.supports is None or not model.bodies.v.shape[1]:
+        return model.mode_v[:, :loose], model.port_modes[:loose].T
+    _, sliding = opening_motions(model.bodies.v, d)
+    coordinates = model.bodies.modes @ sliding
+    stiffness = coordinates.T @ model.supports @ coordinates
+    _, apart = np.linalg.eigh(stiffness)
+    sliding = sliding @ apart
+    v, springs = model.bodies.v @ sliding, np.einsum("ij,ik,kj->j", apart, stiffness, apart)
+    slip = np.linalg.norm(by_pair(v.T, d)[..., 1:], axis=-1)
+    pressed = np.maximum(normal(start.solution.r, d), 0.0)
+    holds = slip @ (np.broadcast_to(friction, model.pairs) * pressed)
+    far = np.ptp(model.position, axis=0).max() / np.maximum(slip.max(axis=1), 1e-300)
+    soft = springs * far <= SOFT * holds
+    return v[:, soft], (model.bodies.ports @ sliding)[:, soft]
 
 
 def _largest_balanced(

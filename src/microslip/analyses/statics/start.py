@@ -105,7 +105,7 @@ def held_path(
         solver.status[:], vt_old[:] = status, sticks_at
         solver.refresh()
         record = follow(rescues=True)
-    if carried_by_springs(joint, record) > CARRIED:
+    if carried_by_springs(joint, record) > CARRIED or slid_off(joint, record):
         limit, largest = _limit_and_load(joint, path, port)
         raise _slides_away(port, largest, limit)
     return record
@@ -136,6 +136,13 @@ def _slides_away(port: str | None, largest: float, limit: float) -> ContactError
         f"there is no solution: {what} bodies away that friction alone holds{about}; take a smaller "
         "load, or a support"
     )
+
+
+def slid_off(joint: PreparedJoint, record: PathRecord) -> bool:
+    """Whether bodies have slid past each other by more than the length of their contact."""
+    v = record.v.reshape(len(record.v), joint.model.pairs, -1)[..., 1:]
+    reach = float(np.ptp(v, axis=0).max(initial=0.0))
+    return reach > np.ptp(joint.model.position, axis=0).max()
 
 
 def carried_by_springs(joint: PreparedJoint, record: PathRecord) -> float:
