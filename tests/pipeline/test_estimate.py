@@ -256,7 +256,7 @@ def test_beams_that_overlap_all_over_have_nothing_beside_the_overlap():
     document["beams"]["overlap_half_length"] = "125.75 mm"
     document["analysis"]["response"] = {"variants": ["consistent"], "from": 100, "to": 3000}
     found = judge(run_joint(parse_joint(document)))
-    assert found.stress == 0.0
+    assert np.isnan(found.stress)
     assert found.deflection > 0
 
 

@@ -322,6 +322,11 @@ def slides_from(model: JointModel, start: Prestress, port: str, friction: Array 
     return found if found * size < start.force * np.abs(ports).max() / ACROSS**2 else float("inf")
 
 
+def contact_length(model: JointModel) -> float:
+    """How far the outermost pairs are apart, m."""
+    return float(np.ptp(model.position, axis=0).max(initial=0.0))
+
+
 SOFT = 1e-3
 """Of what friction holds, the most that supports do of a motion as long as the contact: they hold nothing."""
 
@@ -334,8 +339,8 @@ def _held_by_friction(
     Those that nothing holds; without any, rigid motions that slide the bodies past each other against springs
     so soft that, over the length of the contact, they carry next to nothing of what friction does.
     """
-    loose, d = model.loose_motions, model.dimension
-    if loose or model.bodies is None or model.supports is None or not model.bodies.v.shape[1]:
+    loose, d, length = model.loose_motions, model.dimension, contact_length(model)
+    if loose or model.bodies is None or model.supports is None or not length > 0:
         return model.mode_v[:, :loose], model.port_modes[:loose].T
     _, sliding = opening_motions(model.bodies.v, d)
     coordinates = model.bodies.modes @ sliding
@@ -346,7 +351,7 @@ def _held_by_friction(
     slip = np.linalg.norm(by_pair(v.T, d)[..., 1:], axis=-1)
     pressed = np.maximum(normal(start.solution.r, d), 0.0)
     holds = slip @ (np.broadcast_to(friction, model.pairs) * pressed)
-    far = np.ptp(model.position, axis=0).max() / np.maximum(slip.max(axis=1), 1e-300)
+    far = length / np.maximum(slip.max(axis=1, initial=0.0), 1e-300)
     soft = springs * far <= SOFT * holds
     return v[:, soft], (model.bodies.ports @ sliding)[:, soft]
 

@@ -7,7 +7,12 @@ from collections.abc import Callable
 import numpy as np
 
 from microslip.analyses.prepared.joint import PreparedJoint
-from microslip.analyses.prepared.prestress import opening_load, slides_from, sliding_load
+from microslip.analyses.prepared.prestress import (
+    contact_length,
+    opening_load,
+    slides_from,
+    sliding_load,
+)
 from microslip.contact.pairs import by_pair, normal
 from microslip.contact.path import PathRecord, follow_path
 from microslip.contact.solver import ContactSolver
@@ -105,9 +110,11 @@ def held_path(
         solver.status[:], vt_old[:] = status, sticks_at
         solver.refresh()
         record = follow(rescues=True)
-    if carried_by_springs(joint, record) > CARRIED or slid_off(joint, record):
+    carried, off = carried_by_springs(joint, record) > CARRIED, slid_off(joint, record)
+    if carried or off:
         limit, largest = _limit_and_load(joint, path, port)
-        raise _slides_away(port, largest, limit)
+        if carried or largest > limit:
+            raise _slides_away(port, largest, limit)
     return record
 
 
@@ -142,7 +149,7 @@ def slid_off(joint: PreparedJoint, record: PathRecord) -> bool:
     """Whether bodies have slid past each other by more than the length of their contact."""
     v = record.v.reshape(len(record.v), joint.model.pairs, -1)[..., 1:]
     reach = float(np.ptp(v, axis=0).max(initial=0.0))
-    return reach > np.ptp(joint.model.position, axis=0).max()
+    return reach > contact_length(joint.model)
 
 
 def carried_by_springs(joint: PreparedJoint, record: PathRecord) -> float:
