@@ -59,7 +59,7 @@ def opening_entry(run: Run) -> dict[str, Any]:
         f"opening_{key}": value if np.isfinite(opening) else None
         for key, value in load_entry(run, opening).items()
     }
-    if not np.isfinite(slides):
+    if not 0 < slides < np.inf:  # zero where limit analysis does not say
         return opened
     return opened | {f"slides_from_{key}": value for key, value in load_entry(run, slides).items()}
 
