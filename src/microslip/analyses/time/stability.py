@@ -36,9 +36,6 @@ from microslip.typing import Array, Complex, Mask
 SHARE = 1 / 3
 """Residual of the largest multiplier over its distance from 1, or from the unit circle, at most."""
 
-SOFT = 0.1
-"""Frequency of a mode over that of the load below which its position and its rate are both directions."""
-
 DEPENDENT = 1e-8
 """A direction that is this small beside its part in the others adds nothing."""
 
@@ -69,8 +66,7 @@ def stability_of(
     """
     require_converged(steady)
     span = _Span(scheme, steady, memory)
-    known = steady.directions if len(steady.directions) else span.directions_of_modes()
-    span.widen(np.concatenate([known, span.soft_motions()]))
+    span.widen(steady.directions if len(steady.directions) else span.directions_of_modes())
     while True:
         found, shares = span.ritz()
         unknown = _undecided(found)
@@ -180,19 +176,6 @@ class _Span:
         derivative = Derivative(self.space)
         derivative.renew(self._marched(self.space.deviations(())), ())
         return derivative.leading(LEADING)
-
-    def soft_motions(self) -> Array:
-        """Positions and rates of modes far softer than the load, but for bodies that slide past each other.
-
-        A rate of such a mode is many of its positions a cycle later, in a measure that takes it for as stiff
-        as the load. So J is far from normal there: a direction of little rate grows by a part of that, with
-        a small residual, though no multiplier is near. Both together are what J makes of them.
-        """
-        omega = self.passage.scheme.joint.model.omega
-        soft = (omega < SOFT * self.norm.weight.min()) & (self.space.weight > 0)
-        rows = self.space.deviations(())
-        own = (rows.eta[:, soft] != 0).any(axis=1) | (rows.rate[:, soft] != 0).any(axis=1)
-        return self.space.vector(rows)[own]
 
     def widen(self, rows: Array) -> None:
         """Take more directions, and march them."""
