@@ -25,16 +25,20 @@ from dataclasses import replace
 
 import numpy as np
 
-from microslip.analyses.time.deviations import Derivative, StateSpace
+from microslip.analyses.time.coupled import accelerations
+from microslip.analyses.time.deviations import STILL, Derivative, StateSpace
 from microslip.analyses.time.floquet import CLOSE, DeviationNorm, Multipliers, require_converged
 from microslip.analyses.time.half_period import Passage, half_period_of
-from microslip.analyses.time.scheme import ContactMemory, TimeScheme, contact_memory
+from microslip.analyses.time.scheme import ContactMemory, TimeScheme, contact_memory, no_tangents
 from microslip.analyses.time.steady import CONFIRMED, LEADING, SteadyState, steady_state
 from microslip.contact.tangent import Tangents
 from microslip.typing import Array, Complex, Mask
 
 SHARE = 1 / 3
 """Residual of the largest multiplier over its distance from 1, or from the unit circle, at most."""
+
+SOFT = 0.1
+"""Frequency of a mode over that of the load below which it may be part of a motion of the whole joint."""
 
 DEPENDENT = 1e-8
 """A direction that is this small beside its part in the others adds nothing."""
@@ -66,7 +70,8 @@ def stability_of(
     """
     require_converged(steady)
     span = _Span(scheme, steady, memory)
-    span.widen(steady.directions if len(steady.directions) else span.directions_of_modes())
+    known = steady.directions if len(steady.directions) else span.directions_of_modes()
+    span.widen(np.concatenate([known, span.motions_of_the_whole()]))
     while True:
         found, shares = span.ritz()
         unknown = _undecided(found)
@@ -176,6 +181,34 @@ class _Span:
         derivative = Derivative(self.space)
         derivative.renew(self._marched(self.space.deviations(())), ())
         return derivative.leading(LEADING)
+
+    def motions_of_the_whole(self) -> Array:
+        """Positions and rates of motions that move no pair, far softer than the load.
+
+        None where bodies only slide sideways together: that is no vibration.
+        A rate of such a motion is many of its positions a cycle later, in a measure that takes it for as
+        stiff as the load: J is far from normal there, and a direction of little rate grows by a part of that,
+        with a small residual, though no multiplier is near. Both together are what J makes of them.
+        """
+        scheme = self.passage.scheme
+        model, kernel = scheme.joint.model, scheme.kernel
+        soft = np.flatnonzero(model.omega < SOFT * self.norm.weight.min())
+        _, size, shares = np.linalg.svd(model.mode_v[:, soft])
+        moved = np.zeros(len(shares))
+        moved[: len(size)] = size
+        still = moved <= STILL * np.linalg.norm(model.mode_v, axis=0).max(initial=0.0)
+        z = np.zeros((int(still.sum()), len(model.omega)))
+        z[:, soft] = shares[still]
+        if not np.abs(z[:, self.space.weight > 0]).max(initial=0.0) > STILL:
+            z = z[:0]
+        found, k, none = no_tangents(scheme, 2 * len(z)), len(z), np.zeros_like(z)
+        found.rate[:k], found.acceleration[:k] = z, accelerations(kernel, none, z)
+        z = z / self.space.steep
+        found.eta[k:] = z
+        found.acceleration[k:] = accelerations(kernel, -(model.omega**2) * z, none)
+        found.residual_v[k:] = -z @ model.mode_v.T
+        found.residual_before[k:] = found.residual_v[k:]
+        return self.space.vector(found)
 
     def widen(self, rows: Array) -> None:
         """Take more directions, and march them."""
