@@ -50,6 +50,9 @@ from microslip.typing import Array, Indices, Mask, Status
 SETTLED = 1e-12
 """Residual above which a solution is solved once more, from where it ended."""
 
+CARRIED = 1e-3
+"""Of what friction holds, the force of springs that only keep bodies in place (`microslip.model.loose`)."""
+
 TRACTION = 1e-9
 """Of the largest reaction: tangential ones below are none."""
 
@@ -327,10 +330,6 @@ def contact_length(model: JointModel) -> float:
     return float(np.ptp(model.position, axis=0).max(initial=0.0))
 
 
-SOFT = 1e-3
-"""Of what friction holds, the most that supports do of a motion as long as the contact: they hold nothing."""
-
-
 def _held_by_friction(
     model: JointModel, start: Prestress, friction: Array | float
 ) -> tuple[Array, Array]:
@@ -345,14 +344,14 @@ def _held_by_friction(
     _, sliding = opening_motions(model.bodies.v, d)
     coordinates = model.bodies.modes @ sliding
     stiffness = coordinates.T @ model.supports @ coordinates
-    _, apart = np.linalg.eigh(stiffness)
+    springs, apart = np.linalg.eigh(stiffness)
     sliding = sliding @ apart
-    v, springs = model.bodies.v @ sliding, np.einsum("ij,ik,kj->j", apart, stiffness, apart)
+    v = model.bodies.v @ sliding
     slip = np.linalg.norm(by_pair(v.T, d)[..., 1:], axis=-1)
     pressed = np.maximum(normal(start.solution.r, d), 0.0)
     holds = slip @ (np.broadcast_to(friction, model.pairs) * pressed)
     far = length / np.maximum(slip.max(axis=1, initial=0.0), 1e-300)
-    soft = springs * far <= SOFT * holds
+    soft = springs * far <= CARRIED * holds
     return v[:, soft], (model.bodies.ports @ sliding)[:, soft]
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.prepared.prestress import (
+    CARRIED,
     contact_length,
     opening_load,
     slides_from,
@@ -51,9 +52,6 @@ def check_held(joint: PreparedJoint, port: str, largest: float) -> None:
             f"alone holds, and it holds no more than {limit:.4g}; take a smaller load, or a support"
         )
 
-
-CARRIED = 1e-3
-"""Of what friction holds, the force of springs that only keep bodies in place (`microslip.model.loose`)."""
 
 ROUNDING = 1e-6
 """Of the most that pairs can do on any motion that nothing else holds: what is less is none."""

@@ -121,23 +121,26 @@ class StateSpace:
         size = float(np.linalg.norm(self.vibration(after - self.rest)))
         return float(np.linalg.norm(self.vibration(after - before))) / max(size, 1e-300)
 
+    def of_modes(self, rates: Array, positions: Array) -> Tangents:
+        """Deviations of the modes alone, rows: those of the rates, and below them those of the positions."""
+        model, kernel = self.scheme.joint.model, self.scheme.kernel
+        found, moving = no_tangents(self.scheme, len(rates) + len(positions)), len(rates)
+        found.rate[:moving] = rates
+        found.acceleration[:moving] = accelerations(kernel, np.zeros_like(rates), rates)
+        found.eta[moving:] = positions
+        resisted, none = -(model.omega**2) * positions, np.zeros_like(positions)
+        found.acceleration[moving:] = accelerations(kernel, resisted, none)
+        found.residual_v[moving:] = -positions @ model.mode_v.T
+        found.residual_before[moving:] = found.residual_v[moving:]
+        return found
+
     def deviations(self, others: Sequence[Array]) -> Tangents:
         """Rates and positions of unit measure of the softest modes, one a row, and `others` below them."""
-        model, kernel = self.scheme.joint.model, self.scheme.kernel
-        found = no_tangents(self.scheme, self.directions + len(others))
-        moving, count = len(self.rates), self.directions
-        found.rate[:moving] = self.rates
-        none = np.zeros_like(self.rates)
-        found.acceleration[:moving] = accelerations(kernel, none, self.rates)
-        found.eta[moving:count] = self.positions
-        resisted, none = -(model.omega**2) * self.positions, np.zeros_like(self.positions)
-        found.acceleration[moving:count] = accelerations(kernel, resisted, none)
-        found.residual_v[moving:count] = -self.positions @ model.mode_v.T
-        found.residual_before[moving:count] = found.residual_v[moving:count]
-        for row, z in enumerate(others, start=self.directions):
-            for part, values in zip(found, np.split(z, self.cuts), strict=True):
-                part[row] = values
-        return found
+        own = self.of_modes(self.rates, self.positions)
+        if not len(others):
+            return own
+        more = np.split(np.array(others), self.cuts, axis=-1)
+        return Tangents(*(np.concatenate(rows) for rows in zip(own, more, strict=True)))
 
     def shares(self) -> Array:
         """The shares in u that `deviations` have, rows for rows."""

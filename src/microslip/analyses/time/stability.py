@@ -25,11 +25,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from microslip.analyses.time.coupled import accelerations
 from microslip.analyses.time.deviations import STILL, Derivative, StateSpace
 from microslip.analyses.time.floquet import CLOSE, DeviationNorm, Multipliers, require_converged
 from microslip.analyses.time.half_period import Passage, half_period_of
-from microslip.analyses.time.scheme import ContactMemory, TimeScheme, contact_memory, no_tangents
+from microslip.analyses.time.scheme import ContactMemory, TimeScheme, contact_memory
 from microslip.analyses.time.steady import CONFIRMED, LEADING, SteadyState, steady_state
 from microslip.contact.tangent import Tangents
 from microslip.typing import Array, Complex, Mask
@@ -190,8 +189,7 @@ class _Span:
         stiff as the load: J is far from normal there, and a direction of little rate grows by a part of that,
         with a small residual, though no multiplier is near. Both together are what J makes of them.
         """
-        scheme = self.passage.scheme
-        model, kernel = scheme.joint.model, scheme.kernel
+        model = self.passage.scheme.joint.model
         soft = np.flatnonzero(model.omega < SOFT * self.norm.weight.min())
         _, size, shares = np.linalg.svd(model.mode_v[:, soft])
         moved = np.zeros(len(shares))
@@ -201,14 +199,7 @@ class _Span:
         z[:, soft] = shares[still]
         if not np.abs(z[:, self.space.weight > 0]).max(initial=0.0) > STILL:
             z = z[:0]
-        found, k, none = no_tangents(scheme, 2 * len(z)), len(z), np.zeros_like(z)
-        found.rate[:k], found.acceleration[:k] = z, accelerations(kernel, none, z)
-        z = z / self.space.steep
-        found.eta[k:] = z
-        found.acceleration[k:] = accelerations(kernel, -(model.omega**2) * z, none)
-        found.residual_v[k:] = -z @ model.mode_v.T
-        found.residual_before[k:] = found.residual_v[k:]
-        return self.space.vector(found)
+        return self.space.vector(self.space.of_modes(z, z / self.space.steep))
 
     def widen(self, rows: Array) -> None:
         """Take more directions, and march them."""
