@@ -35,8 +35,8 @@ class Band(Section):
     """Frequencies, Hz: either a list, or all of from, to and count."""
 
     frequencies: Frequencies | None = None
-    """List of frequencies, two or more for harmonic balance; or from, to and count. Where there is an
-    answer: near the resonance for the effect of friction."""
+    """List of frequencies; or from, to and count. Where there is an answer: near the resonance for
+    the effect of friction."""
     from_: Frequency | None = Field(default=None, gt=0, alias="from")
     """First frequency, with to and count instead of a list. As frequencies."""
     to: Frequency | None = Field(default=None, gt=0)

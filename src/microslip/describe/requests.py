@@ -284,7 +284,8 @@ class TimeAnalysis(AscendingBand):
 
 
 class HarmonicAnalysis(AscendingBand):
-    """Periodic responses by harmonic balance, on every branch that the ends of the band lie on."""
+    """Periodic responses by harmonic balance, at two frequencies or more, on every branch that the ends of
+    the band lie on."""
 
     section: ClassVar[str] = "analysis.harmonic"
 
