@@ -3,10 +3,10 @@
 python benchmarks/population/step_refinement.py [--seeds 80 83] [--count 17] [--pairs 101] [--out FILE]
 
 Every joint under its own load at the three frequencies of `time_points.py`. Each settled point is found
-as `[analysis.time]` finds it, with 150 steps per cycle and sought on with 600, and with 2,400 where that
-changes it; the limit is the same motion with 9,600 steps, from there. Then, from the end of that, so that all
-have the same tractions locked in, with 75, 150 and 300 steps, alone and sought on in the same way. Lines in
-FILE are not computed again.
+as `[analysis.time]` finds it, with 150 steps per cycle and sought on with 1,200, and with 2,400 and 4,800
+where that changes it; the limit is the same motion with 9,600 steps, from there. Then, from the end of that,
+so that all have the same tractions locked in, with 75, 150 and 300 steps, alone and sought on in the same
+way. Lines in FILE are not computed again.
 """
 
 from __future__ import annotations

@@ -10,7 +10,6 @@ from walking_joints import WEAKLY_DAMPED
 import microslip
 from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.steady import steady_state
-from microslip.analyses.time.step_refinement import REFINEMENT
 from microslip.pipeline import more_steps
 from microslip.pipeline.stepping import (
     ACCURACY,
@@ -20,7 +19,7 @@ from microslip.pipeline.stepping import (
     Stepping,
     refined,
 )
-from microslip.pipeline.targets import STEPS
+from microslip.pipeline.targets import REFINEMENT, STEPS
 from microslip.results.dataset import dataset
 from microslip.results.summary import summary
 
@@ -223,7 +222,7 @@ def test_a_joint_file_says_whether_points_are_sought_on(refinement):
     (point,) = run.time_domain
     (row,) = summary(run)["time_domain"]
     group = dataset(run)["time_domain"]
-    assert point.steps == row["steps_per_cycle"] == (240 if refinement else 60)
+    assert point.steps == row["steps_per_cycle"] == (480 if refinement else 60)
     assert len(point.steady.cycle.time) == group.sizes["step"] == 61
     assert np.isfinite(point.steps_error) == refinement
     assert group["steps_error"].values == pytest.approx(point.steps_error, nan_ok=True)

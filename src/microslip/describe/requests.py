@@ -254,8 +254,8 @@ class TimeAnalysis(AscendingBand):
     steps: StepsPerCycle = 150
     """Time steps per cycle that a steady state is sought with. Time goes in proportion."""
     step_refinement: bool = Field(default=True, strict=True)
-    """A steady state is sought on from there with four times the steps, with sixteen where these matter: that
-    says what the steps do, and makes it less. Half as much time again or more; without it nothing says so."""
+    """A steady state is sought on from there with eight times the steps, with 16 and 32 where these matter:
+    that says what the steps do, and makes it less. As much time again or more; without it nothing says so."""
     positions: Positions | None = None
     """Where slip and gap are reported, from the middle of the overlap; the edge of the clamp where
     left out. Results only."""

@@ -25,7 +25,6 @@ import numpy as np
 from microslip.analyses.reduced.response import Response, held_to
 from microslip.analyses.reduced.surface import Contours, contours, largest, load_surface
 from microslip.analyses.reduced.sweep import CONVERGED
-from microslip.analyses.time.step_refinement import REFINEMENT
 from microslip.describe.requests import CYCLES_EACH, ResponseAnalysis
 from microslip.pipeline import choosing, forget
 from microslip.pipeline.band import Curve
@@ -33,7 +32,7 @@ from microslip.pipeline.marched import raised_and_marched
 from microslip.pipeline.outputs_held import OutputsHeld
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.search import Search
-from microslip.pipeline.targets import STEPS, Found, Lost, Target
+from microslip.pipeline.targets import REFINEMENT, STEPS, Found, Lost, Target
 from microslip.pipeline.walk import sought, what_it_is
 from microslip.pipeline.wider import wider
 from microslip.typing import Array, Mask

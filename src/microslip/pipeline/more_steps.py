@@ -16,11 +16,10 @@ from microslip.analyses.time.scheme import contact_memory, time_scheme
 from microslip.analyses.time.starts import placed
 from microslip.analyses.time.staying import Stay, stay_of
 from microslip.analyses.time.steady import SteadyState, steady_state
-from microslip.analyses.time.step_refinement import REFINEMENT
 from microslip.analyses.time.watching import to_come, watched
 from microslip.errors import MicroslipError
 from microslip.numerics.execute import each, threads
-from microslip.pipeline.targets import TOLERANCE, More, Stepped
+from microslip.pipeline.targets import REFINEMENT, TOLERANCE, More, Stepped
 
 PATIENCE = 100
 """Cycles with `REFINEMENT` times the steps at most."""

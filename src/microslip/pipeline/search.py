@@ -19,13 +19,21 @@ from microslip.analyses.reduced.surface import LoadSurface
 from microslip.analyses.reduced.through_anchors import Held, held
 from microslip.analyses.time.offset import BRANCH
 from microslip.analyses.time.staying import LEAVES
-from microslip.analyses.time.step_refinement import REFINEMENT
 from microslip.describe.requests import CYCLES_EACH, SECONDS_EACH
 from microslip.pipeline.doubts import doubt_with, doubted
 from microslip.pipeline.neighbours import around, leaving, within_a_branch
 from microslip.pipeline.stepping import ACCURACY, Stepping, refined_anchors, taken
 from microslip.pipeline.stepping import BY_INDEX as OF_STEPS
-from microslip.pipeline.targets import LEFT, STEPS, TOLERANCE, Found, Lost, Stepped, Target
+from microslip.pipeline.targets import (
+    LEFT,
+    REFINEMENT,
+    STEPS,
+    TOLERANCE,
+    Found,
+    Lost,
+    Stepped,
+    Target,
+)
 from microslip.pipeline.walk import may_be_shown
 from microslip.typing import Array
 

@@ -1,10 +1,9 @@
 """What the time steps do to the steady states that a response is held to, and these without most of it.
 
-Contact that changes its state inside a step makes errors that no formula tells; four times the steps do
-(`microslip.analyses.time.step_refinement`). The states of a response that have settled are sought on with
-these, and the search goes on where they leave it unsure. Where the first few show that the
-steps err by more than is wanted of the response, the search begins anew with four times as many. Between
-frequencies the larger of two errors counts.
+Contact that changes its state inside a step makes errors that no formula tells; four times the steps do.
+The states of a response that have settled are sought on with these, and the search goes on where they leave
+it unsure. Where the first few show that the steps err by more than is wanted of the response, the search
+begins anew with four times as many. Between frequencies the larger of two errors counts.
 """
 
 from __future__ import annotations
@@ -18,9 +17,8 @@ import numpy as np
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.reduced.anchors import Anchor, anchor_at
 from microslip.analyses.reduced.surface import LoadSurface
-from microslip.analyses.time.step_refinement import REFINEMENT
 from microslip.pipeline.more_steps import FARTHEST, apart, more_steps
-from microslip.pipeline.targets import STEPS, More, Stepped
+from microslip.pipeline.targets import REFINEMENT, STEPS, More, Stepped
 from microslip.typing import Array
 
 ACCURACY = 1e-3

@@ -9,8 +9,12 @@ from microslip.analyses.time.starts import Start
 from microslip.analyses.time.steady import SteadyState
 from microslip.typing import Array
 
-STEPS = 150
-"""Time steps per cycle, unless a response needs more."""
+STEPS, REFINEMENT = 150, 4
+"""Time steps per cycle, unless a response needs more; what settles is sought on with so many times as many.
+
+Fewer than for a point over time (`microslip.analyses.time.step_refinement`): what they leave is stated, and
+a response has a hundred states.
+"""
 
 TOLERANCE = 1e-5
 """Relative change over a cycle at which a state is steady."""

@@ -27,12 +27,12 @@ from microslip.analyses.time.stability import SURE, closer, settling_error, stab
 from microslip.analyses.time.steady import SteadyState, linearised_state, thinned
 from microslip.errors import MicroslipError
 
-REFINEMENT = 4
-"""So many times the steps."""
+REFINEMENT, AGAIN, ROUNDS = 8, 2, 2
+"""So many times the steps, and where these matter so many times as many, as often at most."""
 
-LITTLE, USUAL, ROUNDS = 1e-3, 150, 2
-"""Where the first harmonic changes by more, relative, they are multiplied again, so many times in all. Who
-asks for k times the usual steps asks for a k²-th of that,"""
+LITTLE, USUAL = 1e-3, 150
+"""They do where the first harmonic changes by more, relative. Who asks for k times the usual steps asks for a
+k²-th of that,"""
 
 OPEN = 10.0
 """but for no less than so many times the tolerance of the search."""
@@ -43,9 +43,6 @@ PATIENCE = 80
 LOOSER = 3.0
 """It is not taken in place of one that is settled so much better, where it is not settled well."""
 
-TWICE = 2
-"""At least so many times the steps, where more than those asked for were needed before."""
-
 FARTHER = 1e-2
 """Where the first harmonic changes by more, relative, its stability is found out again."""
 
@@ -55,8 +52,9 @@ def with_finer_steps(
 ) -> TimePoint:
     """A settled point with ``request.refinement`` times the steps, and what they have changed.
 
-    Where that is more than `LITTLE`, or nothing settles with these, with as many times more once again. As it
-    was, and its error not known, where nothing settles with those either.
+    Where that is more than `LITTLE`, or nothing settles with these, with `AGAIN` times as many, and so on
+    while these settle, `ROUNDS` times. As it was, and its error not known, where neither of the first two
+    settles.
 
     Parameters
     ----------
@@ -70,16 +68,18 @@ def with_finer_steps(
     if request.refinement == 1:
         return point
     began = clock.perf_counter()
-    steps = point.steps * max(request.refinement * request.steps // point.steps, TWICE)
-    most = request.steps * request.refinement**ROUNDS
+    steps = point.steps * max(request.refinement * request.steps // point.steps, AGAIN)
+    most = AGAIN**ROUNDS * request.refinement * request.steps
     little = max(LITTLE * min(USUAL / request.steps, 1.0) ** 2, OPEN * request.tolerance)
     found, reasons = point, list[str]()
-    while not found.steps_error <= little and steps <= max(most, TWICE * point.steps):
+    while not found.steps_error <= little and steps <= max(most, AGAIN * point.steps):
         try:
             found, known = _sought_on(joint, request, point, found, steps, known, bool(reasons))
         except (MicroslipError, np.linalg.LinAlgError) as reason:
             reasons.append(str(reason))
-        steps *= request.refinement
+            if found.steps > point.steps or len(reasons) > 1:
+                break
+        steps *= AGAIN
     seconds = point.steady.seconds + clock.perf_counter() - began
     found = replace(found, steady=replace(found.steady, seconds=seconds))
     if found.steps == point.steps:
