@@ -171,6 +171,8 @@ def test_a_band_goes_on_where_motions_at_its_end_may_be_the_largest(error, ancho
     assert not goes_on(found, -1)
     far = replace(found, amplitude=found.amplitude * np.array([0.9, 1, 1, 1, 1]))
     assert not goes_on(far, 0)
+    unsure = replace(found, error_indicator=np.array([error, 0.004, 0, 0, 0.1]))
+    assert goes_on(unsure, 0) is anchored, "the largest may be smaller"
 
 
 def test_resonance_of_constant_stiffness_and_loss():

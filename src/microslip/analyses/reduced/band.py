@@ -116,13 +116,14 @@ def _moved(low: float, high: float, down: bool, up: bool) -> tuple[float, float]
 def goes_on(curve: Response, end: int) -> bool:
     """Whether a curve has its largest answer at an end of its band, 0 or -1, or none there.
 
-    One that is held to motions over time may have it there for all that is known of it, to `BLURRED`.
+    One that is held to motions over time may have it there for all that is known of both, to `BLURRED`.
     """
-    size, off = np.abs(curve.amplitude), 0.0
+    size = np.abs(curve.amplitude)
+    off, above = 0.0, 0.0
     if curve.anchors and curve.error_indicator is not None:
-        off = min(float(curve.error_indicator[end]), BLURRED)
+        off, above = np.minimum(curve.error_indicator[[end, curve.peak]], BLURRED)
     answered = curve.flag[end] == CONVERGED
-    return bool(not answered or size[end] * (1 + off) >= size[curve.peak])
+    return bool(not answered or size[end] * (1 + off) >= size[curve.peak] * (1 - above))
 
 
 def farther(frequency: Array, down: bool, up: bool) -> Array:
