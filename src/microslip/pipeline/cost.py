@@ -42,9 +42,9 @@ TIME_CYCLES = 31
 """Cycles of plain marching that raising the load, the search with its deviations and the stability of what it
 finds are worth: median of eleven points of four joints, 22 to 61."""
 
-FINER_CYCLES = 15
-"""The same of seeking it on with four times the steps: median of twelve points of the reference joint. Three
-or four times as many where pairs bounce, and sixteen times the steps are taken."""
+FINER_CYCLES = 26
+"""The same of seeking it on with eight times the steps: median of twelve points of the reference joint. Three
+or four times as many where 16 and 32 times the steps are taken."""
 
 SETTLING = 15
 """Cycles of a steady state that settles, on average, and of what is looked at where one does not."""
