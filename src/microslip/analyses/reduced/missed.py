@@ -5,6 +5,8 @@ Monotone cubics through the others, between them; beyond all of them a straight 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from scipy.interpolate import PchipInterpolator
@@ -35,7 +37,7 @@ def correction(x: Array, y: Complex, at: Array) -> Complex:
 def missed_by_others(x: Array, y: Complex) -> Complex:
     """What the others make of the correction at each of ascending frequencies, less what it is."""
     every = np.arange(len(x))
-    return np.array([_missed(x, y, i, every[every != i]) for i in range(len(x))], np.complex128)
+    return _missed(x, y, [(i, every[every != i]) for i in range(len(x))])
 
 
 def missed_across(x: Array, y: Complex, missed: Complex) -> tuple[Complex, Complex]:
@@ -65,14 +67,18 @@ def missed_across(x: Array, y: Complex, missed: Complex) -> tuple[Complex, Compl
     >>> bool(abs(missed[4]) < 0.03), bool(abs(right[3]) > 0.09)
     (True, True)
     """
-    every, left, right = np.arange(len(x)), missed[:-1].copy(), missed[1:].copy()
+    every, found = np.arange(len(x)), (missed[:-1].copy(), missed[1:].copy())
+    places, asked = list[tuple[int, int]](), list[tuple[int, Indices]]()
     for j, width in enumerate(np.diff(x)):
-        for end, side, found in ((j, -1, left), (j + 1, 1, right)):
+        for which, (end, side) in enumerate(((j, -1), (j + 1, 1))):
             away = side * (x - x[end])
             crowd = (away > 0) & (away < HALF * width)
             if crowd.any():
-                found[j] = _missed(x, y, end, every[~crowd & (every != end)])
-    return left, right
+                places.append((which, j))
+                asked.append((end, every[~crowd & (every != end)]))
+    for (which, j), value in zip(places, _missed(x, y, asked), strict=True):
+        found[which][j] = value
+    return found
 
 
 def most_beside(width: Array, missed: Array) -> Array:
@@ -108,21 +114,60 @@ def nearly_most(values: Array) -> Array:
     return np.asarray(near[:, -1 - near.shape[1] // NEAREST])
 
 
-def _missed(x: Array, y: Complex, i: int, others: Indices) -> complex:
-    """What others, ascending, make of the correction at a frequency, less what it is.
+def _missed(x: Array, y: Complex, asked: Sequence[tuple[int, Indices]]) -> Complex:
+    """What others, ascending, make of the correction at frequencies, each by index, less what it is.
 
     Beyond all of them by a straight line.
     """
-    if len(others) < 2:
-        return complex(np.inf)
-    after = int(np.searchsorted(others, i))
-    if after in (0, len(others)):
-        a, b = others[[0, 1]] if after == 0 else others[[-1, -2]]
-        guess = y[a] + (y[b] - y[a]) * (x[i] - x[a]) / (x[b] - x[a])
-    else:
-        near = others[max(after - AROUND, 0) : after + AROUND]
-        guess = complex(correction(x[near], y[near], x[i]))
-    return complex(guess - y[i])
+    guess = np.full(len(asked), np.inf, np.complex128)
+    between, near = list[int](), list[Indices]()
+    for k, (i, others) in enumerate(asked):
+        if len(others) < 2:
+            continue
+        after = int(np.searchsorted(others, i))
+        around = others[max(after - AROUND, 0) : after + AROUND]
+        if after in (0, len(others)):
+            a, b = others[[0, 1]] if after == 0 else others[[-1, -2]]
+            guess[k] = y[a] + (y[b] - y[a]) * (x[i] - x[a]) / (x[b] - x[a])
+        elif len(around) == 2 * AROUND:
+            between.append(k)
+            near.append(around)
+        else:
+            guess[k] = correction(x[around], y[around], x[i])
+    at = np.array([i for i, _ in asked], dtype=int)
+    if near:
+        four = np.array(near)
+        guess[between] = in_the_middle(x[four], y[four], x[at[between]])
+    return guess - y[at]
+
+
+def in_the_middle(x: Array, y: Complex, at: Array) -> Complex:
+    """Monotone cubics through four points each, a row, between the middle two.
+
+    As `correction` has them, of all rows at once: its interpolator takes 0.2 ms to make, and a search makes a
+    hundred thousand.
+
+    Examples
+    --------
+    >>> x, y = np.array([[0.0, 1.0, 2.0, 4.0]]), np.array([[1.0, 2.0, 4.0, 5.0 + 1j]])
+    >>> bool(np.isclose(in_the_middle(x, y, np.array([1.3])), correction(x[0], y[0], np.array([1.3]))))
+    True
+    """
+    h = np.diff(x)
+    width, t = h[:, 1], (at - x[:, 1]) / h[:, 1]
+    weight = np.stack([2 * h[:, 1:] + h[:, :-1], h[:, 1:] + 2 * h[:, :-1]])
+
+    def part(y: Array) -> Array:
+        slope = np.diff(y) / h
+        before, after = slope[:, :-1], slope[:, 1:]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            mean = weight.sum(axis=0) / (weight[0] / before + weight[1] / after)
+        left, right = np.where(before * after > 0, mean, 0.0).T * width
+        rise = y[:, 2] - y[:, 1]
+        curved = (3 * rise - 2 * left - right) * t**2 + (left + right - 2 * rise) * t**3
+        return np.asarray(y[:, 1] + left * t + curved)
+
+    return np.asarray(part(y.real) + 1j * part(y.imag))
 
 
 def _nearest(values: Array) -> Array:
