@@ -407,30 +407,23 @@ def test_names_come_in_the_papers_order_once():
 # -- complete ----------------------------------------------------------------------------------
 
 
-COMPLETE = pytest.mark.xdist_group("complete")
-"""One process computes all figures, once."""
-
-
 @pytest.fixture(scope="module")
 def quick_report(tmp_path_factory):
     return reproduce(["all"], tmp_path_factory.mktemp("quick"), QUICK).report
 
 
-@COMPLETE
 @pytest.mark.validate
 def test_quick_reproduction_is_complete(quick_report):
     assert set(quick_report["figures"]) == set(FIGURES)
     assert set(quick_report["numbers"]) == set(PAPER)
 
 
-@COMPLETE
 @pytest.mark.validate
 def test_small_amplitude_stiffness_is_the_papers(quick_report, finding):
     off = abs(quick_report["numbers"]["k_saturation"]["here"] - 0.09)
     finding("stiffness of the stuck joint against the paper's 0.09", off, at_most=0.003)
 
 
-@COMPLETE
 @pytest.mark.validate
 def test_quick_reproduction_has_the_trends_of_the_paper(quick_report):
     trends = quick_report["trends"]
@@ -439,7 +432,6 @@ def test_quick_reproduction_has_the_trends_of_the_paper(quick_report):
         assert trends[key]["holds"], (key, trends[key]["numbers"])
 
 
-@COMPLETE
 @pytest.mark.validate
 def test_refined_model_is_within_two_per_cent_where_the_joint_stays_closed(quick_report, finding):
     for rho in ("2.4", "5"):
@@ -448,7 +440,6 @@ def test_refined_model_is_within_two_per_cent_where_the_joint_stays_closed(quick
         finding(what, errors[REFINED.key]["worst"], at_most=0.02)
 
 
-@COMPLETE
 @pytest.mark.validate
 def test_time_domain_peaks_match_the_consistent_model(quick_report, finding):
     found = quick_report["figures"]["fig13"]["data"][CONSISTENT.key]["against_time_domain"]
