@@ -10,13 +10,19 @@ any. ``--pictures`` keeps a picture of every page that is not of the API.
 from __future__ import annotations
 
 import argparse
+import multiprocessing
 import shutil
 import sys
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from pathlib import Path
 
 from playwright.sync_api import Page, Route, sync_playwright
 
 WIDTHS = (1440, 820)
+
+BROWSERS = 2
+"""At once: most of the time of a page is its script, on one processor."""
 
 FOUND_ON_PAGE = r"""async () => {
   const said = [];
@@ -91,6 +97,23 @@ def stumbles(page: Page, path: Path, picture: Path | None) -> list[str]:
     return said
 
 
+def faults(root: Path, pictures: Path | None, pages: list[Path]) -> list[str]:
+    """What is wrong with pages, in a browser of their own."""
+    said = []
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(
+            executable_path=browser_program(), args=["--no-sandbox"]
+        )
+        page = browser.new_context(offline=True).new_page()
+        for path in pages:
+            name = path.relative_to(root)
+            kept = pictures and name.parts[0] != "api"
+            picture = pictures / "-".join(name.with_suffix("").parts) if kept else None
+            said += [f"{name}: {line}" for line in stumbles(page, path, picture)]
+        browser.close()
+    return said
+
+
 def main() -> None:
     """Open all pages, print what is wrong, and end with 1 where there is anything."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -102,23 +125,15 @@ def main() -> None:
     pages = [p for p in sorted(root.rglob("*.html")) if wanted.only in str(p.relative_to(root))]
     if not pages:
         raise SystemExit(f"{root}: no page; build them with make docs")
-    faults = 0
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(
-            executable_path=browser_program(), args=["--no-sandbox"]
-        )
-        context = browser.new_context(offline=True)
-        page = context.new_page()
-        for path in pages:
-            name = path.relative_to(root)
-            kept = wanted.pictures and name.parts[0] != "api"
-            picture = wanted.pictures / "-".join(name.with_suffix("").parts) if kept else None
-            for line in stumbles(page, path, picture):
-                print(f"{name}: {line}")
-                faults += 1
-        browser.close()
-    print(f"{len(pages)} pages at {len(WIDTHS)} widths without a network: {faults} faults")
-    sys.exit(1 if faults else 0)
+    browser_program()  # says where there is none
+    shares = [share for i in range(BROWSERS) if (share := pages[i::BROWSERS])]
+    apart = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(len(shares), mp_context=apart) as pool:
+        found = list(pool.map(partial(faults, root, wanted.pictures), shares))
+    said = sorted(line for some in found for line in some)
+    print("\n".join([*said, ""]), end="")
+    print(f"{len(pages)} pages at {len(WIDTHS)} widths without a network: {len(said)} faults")
+    sys.exit(1 if said else 0)
 
 
 if __name__ == "__main__":
