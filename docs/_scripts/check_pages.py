@@ -10,10 +10,9 @@ any. ``--pictures`` keeps a picture of every page that is not of the API.
 from __future__ import annotations
 
 import argparse
-import multiprocessing
 import shutil
 import sys
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
 
@@ -125,10 +124,8 @@ def main() -> None:
     pages = [p for p in sorted(root.rglob("*.html")) if wanted.only in str(p.relative_to(root))]
     if not pages:
         raise SystemExit(f"{root}: no page; build them with make docs")
-    browser_program()  # says where there is none
     shares = [share for i in range(BROWSERS) if (share := pages[i::BROWSERS])]
-    apart = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(len(shares), mp_context=apart) as pool:
+    with ThreadPoolExecutor(len(shares)) as pool:
         found = list(pool.map(partial(faults, root, wanted.pictures), shares))
     said = sorted(line for some in found for line in some)
     print("\n".join([*said, ""]), end="")

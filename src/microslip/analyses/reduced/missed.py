@@ -67,18 +67,16 @@ def missed_across(x: Array, y: Complex, missed: Complex) -> tuple[Complex, Compl
     >>> bool(abs(missed[4]) < 0.03), bool(abs(right[3]) > 0.09)
     (True, True)
     """
-    every, found = np.arange(len(x)), (missed[:-1].copy(), missed[1:].copy())
-    places, asked = list[tuple[int, int]](), list[tuple[int, Indices]]()
-    for j, width in enumerate(np.diff(x)):
-        for which, (end, side) in enumerate(((j, -1), (j + 1, 1))):
-            away = side * (x - x[end])
+    every, left, right = np.arange(len(x)), missed[:-1].copy(), missed[1:].copy()
+    for found, ends, side in ((left, every[:-1], -1), (right, every[1:], 1)):
+        asked = dict[int, tuple[int, Indices]]()
+        for j, width in enumerate(np.diff(x)):
+            away = side * (x - x[ends[j]])
             crowd = (away > 0) & (away < HALF * width)
             if crowd.any():
-                places.append((which, j))
-                asked.append((end, every[~crowd & (every != end)]))
-    for (which, j), value in zip(places, _missed(x, y, asked), strict=True):
-        found[which][j] = value
-    return found
+                asked[j] = ends[j], every[~crowd & (every != ends[j])]
+        found[list(asked)] = _missed(x, y, list(asked.values()))
+    return left, right
 
 
 def most_beside(width: Array, missed: Array) -> Array:
