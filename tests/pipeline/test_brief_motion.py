@@ -34,6 +34,24 @@ def test_what_comes_to_rest_is_the_steady_state(joint):
     assert output == pytest.approx(found.amplitude, rel=1e-4)
 
 
+@pytest.mark.parametrize("slowest", [0.9999, 1.001, -1.2])
+def test_what_repeats_has_settled_whatever_is_slow_about_it(joint, monkeypatch, slowest):
+    """Whether motions stay beside it is asked of that alone."""
+    true = method.steady_state
+
+    def slow(*args, **settings):
+        found = true(*args, **settings)
+        return replace(found, multipliers=np.array([slowest]))
+
+    monkeypatch.setattr(method, "SURE", 1e-6)
+    monkeypatch.setattr(method, "steady_state", slow)
+    monkeypatch.setattr(method, "watched", lambda *args: (np.full(12, GUESS), []))
+    assert method.LASTS * method.TOLERANCE > method.SURE
+    found = brief_motion(joint, LOAD, FREQUENCY, GUESS)
+    assert found.settled
+    assert found.amplitude == GUESS  # it was looked at for longer
+
+
 def test_how_far_goes_what_does_not_come_to_rest_is_said(joint, monkeypatch):
     brief = brief_motion(joint, LOAD, FREQUENCY, GUESS)
     true = method.steady_state

@@ -126,7 +126,10 @@ def brief_motion(
     to_come = abs(second.mean() - first.mean()) * kept / (1 - kept)
     doubt = float(np.ptp(size) + to_come) / max(abs(mean), 1e-300)
     scaled = output * (mean / found.amplitude)
-    return BriefMotion(mean, found.change, doubt, output=scaled, end=found.end, walk=walk)
+    # what is slow, or grows, need not show in so few cycles: whether motions stay beside it is asked of
+    # all that repeats
+    done = found.converged and doubt <= SURE
+    return BriefMotion(mean, found.change, doubt, False, scaled, found.end, done, walk=walk)
 
 
 def patient_motion(
