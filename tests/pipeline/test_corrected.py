@@ -215,6 +215,24 @@ def test_what_motions_leave_is_not_steady_and_how_far_they_stray_is_the_error(do
     assert any("not steady" in one.reason for one in run.cautions)
 
 
+def test_what_does_not_settle_with_more_steps_is_known_no_better_than_it_drifts_then(
+    done, monkeypatch
+):
+    peak, drifting = done.responses[0].peak_frequency, []
+
+    def more(joint, load, states):
+        assert all(one.marched for one in states.values())
+        for k, one in states.items():
+            drifts = 0.03 if 0.5 < one.frequency - peak < 2.5 else 0.0
+            drifting.extend([one.frequency] if drifts else [])
+            yield k, More(None if drifts else one.amplitude, 16, drifts=drifts)
+
+    monkeypatch.setattr("microslip.pipeline.stepping.more_steps", more)
+    (curve,) = corrected(30.0, corrections=40, count=121).responses
+    assert drifting
+    assert (np.interp(drifting, curve.frequency, curve.error_indicator) >= 0.03).all()
+
+
 def test_where_the_first_show_that_the_steps_err_all_have_more(done, monkeypatch):
     """Few steps put all of the response off by a twentieth, four times as many by an eightieth."""
     true, asked = method.patient_motion, []

@@ -89,7 +89,7 @@ def test_what_does_not_settle_is_not_known(small_reference, motions, monkeypatch
 def unsettled(monkeypatch, joint, load, one):
     """What a motion at rest becomes that does not settle with more steps."""
     monkeypatch.setattr("microslip.pipeline.more_steps.PATIENCE", 1)
-    return more_steps.with_more_steps(joint, load, one._replace(rests=True))
+    return more_steps.with_more_steps(joint, load, one._replace(marched=True))
 
 
 def test_what_does_not_settle_at_rest_is_as_far_off_as_where_it_is_marched(

@@ -98,7 +98,8 @@ class _Table:
                 self.lost[k] = strays
             elif k in self.settled:
                 anchor = self.anchors[k]
-                doubt = max(anchor.doubt - anchor.varies, strays - varies) + varies
+                drifts = self.stepping.drifts.get(k, 0.0)
+                doubt = max(anchor.doubt - anchor.varies, strays - varies, drifts) + varies
                 self.anchors[k] = replace(anchor, doubt=doubt, varies=varies)
 
     def begun_anew(self) -> _Table:
@@ -261,7 +262,7 @@ def _learn(joint: PreparedJoint, table: _Table, picks: list[int], guess: Contour
         table.anchors[k] = replace(anchor, scatter=np.nan)
         table.crept[k], table.walks[k] = found.crept, found.walk
         if found.end is not None:
-            table.ends[k] = Stepped(f, found.amplitude, found.end, table.stepping.steps)
+            table.ends[k] = Stepped(f, found.amplitude, found.end, table.stepping.steps, True)
         if found.settled:
             table.settled[k] = table.ends[k]
 

@@ -58,7 +58,7 @@ def with_more_steps(joint: PreparedJoint, load: float, one: Stepped) -> More:
             found, stay = _settled(joint, load, one, one.steps)
             spent += found.cycles + (stay.cycles if stay else 0)
             more = _with_stay(amplitude, spent, stay)
-            if unsettled and one.rests and not more.strays:
+            if unsettled and one.marched and not more.strays:
                 more = _marched(joint, load, one, spent)
             return more
     except MicroslipError:

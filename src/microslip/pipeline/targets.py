@@ -78,9 +78,8 @@ class Stepped(NamedTuple):
     state : Start
     steps : int
         That it has, per cycle.
-    rests : bool
-        Its bodies have walked to where they rest, or are after `microslip.analyses.time.offset.HORIZON`
-        cycles: where it does not settle with more steps it is marched with these.
+    marched : bool
+        Where it does not settle with more steps it is marched with these.
     varies : bool
         It does not repeat, but varies from cycle to cycle for good, and the amplitude is its mean.
     """
@@ -89,7 +88,7 @@ class Stepped(NamedTuple):
     amplitude: complex
     state: Start
     steps: int
-    rests: bool = False
+    marched: bool = False
     varies: bool = False
 
 
