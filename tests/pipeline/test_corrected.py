@@ -1,5 +1,7 @@
 """Method "corrected" of the forced response: against time integration elsewhere, linear algebra, scaling."""
 
+import re
+
 import numpy as np
 import pytest
 from coupled_joint import coupled_document
@@ -9,7 +11,7 @@ from microslip.analyses.harmonic.operator import linear_operator
 from microslip.analyses.harmonic.problem import harmonic_problem
 from microslip.analyses.reduced.sweep import CONVERGED
 from microslip.analyses.time.scheme import time_scheme
-from microslip.analyses.time.steady import steady_state, walk_of
+from microslip.analyses.time.steady import steady_state
 from microslip.errors import InputError
 from microslip.numerics.fourier import to_complex, to_real
 from microslip.pipeline import corrected as method
@@ -279,16 +281,35 @@ def test_fewer_than_the_first_is_said():
 
 
 def test_bodies_that_walk_are_said(done):
-    """What is said is the walk of a march of its own; joints whose bodies stay are not told of."""
+    """Where they have come to rest; joints whose bodies stay are not told of."""
     assert not any("walk past" in str(one) for one in done.cautions)
     moved = corrected(60.0, corrections=12)
-    (curve,) = moved.responses
     said = [str(one) for one in moved.cautions if "walk past" in str(one)]
-    walks = []
-    for one in curve.anchors:
-        scheme = time_scheme(moved.prepared, 1 / (150 * one.frequency), frequency=one.frequency)
-        found = steady_state(scheme, one.frequency, curve.load, guess=one.amplitude, tolerance=1e-5)
-        walks.append(abs(walk_of(found, 2)))
-    count = sum(walk > 1e-4 for walk in walks)
-    assert count > 0
-    assert f"at {count} of {len(walks)} steady states, " in said[0]
+    assert re.search(r"at \d+ of the frequencies sought, .* where they come to rest", said[0])
+
+
+def test_bodies_that_walk_on_are_said_and_what_others_have_moved_by_is_their_doubt(
+    done, monkeypatch
+):
+    true, peak = method.patient_motion, done.responses[0].peak_frequency
+
+    def walking(joint, load, frequency, guess, steps):
+        found = true(joint, load, frequency, guess, steps)
+        if frequency < peak:
+            return found._replace(walked=1e-6, lasts=300.0, moved=0.02)
+        return found._replace(walk=0.003) if frequency > peak + 1.0 else found
+
+    monkeypatch.setattr(method, "patient_motion", walking)
+    run = corrected(30.0, corrections=16)
+    (curve,) = run.responses
+    at = np.array([one.frequency for one in curve.anchors])
+    error = np.interp(at, curve.frequency, curve.error_indicator)
+    assert (error[at > peak + 1.0] >= 0.02).all()
+    assert (error[at < peak] < 0.02).any()
+    said = [str(one) for one in run.cautions if "walk" in str(one)]
+    assert f"walk past each other at {(at < peak).sum()} of the frequencies" in said[0]
+    assert "in about 3e+02 cycles" in said[0]
+    count = (at > peak + 1.0).sum()
+    assert (
+        f"walk on past each other at {count} of {len(at)} steady states, by up to 0.003" in said[1]
+    )

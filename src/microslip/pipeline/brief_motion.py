@@ -2,7 +2,8 @@
 
 From rest with the velocity of the motion that is expected, in `CYCLES` cycles at most. What has settled then
 is sought on until it is at rest, as it may creep by some thousandths, a part in a hundred thousand a cycle;
-what is still open may be marched for some hundred.
+where its bodies walk past each other, to where they come to rest. What is still open may be marched for some
+hundred.
 """
 
 from __future__ import annotations
@@ -11,18 +12,21 @@ from typing import NamedTuple
 
 import numpy as np
 
+from microslip.analyses.harmonic.points import WALKS
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.time.offset import BRANCH
 from microslip.analyses.time.readings import opening_of
+from microslip.analyses.time.resting import WalksOnError, at_phase_0
 from microslip.analyses.time.scheme import TimeScheme, time_scheme
 from microslip.analyses.time.starts import Start, end_of
 from microslip.analyses.time.steady import SteadyState, raised_state, steady_state, walk_of
 from microslip.analyses.time.watching import watched
+from microslip.contact.pairs import mean_slip
 from microslip.errors import MicroslipError
 from microslip.numerics.fourier import harmonic, without_drift
-from microslip.pipeline.creep import crept
+from microslip.pipeline.creep import Walk, crept
 from microslip.pipeline.targets import STEPS, TOLERANCE
-from microslip.pipeline.walk import DOUBTFUL, LONGEST, RAISED, lasting
+from microslip.pipeline.walk import DOUBTFUL, LONGEST, RAISED, lasting, rested_soon
 from microslip.typing import Complex
 
 CYCLES = 30
@@ -72,6 +76,9 @@ class BriefMotion(NamedTuple):
         rest, relative; nan of others.
     walk : float
         By how much the bodies move past each other in a cycle, over the largest range of a slip.
+    walked, lasts, moved : float
+        Of bodies that have come to rest, how far they have walked, m, in how many cycles, about, and by how
+        much that has changed the amplitude, relative.
     """
 
     amplitude: complex
@@ -83,6 +90,9 @@ class BriefMotion(NamedTuple):
     settled: bool = False
     crept: float = np.nan
     walk: float = 0.0
+    walked: float = 0.0
+    lasts: float = 0.0
+    moved: float = 0.0
 
 
 def brief_motion(
@@ -159,10 +169,11 @@ def patient_motion(
     if found.doubt <= OPEN and found.change <= TOLERANCE:
         on = _sought_on(scheme, frequency, load, found)
         if on is not None:
-            return on
+            return _at_rest(scheme, frequency, load, on)
         found = found._replace(doubt=max(found.doubt, OPEN), settled=False)
     try:
-        end = crept(scheme, load, raised_state(scheme, frequency, load, RAISED), PATIENCE)
+        begin = raised_state(scheme, frequency, load, RAISED)
+        end = crept(scheme, load, begin, PATIENCE, Walk() if found.walk > WALKS else None)
     except MicroslipError:
         return found
     known = found.doubt <= DOUBTFUL
@@ -170,10 +181,15 @@ def patient_motion(
     if abs(np.log(max(ratio, 1e-300))) > BRANCH:
         return found
     apart = abs(1 / ratio - 1) if known else 0.0
-    to_come = LONGEST * abs(end.drift)
     start = end_of(end.state, 0.0, scheme, frequency)
-    doubt = max(end.doubt, to_come, apart)
-    return BriefMotion(end.amplitude, abs(end.drift), doubt, end=start, walk=found.walk)
+    own = max(end.doubt, LONGEST * abs(end.drift))
+    drift, doubt = abs(end.drift), max(own, apart)
+    marched = BriefMotion(end.amplitude, drift, doubt, end=start, walk=found.walk)
+    if end.rest is None:
+        return marched
+    # what it differs by from what was found is the walk
+    far = float(np.linalg.norm(end.rest - mean_slip(begin.v, joint.model.dimension)))
+    return marched._replace(doubt=own, walk=0.0, walked=far, lasts=end.reached, moved=apart)
 
 
 def _sought_on(
@@ -197,6 +213,43 @@ def _sought_on(
     doubt = end.change * lasting(slowest, LASTS)
     own = _outputs(end), end.end, True, crept, abs(walk_of(end, scheme.joint.model.dimension))
     return BriefMotion(end.amplitude, end.change, doubt, False, *own)
+
+
+def _at_rest(scheme: TimeScheme, frequency: float, load: float, found: BriefMotion) -> BriefMotion:
+    """The same where bodies that walk have come to rest, or are after `offset.HORIZON` cycles.
+
+    Where that is not found it has not settled, and is open: it may fall from its branch on the way.
+    """
+    if not found.settled or found.walk <= WALKS or found.end is None:
+        return found
+    try:
+        steady = steady_state(
+            scheme, frequency, load, start=found.end, tolerance=TOLERANCE, max_cycles=CYCLES
+        )
+        there = rested_soon(scheme, steady, found.end)
+    except WalksOnError:
+        return found._replace(doubt=max(found.doubt, OPEN), settled=False)
+    except MicroslipError:
+        return found
+    if there is None:
+        return found
+    now = there.steady
+    slowest = float(np.abs(now.multipliers).max(initial=0.0))
+    left = max(there.apart, now.change * lasting(slowest, LASTS))
+    moved = abs(abs(now.amplitude) / abs(found.amplitude) - 1)
+    if there.offset is None:  # as much again may be to come
+        left += moved
+    return found._replace(
+        amplitude=now.amplitude,
+        change=now.change,
+        doubt=left,
+        output=_outputs(now),
+        end=end_of(at_phase_0(scheme, now), 0.0, scheme, frequency),
+        walk=abs(walk_of(now, scheme.joint.model.dimension)),
+        walked=there.walked,
+        lasts=there.lasts,
+        moved=moved,
+    )
 
 
 def _outputs(found: SteadyState) -> Complex:

@@ -21,6 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from microslip.analyses.harmonic.points import WALKS
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.reduced.anchors import Anchor, anchor_at
 from microslip.analyses.reduced.response import NO_DIGIT, Response, held_to
@@ -63,6 +64,25 @@ WIDER = 2.0
 """Times what a motion is seen to creep by that others may: one is one draw."""
 
 
+class Walked(NamedTuple):
+    """How bodies walk past each other in a steady state.
+
+    Attributes
+    ----------
+    rate : float
+        In a cycle, over the largest range of a slip.
+    far, lasts : float
+        Until they came to rest in it, m and in how many cycles, about; zero where they do not walk.
+    moved : float
+        By how much that has changed the amplitude, relative.
+    """
+
+    rate: float
+    far: float
+    lasts: float
+    moved: float
+
+
 @dataclass
 class _Table:
     """Corrections known so far, by index of the frequency."""
@@ -77,7 +97,7 @@ class _Table:
     accuracy: float | Array = ACCURACY
     stepping: Stepping = field(default_factory=Stepping)
     crept: dict[int, float] = field(default_factory=dict)
-    walks: dict[int, float] = field(default_factory=dict)
+    walks: dict[int, Walked] = field(default_factory=dict)
 
     def refine(self, joint: PreparedJoint) -> None:
         """Seek settled states on with more steps that are not yet, and know what the steps do."""
@@ -127,7 +147,8 @@ class _Table:
     def doubted(self) -> dict[int, Anchor]:
         """Steady states, with how far those that do not come to rest creep in their doubt.
 
-        Each has gone one way for some time: others of another past may go as far as the next ones do.
+        Each has gone one way for some time: others of another past may go as far as the next ones do. And
+        bodies that walk on may change a motion by as much as any have that came to rest.
         """
         crept = [k for k in sorted(self.anchors) if self.crept.get(k, np.nan) >= 0]
         far = np.array([self.crept[k] for k in crept])
@@ -135,6 +156,11 @@ class _Table:
         for i, k in enumerate(crept):
             most = WIDER * float(far[max(i - 1, 0) : i + 2].max())
             found[k] = replace(found[k], doubt=found[k].doubt + most)
+        moved = max((one.moved for one in self.walks.values()), default=0.0)
+        for k, one in self.walks.items():
+            if k in found and one.rate > WALKS:
+                varies = found[k].varies
+                found[k] = replace(found[k], doubt=max(found[k].doubt - varies, moved) + varies)
         return found
 
     def response(self) -> Held:
@@ -168,15 +194,14 @@ class Corrected(NamedTuple):
         Frequencies at which the motion was not steady, Hz.
     opens : bool
         Whether at some of these no pair touched at some instant.
-    walks : (j,) array
-        By how much bodies walk past each other in a cycle of each steady state, over the largest range of a
-        slip.
+    walks : tuple of Walked
+        Of each steady state.
     """
 
     response: Response
     unsteady: Array
     opens: bool
-    walks: Array
+    walks: tuple[Walked, ...]
 
 
 def corrected_response(
@@ -237,7 +262,7 @@ def corrected_response(
         table.take_refined()
     unsteady = base.frequency[sorted(table.lost)]
     response = outputs.response(_response(table, base), table.states)
-    walks = np.array([table.walks[k] for k in sorted(table.anchors)])
+    walks = tuple(table.walks[k] for k in sorted(table.anchors))
     return Corrected(response, unsteady, table.opens, walks)
 
 
@@ -260,7 +285,8 @@ def _learn(joint: PreparedJoint, table: _Table, picks: list[int], guess: Contour
         f = float(table.surface.frequency[k])
         anchor = anchor_at(table.surface, f, table.load, *found[:3])
         table.anchors[k] = replace(anchor, scatter=np.nan)
-        table.crept[k], table.walks[k] = found.crept, found.walk
+        table.crept[k] = found.crept
+        table.walks[k] = Walked(found.walk, found.walked, found.lasts, found.moved)
         if found.end is not None:
             table.ends[k] = Stepped(f, found.amplitude, found.end, table.stepping.steps, True)
         if found.settled:

@@ -234,16 +234,7 @@ def _cautions(settings: ResponseAnalysis, case: Curve, auto: Anchored) -> list[C
         )
         advice = "raise analysis.response.points"
         found.append(Caution("response", place, reason, advice))
-    if auto.walks:
-        far, long = (max(values) for values in zip(*auto.walks, strict=True))
-        reason = (
-            f"the bodies walk past each other at {len(auto.walks)} of the frequencies sought, by up to "
-            f"{readable(far, 'm', 3)} in about {long:.2g} cycles; the response is where they come to rest"
-        )
-        advice = (
-            "stiffer supports hold them sooner; [[analysis.history]] marches the motion on the way"
-        )
-        found.append(Caution("response", place, reason, advice))
+    found += _come_to_rest(place, auto.walks)
     if auto.walks_on:
         most = max(auto.walks_on, key=lambda one: abs(one[0]))
         reason = (
@@ -264,6 +255,19 @@ def _cautions(settings: ResponseAnalysis, case: Curve, auto: Anchored) -> list[C
         )
         found.append(Caution("response", place, reason, advice))
     return found
+
+
+def _come_to_rest(place: str, walks: Sequence[tuple[float, float]]) -> list[Caution]:
+    """That the response is where bodies that walk have come to rest: how far, m, and in how many cycles."""
+    if not walks:
+        return []
+    far, long = (max(values) for values in zip(*walks, strict=True))
+    reason = (
+        f"the bodies walk past each other at {len(walks)} of the frequencies sought, by up to "
+        f"{readable(far, 'm', 3)} in about {long:.2g} cycles; the response is where they come to rest"
+    )
+    advice = "stiffer supports hold them sooner; [[analysis.history]] marches the motion on the way"
+    return [Caution("response", place, reason, advice)]
 
 
 def _cut_off(case: Curve, curve: Response, axis: Axis, low: bool) -> Caution:
@@ -293,11 +297,13 @@ def _of_corrected(settings: ResponseAnalysis, case: Curve, found: Corrected) -> 
             reason += f"; the motion is not steady at {len(unsteady)} of these, first {unsteady[0]:.6g} Hz"
         advice = 'raise analysis.response.corrections, or take method = "auto" there'
         said.append(Caution("response", place, reason, advice))
-    if walks.max(initial=0.0) > WALKS:
+    said += _come_to_rest(place, [(one.far, one.lasts) for one in walks if one.lasts >= 1])
+    rates = [one.rate for one in walks if one.rate > WALKS]
+    if rates:
         reason = (
-            f"the bodies walk past each other at {int((walks > WALKS).sum())} of {len(walks)} steady "
-            f"states, by up to {walks.max():.2g} of the slip in each cycle: the response is that of bodies "
-            "where they were clamped, and may be another where they come to rest"
+            f"the bodies walk on past each other at {len(rates)} of {len(walks)} steady states, by up to "
+            f"{max(rates):.2g} of the slip in each cycle: the response is that of bodies on their way, and "
+            "may be another where they come to rest"
         )
         advice = 'method = "auto" and [analysis.time] bring them there'
         said.append(Caution("response", place, reason, advice))

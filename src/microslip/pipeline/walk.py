@@ -236,7 +236,7 @@ class _Seeking:
         try:
             steady = _searched(scheme, self.target, found.state, TOLERANCE, ANOTHER)
             self.spent += steady.cycles
-            there = _rested(scheme, steady, found.state)
+            there = rested_soon(scheme, steady, found.state)
             if there is None or there.offset is None:
                 return found
             self.spent += there.cycles
@@ -366,7 +366,7 @@ def _searched(
     )
 
 
-def _rested(scheme: TimeScheme, steady: SteadyState, begin: Start) -> Rested | None:
+def rested_soon(scheme: TimeScheme, steady: SteadyState, begin: Start) -> Rested | None:
     """Where bodies come to rest, soon by marching where that is not found otherwise.
 
     Raises

@@ -17,6 +17,7 @@ from microslip.analyses.time.steady import drift_of, raised_state, steady_state
 from microslip.analyses.time.watching import watched
 from microslip.contact.pairs import tangential_vectors
 from microslip.pipeline import creep
+from microslip.pipeline.brief_motion import patient_motion
 from microslip.pipeline.creep import Walk, crept
 from microslip.pipeline.targets import STEPS, Found, Target
 from microslip.pipeline.time import walking
@@ -180,6 +181,15 @@ def test_a_walk_ends_where_marching_alone_leads(alone):
     assert found.rest[0] == pytest.approx(end, rel=0.02)
     assert found.doubt < 2e-3
     assert abs(found.amplitude) == pytest.approx(size[-100:].mean(), rel=found.doubt + 1e-3)
+
+
+def test_a_short_search_ends_where_marching_alone_leads(alone):
+    scheme, _, size, offset = alone
+    found = patient_motion(scheme.joint, LOAD, FREQUENCY, -1j * size[199])
+    assert found.walk < 1e-4
+    assert found.doubt < 0.01
+    assert abs(found.amplitude) == pytest.approx(size[-100:].mean(), rel=found.doubt + 1e-3)
+    assert found.walked == pytest.approx(abs(offset[-1] - offset[0]), rel=0.05)
 
 
 def test_points_that_settle_while_the_bodies_walk_say_so(alone):
