@@ -182,8 +182,9 @@ def patient_motion(
         return found
     apart = abs(1 / ratio - 1) if known else 0.0
     start = end_of(end.state, 0.0, scheme, frequency)
-    own = max(end.doubt, LONGEST * abs(end.drift))
-    drift, doubt = abs(end.drift), max(own, apart)
+    drift = abs(float(end.drift))
+    own = max(float(end.doubt), LONGEST * drift)
+    doubt = max(own, float(apart))
     marched = BriefMotion(end.amplitude, drift, doubt, end=start, walk=found.walk)
     if end.rest is None:
         return marched
@@ -242,13 +243,13 @@ def _at_rest(scheme: TimeScheme, frequency: float, load: float, found: BriefMoti
     return found._replace(
         amplitude=now.amplitude,
         change=now.change,
-        doubt=left,
+        doubt=float(left),
         output=_outputs(now),
         end=end_of(at_phase_0(scheme, now), 0.0, scheme, frequency),
-        walk=abs(walk_of(now, scheme.joint.model.dimension)),
+        walk=float(abs(walk_of(now, scheme.joint.model.dimension))),
         walked=there.walked,
         lasts=there.lasts,
-        moved=moved,
+        moved=float(moved),
     )
 
 
