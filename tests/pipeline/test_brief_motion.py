@@ -9,7 +9,7 @@ import microslip
 from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.steady import steady_state
 from microslip.pipeline import brief_motion as method
-from microslip.pipeline.brief_motion import AT_REST, brief_motion, patient_motion
+from microslip.pipeline.brief_motion import AT_REST, BriefMotion, brief_motion, patient_motion
 from microslip.pipeline.corrected import WIDER, _Table
 
 FREQUENCY, LOAD, GUESS = 182.0, 30.0, 3e-3 + 0j
@@ -90,7 +90,8 @@ def test_what_leaves_its_branch_as_it_is_sought_on_is_marched_and_has_not_settle
 def test_states_are_known_no_better_than_those_next_to_them_creep():
     anchor = microslip.analyses.reduced.anchors.Anchor(100.0, 1.0 + 0j, 0j, 1e-6, doubt=1e-4)
     crept = {3: 0.001, 5: np.nan, 8: 0.003, 9: 0.0, 12: 0.0005}
-    table = _Table(None, 1.0, anchors=dict.fromkeys(crept, anchor), crept=crept)
+    motions = {k: BriefMotion(1.0 + 0j, 1e-6, 1e-4, crept=far) for k, far in crept.items()}
+    table = _Table(None, 1.0, anchors=dict.fromkeys(crept, anchor), motions=motions)
     added = {k: one.doubt - 1e-4 for k, one in table.doubted().items()}
     expected = {3: 0.003, 5: 0.0, 8: 0.003, 9: 0.003, 12: 0.0005}
     assert added == pytest.approx({k: WIDER * e for k, e in expected.items()})

@@ -11,7 +11,7 @@ from microslip.analyses.harmonic.operator import linear_operator
 from microslip.analyses.harmonic.problem import harmonic_problem
 from microslip.analyses.reduced.sweep import CONVERGED
 from microslip.analyses.time.scheme import time_scheme
-from microslip.analyses.time.steady import steady_state
+from microslip.analyses.time.steady import steady_state, walk_of
 from microslip.errors import InputError
 from microslip.numerics.fourier import to_complex, to_real
 from microslip.pipeline import corrected as method
@@ -281,11 +281,20 @@ def test_fewer_than_the_first_is_said():
 
 
 def test_bodies_that_walk_are_said(done):
-    """Where they have come to rest; joints whose bodies stay are not told of."""
+    """As many as a march of its own sees walk; joints whose bodies stay are not told of."""
     assert not any("walk past" in str(one) for one in done.cautions)
     moved = corrected(60.0, corrections=12)
-    said = [str(one) for one in moved.cautions if "walk past" in str(one)]
-    assert re.search(r"at \d+ of the frequencies sought, .* where they come to rest", said[0])
+    (curve,) = moved.responses
+    said = " ".join(str(one) for one in moved.cautions if "past each other" in str(one))
+    rested = re.search(r"walk past each other at (\d+) of the frequencies", said)
+    on = re.search(r"walk on past each other at (\d+) of", said)
+    count = 0
+    for one in curve.anchors:
+        scheme = time_scheme(moved.prepared, 1 / (150 * one.frequency), frequency=one.frequency)
+        found = steady_state(scheme, one.frequency, curve.load, guess=one.amplitude, tolerance=1e-5)
+        count += abs(walk_of(found, 2)) > 1e-4
+    assert count > 0
+    assert sum(int(match[1]) for match in (rested, on) if match) == count
 
 
 def test_bodies_that_walk_on_are_said_and_what_others_have_moved_by_is_their_doubt(

@@ -77,8 +77,9 @@ class BriefMotion(NamedTuple):
     walk : float
         By how much the bodies move past each other in a cycle, over the largest range of a slip.
     walked, lasts, moved : float
-        Of bodies that have come to rest, how far they have walked, m, in how many cycles, about, and by how
-        much that has changed the amplitude, relative.
+        Of bodies that have come to rest, or are on the way after `offset.HORIZON` cycles, how far they walk
+        until they are at rest, m, in how many cycles, about, and by how much what they have walked has
+        changed the amplitude, relative.
     """
 
     amplitude: complex
@@ -182,9 +183,9 @@ def patient_motion(
         return found
     apart = abs(1 / ratio - 1) if known else 0.0
     start = end_of(end.state, 0.0, scheme, frequency)
-    drift = abs(float(end.drift))
-    own = max(float(end.doubt), LONGEST * drift)
-    doubt = max(own, float(apart))
+    drift = abs(end.drift)
+    own = max(end.doubt, LONGEST * drift)
+    doubt = max(own, apart)
     marched = BriefMotion(end.amplitude, drift, doubt, end=start, walk=found.walk)
     if end.rest is None:
         return marched
@@ -243,13 +244,13 @@ def _at_rest(scheme: TimeScheme, frequency: float, load: float, found: BriefMoti
     return found._replace(
         amplitude=now.amplitude,
         change=now.change,
-        doubt=float(left),
+        doubt=left,
         output=_outputs(now),
         end=end_of(at_phase_0(scheme, now), 0.0, scheme, frequency),
-        walk=float(abs(walk_of(now, scheme.joint.model.dimension))),
+        walk=abs(walk_of(now, scheme.joint.model.dimension)),
         walked=there.walked,
         lasts=there.lasts,
-        moved=float(moved),
+        moved=moved,
     )
 
 

@@ -39,15 +39,13 @@ from microslip.numerics.execute import each, threads
 from microslip.pipeline.band import Curve
 from microslip.pipeline.brief_motion import OPEN, BriefMotion, patient_motion
 from microslip.pipeline.choosing import AT_A_TIME
+from microslip.pipeline.doubts import doubt_with, no_better
 from microslip.pipeline.neighbours import beside_unsteady, far_between, leaving
 from microslip.pipeline.outputs_held import OutputsHeld
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.stepping import ACCURACY, Stepping, refined_anchors, taken
 from microslip.pipeline.targets import Stepped
-from microslip.pipeline.walk import (
-    DOUBTFUL,
-    may_be_shown,
-)
+from microslip.pipeline.walk import DOUBTFUL, may_be_shown
 from microslip.typing import Array
 
 FIRST = (-0.9, 0.9, -1.8, 1.8, -2.9, 2.9, -4.0, 4.0, -5.1, 5.1)
@@ -64,25 +62,6 @@ WIDER = 2.0
 """Times what a motion is seen to creep by that others may: one is one draw."""
 
 
-class Walked(NamedTuple):
-    """How bodies walk past each other in a steady state.
-
-    Attributes
-    ----------
-    rate : float
-        In a cycle, over the largest range of a slip.
-    far, lasts : float
-        Until they came to rest in it, m and in how many cycles, about; zero where they do not walk.
-    moved : float
-        By how much that has changed the amplitude, relative.
-    """
-
-    rate: float
-    far: float
-    lasts: float
-    moved: float
-
-
 @dataclass
 class _Table:
     """Corrections known so far, by index of the frequency."""
@@ -96,8 +75,7 @@ class _Table:
     settled: dict[int, Stepped] = field(default_factory=dict)
     accuracy: float | Array = ACCURACY
     stepping: Stepping = field(default_factory=Stepping)
-    crept: dict[int, float] = field(default_factory=dict)
-    walks: dict[int, Walked] = field(default_factory=dict)
+    motions: dict[int, BriefMotion] = field(default_factory=dict)
 
     def refine(self, joint: PreparedJoint) -> None:
         """Seek settled states on with more steps that are not yet, and know what the steps do."""
@@ -112,15 +90,13 @@ class _Table:
     def _have_strays(self) -> None:
         """Have how far motions stray from states in their doubt; those that motions leave are not steady."""
         for k, strays in self.stepping.strays.items():
-            varies = self.stepping.varies.get(k, 0.0)
-            if k in self.settled and not may_be_shown(strays, varies):
+            varies, known = self.stepping.varies.get(k, 0.0), k in self.settled
+            if known and not may_be_shown(strays, varies):
                 del self.settled[k], self.anchors[k]
                 self.lost[k] = strays
-            elif k in self.settled:
-                anchor = self.anchors[k]
-                drifts = self.stepping.drifts.get(k, 0.0)
-                doubt = max(anchor.doubt - anchor.varies, strays - varies, drifts) + varies
-                self.anchors[k] = replace(anchor, doubt=doubt, varies=varies)
+            elif known:
+                doubt = doubt_with(self.stepping, k, self.anchors[k])
+                self.anchors[k] = replace(self.anchors[k], doubt=doubt, varies=varies)
 
     def begun_anew(self) -> _Table:
         """The same with more steps, and nothing known but what those err by."""
@@ -150,18 +126,15 @@ class _Table:
         Each has gone one way for some time: others of another past may go as far as the next ones do. And
         bodies that walk on may change a motion by as much as any have that came to rest.
         """
-        crept = [k for k in sorted(self.anchors) if self.crept.get(k, np.nan) >= 0]
-        far = np.array([self.crept[k] for k in crept])
-        found = dict(self.anchors)
+        motions, found = self.motions, dict(self.anchors)
+        crept = [k for k in sorted(found) if motions[k].crept >= 0]
+        far = np.array([motions[k].crept for k in crept])
         for i, k in enumerate(crept):
             most = WIDER * float(far[max(i - 1, 0) : i + 2].max())
             found[k] = replace(found[k], doubt=found[k].doubt + most)
-        moved = max((one.moved for one in self.walks.values()), default=0.0)
-        for k, one in self.walks.items():
-            if k in found and one.rate > WALKS:
-                varies = found[k].varies
-                found[k] = replace(found[k], doubt=max(found[k].doubt - varies, moved) + varies)
-        return found
+        moved = max((one.moved for one in motions.values()), default=0.0)
+        walking = [k for k in found if motions[k].walk > WALKS]
+        return found | {k: no_better(found[k], moved) for k in walking}
 
     def response(self) -> Held:
         """The corrected response so far.
@@ -194,14 +167,14 @@ class Corrected(NamedTuple):
         Frequencies at which the motion was not steady, Hz.
     opens : bool
         Whether at some of these no pair touched at some instant.
-    walks : tuple of Walked
-        Of each steady state.
+    motions : tuple of BriefMotion
+        That the searches of its steady states have ended in.
     """
 
     response: Response
     unsteady: Array
     opens: bool
-    walks: tuple[Walked, ...]
+    motions: tuple[BriefMotion, ...]
 
 
 def corrected_response(
@@ -262,8 +235,8 @@ def corrected_response(
         table.take_refined()
     unsteady = base.frequency[sorted(table.lost)]
     response = outputs.response(_response(table, base), table.states)
-    walks = tuple(table.walks[k] for k in sorted(table.anchors))
-    return Corrected(response, unsteady, table.opens, walks)
+    motions = tuple(table.motions[k] for k in sorted(table.anchors))
+    return Corrected(response, unsteady, table.opens, motions)
 
 
 def _learn(joint: PreparedJoint, table: _Table, picks: list[int], guess: Contours) -> None:
@@ -285,10 +258,10 @@ def _learn(joint: PreparedJoint, table: _Table, picks: list[int], guess: Contour
         f = float(table.surface.frequency[k])
         anchor = anchor_at(table.surface, f, table.load, *found[:3])
         table.anchors[k] = replace(anchor, scatter=np.nan)
-        table.crept[k] = found.crept
-        table.walks[k] = Walked(found.walk, found.walked, found.lasts, found.moved)
+        table.motions[k] = found
         if found.end is not None:
-            table.ends[k] = Stepped(f, found.amplitude, found.end, table.stepping.steps, True)
+            steps = table.stepping.steps
+            table.ends[k] = Stepped(f, found.amplitude, found.end, steps, marched=True)
         if found.settled:
             table.settled[k] = table.ends[k]
 

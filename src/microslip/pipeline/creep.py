@@ -231,7 +231,7 @@ def crept(
     varies = max(strays[-2:]) if goes_on(strays) else 0.0
     left = max(left, varies)
     cycles = count * block + lost
-    return Crept(complex(end), own, left + missed, state, cycles, reached, varies=varies)
+    return Crept(complex(end), float(own), float(left + missed), state, cycles, reached, varies=varies)
 
 
 def _walked(
@@ -299,7 +299,7 @@ def _walked(
     return Crept(
         amplitude,
         0.0,
-        apart + doubt,
+        float(apart + doubt),
         end,
         spent + more,
         rest.cycles,

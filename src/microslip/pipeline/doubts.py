@@ -40,10 +40,10 @@ def doubted(
     """
     known = dict[int, Anchor]()
     for k, one in anchors.items():
-        doubt, varies = one.doubt, variation(stepping, k, found[k])
+        varies = variation(stepping, k, found[k])
+        known[k] = replace(one, scatter=found[k].scatter, varies=varies)
         if k not in ended and found[k].rest is None and one.change > FINE:
-            doubt = max(doubt - varies, moved) + varies
-        known[k] = replace(one, doubt=doubt, scatter=found[k].scatter, varies=varies)
+            known[k] = no_better(known[k], moved)
     rests = {k: known[k] for k in sorted(known) if found[k].rest is not None}
     beside = dict[int, list[Anchor]]()
     for left, right in pairwise(rests):
@@ -52,17 +52,22 @@ def doubted(
     return known | {k: as_doubtful(rests[k], *others) for k, others in beside.items()}
 
 
-def variation(stepping: Stepping, k: int, found: Found) -> float:
+def variation(stepping: Stepping, k: int, found: Found | Anchor) -> float:
     """How far the size of a motion varies for good, with more steps where these tell, relative."""
     own = stepping.varies.get(k, 0.0)
     return own if stepping.sought_on.get(k) is not None else max(found.varies, own)
 
 
-def doubt_with(stepping: Stepping, k: int, found: Found) -> float:
+def doubt_with(stepping: Stepping, k: int, found: Found | Anchor) -> float:
     """How well a motion is known with more steps, relative: its mean, and what it varies by."""
     beyond = stepping.strays.get(k, 0.0) - stepping.varies.get(k, 0.0)
     mean = max(found.doubt - found.varies, beyond, stepping.drifts.get(k, 0.0))
     return mean + variation(stepping, k, found)
+
+
+def no_better(one: Anchor, mean: float) -> Anchor:
+    """A steady state whose mean amplitude is known no better than that, relative."""
+    return replace(one, doubt=max(one.doubt - one.varies, mean) + one.varies)
 
 
 def as_doubtful(one: Anchor, *others: Anchor) -> Anchor:

@@ -258,12 +258,16 @@ def _cautions(settings: ResponseAnalysis, case: Curve, auto: Anchored) -> list[C
 
 
 def _come_to_rest(place: str, walks: Sequence[tuple[float, float]]) -> list[Caution]:
-    """That the response is where bodies that walk have come to rest: how far, m, and in how many cycles."""
-    if not walks:
+    """That the response is where bodies that walk have come to rest: how far, m, and in how many cycles.
+
+    What is there within a cycle has not walked.
+    """
+    walking = [one for one in walks if one[1] >= 1]
+    if not walking:
         return []
-    far, long = (max(values) for values in zip(*walks, strict=True))
+    far, long = (max(values) for values in zip(*walking, strict=True))
     reason = (
-        f"the bodies walk past each other at {len(walks)} of the frequencies sought, by up to "
+        f"the bodies walk past each other at {len(walking)} of the frequencies sought, by up to "
         f"{readable(far, 'm', 3)} in about {long:.2g} cycles; the response is where they come to rest"
     )
     advice = "stiffer supports hold them sooner; [[analysis.history]] marches the motion on the way"
@@ -284,7 +288,7 @@ def _cut_off(case: Curve, curve: Response, axis: Axis, low: bool) -> Caution:
 
 def _of_corrected(settings: ResponseAnalysis, case: Curve, found: Corrected) -> list[Caution]:
     """Where the bound of a corrected response is above what is asked for, and where its bodies walk."""
-    curve, unsteady, walks = found.response, found.unsteady, found.walks
+    curve, unsteady = found.response, found.unsteady
     place, said = f"corrected, {case.load}", list[Caution]()
     doubtful = unsure(curve, settings.error)
     if len(doubtful):
@@ -297,15 +301,17 @@ def _of_corrected(settings: ResponseAnalysis, case: Curve, found: Corrected) -> 
             reason += f"; the motion is not steady at {len(unsteady)} of these, first {unsteady[0]:.6g} Hz"
         advice = 'raise analysis.response.corrections, or take method = "auto" there'
         said.append(Caution("response", place, reason, advice))
-    said += _come_to_rest(place, [(one.far, one.lasts) for one in walks if one.lasts >= 1])
-    rates = [one.rate for one in walks if one.rate > WALKS]
+    motions = found.motions
+    rests = [one for one in motions if one.walk <= WALKS]
+    said += _come_to_rest(place, [(one.walked, one.lasts) for one in rests])
+    rates = [one.walk for one in motions if one.walk > WALKS]
     if rates:
         reason = (
-            f"the bodies walk on past each other at {len(rates)} of {len(walks)} steady states, by up to "
+            f"the bodies walk on past each other at {len(rates)} of {len(motions)} steady states, by up to "
             f"{max(rates):.2g} of the slip in each cycle: the response is that of bodies on their way, and "
             "may be another where they come to rest"
         )
-        advice = 'method = "auto" and [analysis.time] bring them there'
+        advice = "stiffer supports hold them; [analysis.time] looks for where they rest"
         said.append(Caution("response", place, reason, advice))
     return said
 

@@ -237,7 +237,8 @@ def rested(
         place = mean_slip(final.cycle.state.v, scheme.joint.model.dimension)
         offset, ahead = None, np.nan
     walked = float(np.linalg.norm(place - first.looked.offset.mean(axis=0)))
-    return Rested(final, apart, offset, walked, rest.cycles, ahead, spent + final.cycles + 1)
+    spent += final.cycles + 1
+    return Rested(final, float(apart), offset, walked, rest.cycles, ahead, spent)
 
 
 def sought_there(
