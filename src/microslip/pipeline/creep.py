@@ -231,7 +231,9 @@ def crept(
     varies = max(strays[-2:]) if goes_on(strays) else 0.0
     left = max(left, varies)
     cycles = count * block + lost
-    return Crept(complex(end), float(own), float(left + missed), state, cycles, reached, varies=varies)
+    return Crept(
+        complex(end), float(own), float(left + missed), state, cycles, reached, varies=varies
+    )
 
 
 def _walked(
