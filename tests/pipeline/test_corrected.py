@@ -317,7 +317,7 @@ def test_bodies_that_walk_on_are_said_and_what_others_have_moved_by_is_their_dou
     assert (error[at < peak] < 0.02).any()
     said = [str(one) for one in run.cautions if "walk" in str(one)]
     assert f"walk past each other at {(at < peak).sum()} of the frequencies" in said[0]
-    assert "in about 3e+02 cycles" in said[0]
+    assert "in about 3e+02 cycles; the response is where they come to rest" in said[0]
     count = (at > peak + 1.0).sum()
     assert (
         f"walk on past each other at {count} of {len(at)} steady states, by up to 0.003" in said[1]

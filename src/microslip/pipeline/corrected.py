@@ -90,11 +90,13 @@ class _Table:
     def _have_strays(self) -> None:
         """Have how far motions stray from states in their doubt; those that motions leave are not steady."""
         for k, strays in self.stepping.strays.items():
-            varies, known = self.stepping.varies.get(k, 0.0), k in self.settled
-            if known and not may_be_shown(strays, varies):
+            if k not in self.settled:
+                continue
+            varies = self.stepping.varies.get(k, 0.0)
+            if not may_be_shown(strays, varies):
                 del self.settled[k], self.anchors[k]
                 self.lost[k] = strays
-            elif known:
+            else:
                 doubt = doubt_with(self.stepping, k, self.anchors[k])
                 self.anchors[k] = replace(self.anchors[k], doubt=doubt, varies=varies)
 
@@ -124,7 +126,7 @@ class _Table:
         """Steady states, with how far those that do not come to rest creep in their doubt.
 
         Each has gone one way for some time: others of another past may go as far as the next ones do. And
-        bodies that walk on may change a motion by as much as any have that came to rest.
+        bodies that walk on may change a motion by as much as any have on their way.
         """
         motions, found = self.motions, dict(self.anchors)
         crept = [k for k in sorted(found) if motions[k].crept >= 0]
