@@ -37,12 +37,13 @@ COMPARED = 13
 """Harmonics at which time integration is asked again, where it has left the response with the fewest; and
 once more beside that with the most."""
 
-NEWTON_STEPS, PATIENCE = 20, 5
-"""Steps of Newton's method from a start whose contact states are known, before another is tried; of these,
-those in which the residual has to fall to a half."""
+Allowed = tuple[int, int]
+"""Steps of Newton's method before a start is given up, and of these, those in which the residual has to fall
+to a half."""
 
-STEPS_BESIDE, PATIENCE_BESIDE = 40, 12
-"""The same from a motion over time beside the response, where states change a few at a time for ten steps."""
+ELSEWHERE, BESIDE, LEAPING = (20, 5), (40, 12), (150, 50)
+"""From a start whose contact states are known; from a motion over time beside the response, where states
+change a few at a time for ten steps; from there to many harmonics at once, where they do so for longer."""
 
 UNMEASURED = 41
 """Harmonics at most where no motion over time can tell what more of them bring: these cost minutes."""
@@ -242,7 +243,8 @@ class Ladder:
             if self._confirmed(climb) or not climb.measurable or not self.leaps.allow(1):
                 break
             assert climb.cycle is not None
-            found = self._tried(next(starts_from_cycle(more, climb.cycle)), climb, began, True)
+            start = next(starts_from_cycle(more, climb.cycle))
+            found = self._tried(start, climb, began, LEAPING)
             if found is None:
                 self.leaps.add(1)  # once, whatever it costs
             else:
@@ -285,7 +287,7 @@ class Ladder:
             return
         new = with_harmonics(self.base.problem, climb.last.harmonics)
         for start in starts_from_cycle(new, climb.beside.steady):
-            found = self._tried(start, climb, began, True)
+            found = self._tried(start, climb, began, BESIDE)
             if found is not None:
                 climb.answers[-1] = found
                 return
@@ -318,18 +320,19 @@ class Ladder:
         """
         for starts in self._starts(new, climb):
             for start in islice(starts, None if new.harmonics <= UNMEASURED else 1):
-                found = self._tried(start, climb, began, start.over_time and climb.patient)
+                patient = start.over_time and climb.patient
+                found = self._tried(start, climb, began, BESIDE if patient else ELSEWHERE)
                 if found is not None:
                     return found
         climb.missed += 1
         return None
 
     def _tried(
-        self, start: Start, climb: Climb, began: float, patient: bool
+        self, start: Start, climb: Climb, began: float, allowed: Allowed
     ) -> HarmonicPoint | None:
         """The same response by Newton's method from a start; None where there is none, or another."""
         with suppress(ContinuationError):
-            found = self._from_start(start, climb.last.frequency, began, climb.last, patient)
+            found = self._from_start(start, climb.last.frequency, began, climb.last, allowed)
             if climb.cycle is None or not climb.left_by(found):
                 return found
         return None
@@ -403,12 +406,11 @@ class Ladder:
         frequency: float,
         began: float,
         before: HarmonicPoint | None = None,
-        patient: bool = False,
+        allowed: Allowed = ELSEWHERE,
     ) -> HarmonicPoint:
         path = self._path(start.problem)
         w = first_step(path, start, frequency)
-        most = (STEPS_BESIDE, PATIENCE_BESIDE) if patient else (NEWTON_STEPS, PATIENCE)
-        return self._newton(path, w, frequency, began, before, most)
+        return self._newton(path, w, frequency, began, before, allowed)
 
     def _approached(
         self, start: Start, frequency: float, began: float, before: HarmonicPoint | None = None
@@ -431,11 +433,11 @@ class Ladder:
         frequency: float,
         began: float,
         before: HarmonicPoint | None = None,
-        most: tuple[int, int] | None = None,
+        allowed: Allowed | None = None,
     ) -> HarmonicPoint:
         control = self.control
-        if most is not None:
-            control = replace(control, max_iterations=most[0], patience=most[1])
+        if allowed is not None:
+            control = replace(control, max_iterations=allowed[0], patience=allowed[1])
         _, equations, iterations = solve_at(path, w, frequency, control)
         assert isinstance(equations, EquationsAt)
         iterations += 0 if before is None else before.iterations
