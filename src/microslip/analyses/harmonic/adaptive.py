@@ -15,44 +15,32 @@ from dataclasses import dataclass, replace
 from itertools import islice
 
 from microslip.analyses.harmonic.alongside import Place, followed
-from microslip.analyses.harmonic.approach import approached
+from microslip.analyses.harmonic.answers import BESIDE, ELSEWHERE, LEAPING, Allowed, Answers
 from microslip.analyses.harmonic.climb import Climb
 from microslip.analyses.harmonic.levels import estimated_error, more_harmonics
 from microslip.analyses.harmonic.losses import Losses
 from microslip.analyses.harmonic.over_time import OWN, MotionBeside, OverTime, supported
-from microslip.analyses.harmonic.paths import EquationsAt, FrequencyPath
-from microslip.analyses.harmonic.points import PULL, HarmonicPoint, describe
+from microslip.analyses.harmonic.paths import FrequencyPath
+from microslip.analyses.harmonic.points import PULL, HarmonicPoint
 from microslip.analyses.harmonic.problem import HarmonicProblem, walking, with_harmonics
 from microslip.analyses.harmonic.starts import (
     Start,
-    first_step,
     starts_from_cycle,
     starts_from_point,
 )
 from microslip.analyses.time.steady import SteadyState
-from microslip.numerics.continuation import ContinuationError, StepControl, solve_at
+from microslip.numerics.continuation import ContinuationError, StepControl
 from microslip.typing import Array
 
 COMPARED = 13
 """Harmonics at which time integration is asked again, where it has left the response with the fewest; and
 once more beside that with the most."""
 
-Allowed = tuple[int, int]
-"""Steps of Newton's method before a start is given up, and of these, those in which the residual has to fall
-to a half."""
-
-ELSEWHERE, BESIDE, LEAPING = (20, 5), (40, 12), (150, 50)
-"""From a start whose contact states are known; from a motion over time beside the response, where states
-change a few at a time for ten steps; from there to many harmonics at once, where they do so for longer."""
-
 UNMEASURED = 41
 """Harmonics at most where no motion over time can tell what more of them bring: these cost minutes."""
 
 MISSES = 1
 """Levels without an answer that are passed over on the way up where no motion over time is known."""
-
-KEPT = 12
-"""Paths whose factorisations are kept."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +80,7 @@ class Ladder:
         adaptive: Adaptive | None,
         over_time: OverTime | None = None,
     ) -> None:
-        self.paths = {_key(path.problem): path}
+        self.answers = Answers(path, control)
         self.base = path
         self.control = control
         self.adaptive = adaptive
@@ -114,11 +102,13 @@ class Ladder:
             Where the first does not succeed.
         """
         began = clock.perf_counter()
-        point = self._newton(self._path(problem), w, frequency, began)
+        point = self.answers.newton(self.answers.path(problem), w, frequency, began)
         if point.pull > PULL:
             released, guess = walking(problem, point.w)
             with suppress(ContinuationError):
-                point = self._newton(self._path(released), guess, frequency, began, point)
+                point = self.answers.newton(
+                    self.answers.path(released), guess, frequency, began, point
+                )
         return point
 
     def grown(self, point: HarmonicPoint, place: Place | None = None) -> HarmonicPoint:
@@ -147,7 +137,7 @@ class Ladder:
         for problem in self._levels(False):
             for start in starts_from_cycle(problem, steady):
                 try:
-                    point = self._from_start(start, steady.frequency, began)
+                    point = self.answers.from_start(start, steady.frequency, began)
                 except ContinuationError as error:
                     reason = error
                     continue
@@ -258,7 +248,7 @@ class Ladder:
             if not self.losses.allow(new.harmonics):
                 break
             try:
-                return self._approached(start, climb.last.frequency, began, climb.last)
+                return self.answers.by_small_steps(start, climb.last.frequency, began, climb.last)
             except ContinuationError:
                 self.losses.add(new.harmonics)
         return None
@@ -332,7 +322,7 @@ class Ladder:
     ) -> HarmonicPoint | None:
         """The same response by Newton's method from a start; None where there is none, or another."""
         with suppress(ContinuationError):
-            found = self._from_start(start, climb.last.frequency, began, climb.last, allowed)
+            found = self.answers.from_start(start, climb.last.frequency, began, climb.last, allowed)
             if climb.cycle is None or not climb.left_by(found):
                 return found
         return None
@@ -345,13 +335,13 @@ class Ladder:
         for least in self._neighbours(climb):
             if not self.losses.allow(new.harmonics):
                 break
-            there = self._with(new, least, began)
+            there = self.answers.from_point(new, least, began)
             if there is None:
                 continue
-            path = self._path(there.problem)
+            path = self.answers.path(there.problem)
             try:
                 w = followed(path, there.w, there.frequency, frequency)
-                found = self._newton(path, w, frequency, began, climb.last)
+                found = self.answers.newton(path, w, frequency, began, climb.last)
             except ContinuationError:
                 self.losses.add(new.harmonics)
                 break
@@ -378,17 +368,6 @@ class Ladder:
                 with suppress(ContinuationError):
                     yield self.least(climb.place.path.problem, point.u, point.p)
 
-    def _with(
-        self, new: HarmonicProblem, point: HarmonicPoint, began: float
-    ) -> HarmonicPoint | None:
-        """A neighbour with other harmonics; None where it has none, or one walks and the other does not."""
-        if point.problem.walks != new.walks:
-            return None
-        for start in starts_from_point(new, point):
-            with suppress(ContinuationError):
-                return self._from_start(start, point.frequency, began, point)
-        return None
-
     def _starts(self, new: HarmonicProblem, climb: Climb) -> Iterator[Iterator[Start]]:
         """Starts of other harmonics, from a cycle over time and from the last ones, the likeliest first.
 
@@ -399,52 +378,3 @@ class Ladder:
             if new.harmonics > more_harmonics(climb.last.harmonics):
                 return
         yield starts_from_point(new, climb.last)
-
-    def _from_start(
-        self,
-        start: Start,
-        frequency: float,
-        began: float,
-        before: HarmonicPoint | None = None,
-        allowed: Allowed = ELSEWHERE,
-    ) -> HarmonicPoint:
-        path = self._path(start.problem)
-        w = first_step(path, start, frequency)
-        return self._newton(path, w, frequency, began, before, allowed)
-
-    def _approached(
-        self, start: Start, frequency: float, began: float, before: HarmonicPoint | None = None
-    ) -> HarmonicPoint:
-        path = self._path(start.problem)
-        return self._newton(path, approached(path, start, frequency), frequency, began, before)
-
-    def _path(self, problem: HarmonicProblem) -> FrequencyPath:
-        key = _key(problem)
-        if key not in self.paths:
-            if len(self.paths) > KEPT:
-                del self.paths[next(old for old in self.paths if self.paths[old] is not self.base)]
-            self.paths[key] = FrequencyPath(problem, self.base.load, self.base.parameter_scale)
-        return self.paths[key]
-
-    def _newton(
-        self,
-        path: FrequencyPath,
-        w: Array,
-        frequency: float,
-        began: float,
-        before: HarmonicPoint | None = None,
-        allowed: Allowed | None = None,
-    ) -> HarmonicPoint:
-        control = self.control
-        if allowed is not None:
-            control = replace(control, max_iterations=allowed[0], patience=allowed[1])
-        _, equations, iterations = solve_at(path, w, frequency, control)
-        assert isinstance(equations, EquationsAt)
-        iterations += 0 if before is None else before.iterations
-        return describe(equations, iterations, clock.perf_counter() - began)
-
-
-def _key(problem: HarmonicProblem) -> tuple[int, bool, float, bytes, bytes]:
-    """What the problems of one response differ in."""
-    places = problem.offset.tobytes(), problem.held.tobytes()
-    return problem.harmonics, problem.walks, problem.spring, *places

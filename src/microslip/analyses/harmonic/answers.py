@@ -1,0 +1,125 @@
+"""Answers of Newton's method with any number of harmonics, from starts of every kind.
+
+Each number of harmonics, held or walking, has a path of its own, whose factorisations the next answer takes
+over.
+"""
+
+from __future__ import annotations
+
+import time as clock
+from contextlib import suppress
+from dataclasses import replace
+
+from microslip.analyses.harmonic.approach import approached
+from microslip.analyses.harmonic.paths import EquationsAt, FrequencyPath
+from microslip.analyses.harmonic.points import HarmonicPoint, describe
+from microslip.analyses.harmonic.problem import HarmonicProblem
+from microslip.analyses.harmonic.starts import Start, first_step, starts_from_point
+from microslip.numerics.continuation import ContinuationError, StepControl, solve_at
+from microslip.typing import Array
+
+Allowed = tuple[int, int]
+"""Steps of Newton's method before a start is given up, and of these, those in which the residual has to fall
+to a half."""
+
+ELSEWHERE, BESIDE, LEAPING = (20, 5), (40, 12), (150, 50)
+"""From a start whose contact states are known; from a motion over time beside the response, where states
+change a few at a time for ten steps; from there to many harmonics at once, where they do so for longer."""
+
+KEPT = 12
+"""Paths whose factorisations are kept."""
+
+
+class Answers:
+    """Answers under one load, each with what it cost since a moment `began` (``perf_counter``), s.
+
+    Parameters
+    ----------
+    base : FrequencyPath
+        Its load and scale are those of all paths; its factorisation is kept longest.
+    control : StepControl
+    """
+
+    def __init__(self, base: FrequencyPath, control: StepControl) -> None:
+        self.paths = {_key(base.problem): base}
+        self.base = base
+        self.control = control
+
+    def path(self, problem: HarmonicProblem) -> FrequencyPath:
+        """The path of a problem, as it was left."""
+        key = _key(problem)
+        if key not in self.paths:
+            if len(self.paths) > KEPT:
+                del self.paths[next(old for old in self.paths if self.paths[old] is not self.base)]
+            self.paths[key] = FrequencyPath(problem, self.base.load, self.base.parameter_scale)
+        return self.paths[key]
+
+    def newton(
+        self,
+        path: FrequencyPath,
+        w: Array,
+        frequency: float,
+        began: float,
+        before: HarmonicPoint | None = None,
+        allowed: Allowed | None = None,
+    ) -> HarmonicPoint:
+        """Newton's method from unknowns; its steps are added to those of the answer `before`.
+
+        Raises
+        ------
+        ContinuationError
+        """
+        control = self.control
+        if allowed is not None:
+            control = replace(control, max_iterations=allowed[0], patience=allowed[1])
+        _, equations, iterations = solve_at(path, w, frequency, control)
+        assert isinstance(equations, EquationsAt)
+        iterations += 0 if before is None else before.iterations
+        return describe(equations, iterations, clock.perf_counter() - began)
+
+    def from_start(
+        self,
+        start: Start,
+        frequency: float,
+        began: float,
+        before: HarmonicPoint | None = None,
+        allowed: Allowed = ELSEWHERE,
+    ) -> HarmonicPoint:
+        """Newton's method from a start, the first step with its contact states.
+
+        Raises
+        ------
+        ContinuationError
+        """
+        path = self.path(start.problem)
+        w = first_step(path, start, frequency)
+        return self.newton(path, w, frequency, began, before, allowed)
+
+    def by_small_steps(
+        self, start: Start, frequency: float, began: float, before: HarmonicPoint | None = None
+    ) -> HarmonicPoint:
+        """The answer on the branch from a start to it (`approach.py`).
+
+        Raises
+        ------
+        ContinuationError
+        """
+        path = self.path(start.problem)
+        return self.newton(path, approached(path, start, frequency), frequency, began, before)
+
+    def from_point(
+        self, new: HarmonicProblem, point: HarmonicPoint, began: float
+    ) -> HarmonicPoint | None:
+        """The same with other harmonics; None where it has none, or one walks and the other does not."""
+        if point.problem.walks != new.walks:
+            return None
+        for start in starts_from_point(new, point):
+            with suppress(ContinuationError):
+                return self.from_start(start, point.frequency, began, point)
+        return None
+
+
+def _key(problem: HarmonicProblem) -> tuple[int, bool, float, bytes, bytes]:
+    """What the problems of one response differ in."""
+    places = problem.offset.tobytes(), problem.held.tobytes()
+    return problem.harmonics, problem.walks, problem.spring, *places
