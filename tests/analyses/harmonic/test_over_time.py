@@ -132,6 +132,46 @@ def test_a_measure_that_is_too_kind_is_put_right(small_reference, monkeypatch):
     assert distance(found.amplitude, truth.amplitude) <= found.error + right.own
 
 
+def test_own_error_where_other_tractions_lock_in(small_reference, monkeypatch):
+    """By half as many steps from the finer motion, where a change from coarse ones says more than that.
+
+    Above the difference from four times the steps that stay with it, below what the change says.
+    """
+    joint, load = small_reference.joint, LOAD * small_reference.moment
+    point, _ = few_harmonics(joint, load, 174.0)
+    monkeypatch.setattr(over_time_module, "FEWEST", 300)
+    monkeypatch.setattr(over_time_module, "MOST_STEPS", 600)
+    settles = OverTime._settled
+
+    def locked_in(self, frequency, near, steps, start, more):
+        """The first motion is one of another amplitude, as if it had locked in other tractions."""
+        found, lingers = settles(self, frequency, near, steps, start, more)
+        monkeypatch.setattr(OverTime, "_settled", settles)
+        return replace(found, amplitude=1.01 * found.amplitude), lingers
+
+    monkeypatch.setattr(OverTime, "_settled", locked_in)
+    found = OverTime(joint, load).beside(point)
+    scheme = time_scheme(joint, 1 / (174.0 * 2400), frequency=174.0)
+    fine = steady_state(scheme, 174.0, load, start=found.steady.end, tolerance=1e-6)
+    off = distance(found.steady.amplitude, fine.amplitude)
+    print(f"off by {off:.1e}, stated {found.own:.1e}")
+    assert off <= found.own < own_error([np.inf, 0.01])
+
+
+def test_many_harmonics_stand_beside_the_motion_from_their_own_state(small_reference, monkeypatch):
+    """Where that of few has other tractions locked in, and no answer is near it."""
+    joint, load = small_reference.joint, LOAD * small_reference.moment
+    point, path = few_harmonics(joint, load, 170.0)
+    right = OverTime(joint, load).beside(point)
+    elsewhere = replace(right.steady, amplitude=1.02 * right.steady.amplitude)
+    monkeypatch.setattr(OverTime, "beside", lambda *_: replace(right, steady=elsewhere))
+    found = Ladder(path, CONTROL, Adaptive(2e-3, most=21), OverTime(joint, load)).grown(point)
+    truth = settled(joint, 170.0, load, 1000)
+    off = distance(found.amplitude, truth.amplitude)
+    print(f"{found.harmonics} harmonics are off by {off:.1e}, stated {found.error:.1e}")
+    assert off <= found.error <= 2e-3
+
+
 def test_motions_are_looked_for_beside_the_most_harmonics_too(small_reference, monkeypatch):
     """Where few harmonics are too far off for one; then the best of all answers is the response."""
     joint, load = small_reference.joint, LOAD * small_reference.moment

@@ -39,6 +39,9 @@ once more beside that with the most."""
 UNMEASURED = 41
 """Harmonics at most where no motion over time can tell what more of them bring: these cost minutes."""
 
+LEAPS = 2
+"""Starts of a leap to many harmonics."""
+
 MISSES = 1
 """Levels without an answer that are passed over on the way up where no motion over time is known."""
 
@@ -170,6 +173,7 @@ class Ladder:
             self._ask(climb, began)
             if climb.beside is not None:
                 missed = self._one_by_one(climb, began)
+        self._beside_their_own(climb)
         self._by_small_steps(climb, missed, began)
         self._by_leaps(climb, began)
         self._confirmed(climb)
@@ -225,20 +229,55 @@ class Ladder:
             if found is not None:
                 self._reached(climb, found, began)
 
+    def _beside_their_own(self, climb: Climb) -> None:
+        """The answer with most harmonics and the best, each beside the motion from its own state.
+
+        Motions with other tractions locked in differ in amplitude: one with many harmonics has its own.
+        """
+        for answer in (climb.last, climb.best):
+            if climb.beside is not None and not self._confirmed(climb):
+                self._beside_its_own(answer, climb)
+
+    def _beside_its_own(self, answer: HarmonicPoint, climb: Climb) -> None:
+        """Take the motion from the state of an answer for that of the response, where it is nearer."""
+        assert self.over_time is not None
+        assert climb.beside is not None
+        if answer.harmonics == climb.asked:
+            return
+        own = self.over_time.again(answer, climb.beside)
+        if own.error_of(answer) < climb.best.error:
+            climb.beside, climb.asked = own, answer.harmonics
+            climb.best = self._measured(answer, climb)
+
     def _by_leaps(self, climb: Climb, began: float) -> None:
-        """Levels that cost minutes, from the motion over time: with so many it nearly is an answer."""
+        """Levels that cost minutes, from the motion over time: with so many it nearly is an answer.
+
+        Where no start leads to a level, the next ones are not tried.
+        """
+        assert self.adaptive is not None
         for more in self._levels(climb.best.problem.walks):
             if more.harmonics <= max(UNMEASURED, climb.last.harmonics):
                 continue
             if self._confirmed(climb) or not climb.measurable or not self.leaps.allow(1):
                 break
-            assert climb.cycle is not None
-            start = next(starts_from_cycle(more, climb.cycle))
-            found = self._tried(start, climb, began, LEAPING)
+            found = self._leap(more, climb, began)
             if found is None:
-                self.leaps.add(1)  # once, whatever it costs
-            else:
-                self._reached(climb, found, began)
+                break
+            self._reached(climb, found, began)
+            if not climb.best.error <= self.adaptive.tolerance:
+                self._beside_its_own(found, climb)
+
+    def _leap(self, more: HarmonicProblem, climb: Climb, began: float) -> HarmonicPoint | None:
+        """The response with many harmonics, by Newton's method from the likeliest starts."""
+        assert climb.cycle is not None
+        for start in islice(starts_from_cycle(more, climb.cycle), LEAPS):
+            if not self.leaps.allow(1):
+                break
+            found = self._tried(start, climb, began, LEAPING)
+            if found is not None:
+                return found
+            self.leaps.add(1)  # once, whatever it costs
+        return None
 
     def _next_by_steps(
         self, new: HarmonicProblem, climb: Climb, began: float

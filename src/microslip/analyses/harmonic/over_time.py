@@ -3,11 +3,13 @@
 A response of harmonic balance is a state to integrate from. Where the motion stays, the two methods have
 the same response, and their difference says what the harmonics left out do to its amplitude:
 
-    e = distance(A_H, A_s) + max(distance(A_s, A_{s/2}), distance(A_{s/2}, A_{s/4}) / 2),
+    e = distance(A_H, A_s) + max(distance(A_s, A_{s/2}), distance(A_{s/2}, A_{s/4}) / 2) / (sqrt(2) - 1),
 
-A_s the amplitude of time integration with s steps per cycle, whose error, of first order or better, is not
-larger than its difference from half as many steps; these are doubled until that is small. Where the motion
-leaves (the response is not stable) or does not settle there is no such estimate.
+A_s the amplitude of time integration with s steps per cycle, whose error falls with the root of the step or
+faster; steps are doubled until it is small. With more steps a motion may lock in other tractions, which
+changes its amplitude as well: where the error is still large with all of them, it is told by half as many
+that start from the finer motion and stay with it. Where the motion leaves (the response is not stable) or
+does not settle there is no such estimate.
 
 Differences of amplitudes are measured by `points.distance`: near a resonance the phase turns by a radian over
 the width of the peak, and what moves that by a hundredth of its width changes the complex amplitude by a
@@ -156,14 +158,30 @@ class OverTime:
         With as many steps per cycle as the known one, which is kept where this one leaves or does not settle,
         and where it is one from rest. Bodies that slide sideways by little per cycle count as settled where
         their start has put them: from its own state, where the response has them.
+
+        Where the known one has not enough steps, or other tractions are locked in with more of them, it has
+        `MOST_STEPS`, and its own error is its difference from the one with half as many that stays with it.
         """
         if supported(point):
             return known
-        steps = len(known.steady.cycle.r) - 1
+        sure = known.own <= OWN
+        steps = len(known.steady.cycle.r) - 1 if sure else MOST_STEPS
         scheme = self._scheme(point.frequency, steps)
         start = end_of(state_from_point(scheme, point), 0.0, scheme, point.frequency)
         found, _ = self._settled(point.frequency, point.amplitude, steps, start, CYCLES_MORE)
-        return known if found is None else replace(known, steady=found)
+        if found is None:
+            return known
+        own = known.own if sure else self._own_error(found)
+        return replace(known, steady=found, own=own)
+
+    def _own_error(self, finer: SteadyState) -> float:
+        """Relative error of the amplitude of a motion, by one with half as many steps that stays with it.
+
+        One with more steps that starts from it may lock in other tractions, and differ by more than that.
+        """
+        frequency, near, steps = finer.frequency, finer.amplitude, (len(finer.cycle.r) - 1) // 2
+        coarse, _ = self._settled(frequency, near, steps, finer.end, CYCLES_MORE)
+        return np.inf if coarse is None else own_error([distance(coarse.amplitude, near)])
 
     def _refined(self, point: HarmonicPoint, start: Start) -> MotionBeside | None:
         """The motion next to a response, from a start, with as many steps as it needs.
@@ -194,9 +212,12 @@ class OverTime:
             found, start = finer, finer.end
         if found is None or len(changes) == 1:
             return None
+        own = own_error(changes)
+        if own > OWN:
+            own = min(own, self._own_error(found))
         if brought is None:
-            return MotionBeside(found, own_error(changes))
-        return replace(brought, steady=found, own=own_error(changes) + brought.own)
+            return MotionBeside(found, own)
+        return replace(brought, steady=found, own=own + brought.own)
 
     def _brought_on(self, point: HarmonicPoint, start: Start, steps: int) -> MotionBeside | None:
         """The motion from a start with its bodies where they rest, or are after `offset.HORIZON` cycles.
