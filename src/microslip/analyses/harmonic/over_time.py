@@ -171,7 +171,7 @@ class OverTime:
         found, _ = self._settled(point.frequency, point.amplitude, steps, start, CYCLES_MORE)
         if found is None:
             return known
-        own = known.own if sure else self._own_error(found)
+        own = known.own if sure else min(known.own, self._own_error(found))
         return replace(known, steady=found, own=own)
 
     def _own_error(self, finer: SteadyState) -> float:
