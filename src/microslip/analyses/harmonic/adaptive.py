@@ -63,7 +63,7 @@ class Adaptive:
 
 
 class Ladder:
-    """Paths with more and more harmonics, held or walking, each with its factorisation to reuse.
+    """Responses with more and more harmonics, held or walking.
 
     Parameters
     ----------
@@ -85,7 +85,6 @@ class Ladder:
     ) -> None:
         self.answers = Answers(path, control)
         self.base = path
-        self.control = control
         self.adaptive = adaptive
         self.over_time = over_time
         self.losses, self.leaps = Losses(), Losses()
@@ -105,13 +104,11 @@ class Ladder:
             Where the first does not succeed.
         """
         began = clock.perf_counter()
-        point = self.answers.newton(self.answers.path(problem), w, frequency, began)
+        point = self.answers.newton(problem, w, frequency, began)
         if point.pull > PULL:
             released, guess = walking(problem, point.w)
             with suppress(ContinuationError):
-                point = self.answers.newton(
-                    self.answers.path(released), guess, frequency, began, point
-                )
+                point = self.answers.newton(released, guess, frequency, began, point)
         return point
 
     def grown(self, point: HarmonicPoint, place: Place | None = None) -> HarmonicPoint:
@@ -235,37 +232,32 @@ class Ladder:
         Motions with other tractions locked in differ in amplitude: one with many harmonics has its own.
         """
         for answer in (climb.last, climb.best):
-            if climb.beside is not None and not self._confirmed(climb):
-                self._beside_its_own(answer, climb)
+            self._beside_its_own(answer, climb)
 
     def _beside_its_own(self, answer: HarmonicPoint, climb: Climb) -> None:
-        """Take the motion from the state of an answer for that of the response, where it is nearer."""
-        assert self.over_time is not None
-        assert climb.beside is not None
-        if answer.harmonics == climb.asked:
+        """Where none is good enough, the motion from the state of an answer instead, if that is nearer."""
+        if climb.beside is None or self._confirmed(climb) or answer.harmonics == climb.asked:
             return
+        assert self.over_time is not None
         own = self.over_time.again(answer, climb.beside)
         if own.error_of(answer) < climb.best.error:
-            climb.beside, climb.asked = own, answer.harmonics
-            climb.best = self._measured(answer, climb)
+            climb.stand_beside(answer, own)
 
     def _by_leaps(self, climb: Climb, began: float) -> None:
         """Levels that cost minutes, from the motion over time: with so many it nearly is an answer.
 
         Where no start leads to a level, the next ones are not tried.
         """
-        assert self.adaptive is not None
         for more in self._levels(climb.best.problem.walks):
             if more.harmonics <= max(UNMEASURED, climb.last.harmonics):
                 continue
-            if self._confirmed(climb) or not climb.measurable or not self.leaps.allow(1):
+            if self._confirmed(climb) or not climb.measurable:
                 break
             found = self._leap(more, climb, began)
             if found is None:
                 break
             self._reached(climb, found, began)
-            if not climb.best.error <= self.adaptive.tolerance:
-                self._beside_its_own(found, climb)
+            self._beside_its_own(found, climb)
 
     def _leap(self, more: HarmonicProblem, climb: Climb, began: float) -> HarmonicPoint | None:
         """The response with many harmonics, by Newton's method from the likeliest starts."""
@@ -328,9 +320,7 @@ class Ladder:
             return False
         if climb.beside is not None and climb.asked != climb.best.harmonics:
             assert self.over_time is not None
-            climb.beside = self.over_time.again(climb.best, climb.beside)
-            climb.asked = climb.best.harmonics
-            climb.best = self._measured(climb.best, climb)
+            climb.stand_beside(climb.best, self.over_time.again(climb.best, climb.beside))
         return climb.best.error <= self.adaptive.tolerance
 
     def _beside(self, point: HarmonicPoint) -> MotionBeside | None:
@@ -380,7 +370,7 @@ class Ladder:
             path = self.answers.path(there.problem)
             try:
                 w = followed(path, there.w, there.frequency, frequency)
-                found = self.answers.newton(path, w, frequency, began, climb.last)
+                found = self.answers.newton(there.problem, w, frequency, began, climb.last)
             except ContinuationError:
                 self.losses.add(new.harmonics)
                 break

@@ -56,7 +56,7 @@ class Answers:
 
     def newton(
         self,
-        path: FrequencyPath,
+        problem: HarmonicProblem,
         w: Array,
         frequency: float,
         began: float,
@@ -72,7 +72,7 @@ class Answers:
         control = self.control
         if allowed is not None:
             control = replace(control, max_iterations=allowed[0], patience=allowed[1])
-        _, equations, iterations = solve_at(path, w, frequency, control)
+        _, equations, iterations = solve_at(self.path(problem), w, frequency, control)
         assert isinstance(equations, EquationsAt)
         iterations += 0 if before is None else before.iterations
         return describe(equations, iterations, clock.perf_counter() - began)
@@ -91,9 +91,8 @@ class Answers:
         ------
         ContinuationError
         """
-        path = self.path(start.problem)
-        w = first_step(path, start, frequency)
-        return self.newton(path, w, frequency, began, before, allowed)
+        w = first_step(self.path(start.problem), start, frequency)
+        return self.newton(start.problem, w, frequency, began, before, allowed)
 
     def by_small_steps(
         self, start: Start, frequency: float, began: float, before: HarmonicPoint | None = None
@@ -104,8 +103,8 @@ class Answers:
         ------
         ContinuationError
         """
-        path = self.path(start.problem)
-        return self.newton(path, approached(path, start, frequency), frequency, began, before)
+        w = approached(self.path(start.problem), start, frequency)
+        return self.newton(start.problem, w, frequency, began, before)
 
     def from_point(
         self, new: HarmonicProblem, point: HarmonicPoint, began: float

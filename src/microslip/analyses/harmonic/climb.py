@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from microslip.analyses.harmonic.alongside import Place
 from microslip.analyses.harmonic.over_time import LEFT, MotionBeside
@@ -72,6 +72,11 @@ class Climb:
     def measurable(self) -> bool:
         """Whether a motion over time can tell that more harmonics are better than the best so far."""
         return self.beside is not None and self.beside.tells(self.best.amplitude)
+
+    def stand_beside(self, answer: HarmonicPoint, motion: MotionBeside) -> None:
+        """Take a motion for that of the response, and an answer for the best beside it."""
+        self.beside, self.asked = motion, answer.harmonics
+        self.best = replace(answer, error=motion.error_of(answer))
 
     def left_by(self, found: HarmonicPoint) -> bool:
         """Whether an answer is that of another response."""

@@ -164,24 +164,27 @@ class OverTime:
         """
         if supported(point):
             return known
-        sure = known.own <= OWN
-        steps = len(known.steady.cycle.r) - 1 if sure else MOST_STEPS
+        steps = len(known.steady.cycle.r) - 1 if known.own <= OWN else MOST_STEPS
         scheme = self._scheme(point.frequency, steps)
         start = end_of(state_from_point(scheme, point), 0.0, scheme, point.frequency)
         found, _ = self._settled(point.frequency, point.amplitude, steps, start, CYCLES_MORE)
         if found is None:
             return known
-        own = known.own if sure else min(known.own, self._own_error(found))
-        return replace(known, steady=found, own=own)
+        return replace(known, steady=found, own=self._own_error(found, known.own))
 
-    def _own_error(self, finer: SteadyState) -> float:
-        """Relative error of the amplitude of a motion, by one with half as many steps that stays with it.
+    def _own_error(self, finer: SteadyState, known: float) -> float:
+        """Relative error of the amplitude of a motion, from what is known of it.
 
-        One with more steps that starts from it may lock in other tractions, and differ by more than that.
+        Where that is not small, by one with half as many steps that stays with it, if that is less: one with
+        more steps that starts from another may lock in other tractions, and differ by more.
         """
+        if known <= OWN:
+            return known
         frequency, near, steps = finer.frequency, finer.amplitude, (len(finer.cycle.r) - 1) // 2
         coarse, _ = self._settled(frequency, near, steps, finer.end, CYCLES_MORE)
-        return np.inf if coarse is None else own_error([distance(coarse.amplitude, near)])
+        return (
+            known if coarse is None else min(known, own_error([distance(coarse.amplitude, near)]))
+        )
 
     def _refined(self, point: HarmonicPoint, start: Start) -> MotionBeside | None:
         """The motion next to a response, from a start, with as many steps as it needs.
@@ -212,9 +215,7 @@ class OverTime:
             found, start = finer, finer.end
         if found is None or len(changes) == 1:
             return None
-        own = own_error(changes)
-        if own > OWN:
-            own = min(own, self._own_error(found))
+        own = self._own_error(found, own_error(changes))
         if brought is None:
             return MotionBeside(found, own)
         return replace(brought, steady=found, own=own + brought.own)

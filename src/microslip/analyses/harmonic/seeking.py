@@ -128,7 +128,7 @@ class Search:
 
     def _on_branches(self, frequency: float, where: str) -> None:
         """Responses wherever the branches pass a frequency."""
-        control = self.ladder.control
+        control = self.ladder.answers.control
         guesses = [
             (number, place, guess)
             for number, way in enumerate(self.ways)
@@ -160,11 +160,13 @@ class Search:
         frequency = steady.frequency
         least, point = self.ladder.solve_from_cycle(steady)
         path = FrequencyPath(least.problem, least.load, self.ladder.base.parameter_scale)
-        start = first_point(path, least.w, frequency, self.ladder.control)
+        start = first_point(path, least.w, frequency, self.ladder.answers.control)
         branch, place = Branch((start,), "points"), 0
         few = least.harmonics == self.ladder.base.problem.harmonics
         if few and not self._followed(start) and not any(_same(point, old) for old in known):
-            branch, place = trace_through(path, start, self.band, self.ladder.control, self.tell)
+            branch, place = trace_through(
+                path, start, self.band, self.ladder.answers.control, self.tell
+            )
         self.ways.append(Way(path, branch))
         self._keep(len(self.ways) - 1, float(place), point)
 
