@@ -16,13 +16,14 @@ from itertools import islice
 
 from microslip.analyses.harmonic.alongside import Place, followed
 from microslip.analyses.harmonic.answers import BESIDE, ELSEWHERE, LEAPING, Allowed, Answers
-from microslip.analyses.harmonic.climb import Climb
+from microslip.analyses.harmonic.climb import COMPARED, Climb
 from microslip.analyses.harmonic.levels import estimated_error, more_harmonics
 from microslip.analyses.harmonic.losses import Losses
 from microslip.analyses.harmonic.over_time import OWN, MotionBeside, OverTime, supported
 from microslip.analyses.harmonic.paths import FrequencyPath
 from microslip.analyses.harmonic.points import PULL, HarmonicPoint
 from microslip.analyses.harmonic.problem import HarmonicProblem, walking, with_harmonics
+from microslip.analyses.harmonic.roundings import Roundings
 from microslip.analyses.harmonic.starts import (
     Start,
     starts_from_cycle,
@@ -32,18 +33,18 @@ from microslip.analyses.time.steady import SteadyState
 from microslip.numerics.continuation import ContinuationError, StepControl
 from microslip.typing import Array
 
-COMPARED = 13
-"""Harmonics at which time integration is asked again, where it has left the response with the fewest; and
-once more beside that with the most."""
-
 UNMEASURED = 41
 """Harmonics at most where no motion over time can tell what more of them bring: these cost minutes."""
+
+FEW_ENOUGH = 21
+"""Harmonics up to which a way by rounded contact laws that leads nowhere costs little."""
 
 LEAPS = 2
 """Starts of a leap to many harmonics."""
 
 MISSES = 1
-"""Levels without an answer that are passed over on the way up where no motion over time is known."""
+"""Levels without an answer that are passed over on the way up, where no motion over time is known or contact
+laws can be rounded instead."""
 
 
 @dataclass(frozen=True)
@@ -88,6 +89,7 @@ class Ladder:
         self.adaptive = adaptive
         self.over_time = over_time
         self.losses, self.leaps = Losses(), Losses()
+        self.roundings = Roundings(self.answers)
 
     def solve(self, problem: HarmonicProblem, w: Array, frequency: float) -> HarmonicPoint:
         """`least`, and as many harmonics as needed."""
@@ -171,6 +173,7 @@ class Ladder:
             if climb.beside is not None:
                 missed = self._one_by_one(climb, began)
         self._beside_their_own(climb)
+        self._by_rounding(climb, began)
         self._by_small_steps(climb, missed, began)
         self._by_leaps(climb, began)
         self._confirmed(climb)
@@ -182,8 +185,9 @@ class Ladder:
     def _one_by_one(self, climb: Climb, began: float) -> list[HarmonicProblem]:
         """Levels one after the other, by Newton's method or along the branch; returns those without answer.
 
-        All of them up to `UNMEASURED` where a motion over time is known: the more harmonics, the nearer is
-        its cycle to an answer. Without one, what has none at one level has mostly none at the next.
+        All of them up to `UNMEASURED` where a motion over time is known and contact laws cannot be rounded:
+        the more harmonics, the nearer is its cycle to an answer. Without one, what has none at one level
+        has mostly none at the next.
         """
         missed: list[HarmonicProblem] = []
         for more in self._levels(climb.best.problem.walks):
@@ -201,9 +205,28 @@ class Ladder:
                 self._reached(climb, found, began)
                 continue
             missed.append(more)
-            if climb.beside is None and len(missed) > MISSES:
+            if len(missed) > MISSES and (
+                climb.beside is None or self.roundings.of(climb) is not None
+            ):
                 break
         return missed
+
+    def _by_rounding(self, climb: Climb, began: float) -> None:
+        """Levels that Newton's method has not found, by way of rounded contact laws."""
+        if self._confirmed(climb) or not climb.measurable:
+            return
+        found = {answer.harmonics for answer in climb.answers}
+        for more in self._levels(climb.best.problem.walks):
+            if more.harmonics <= COMPARED or more.harmonics in found:
+                continue
+            if more.harmonics > UNMEASURED or self._confirmed(climb):
+                break
+            answer = self.roundings.answer(more, climb, began)
+            if answer is not None:
+                self._reached(climb, answer, began)
+                self._beside_its_own(answer, climb)
+            elif more.harmonics > FEW_ENOUGH:
+                break
 
     def _by_small_steps(
         self, climb: Climb, missed: Sequence[HarmonicProblem], began: float
@@ -286,7 +309,7 @@ class Ladder:
 
     def _reached(self, climb: Climb, found: HarmonicPoint, began: float) -> None:
         """Take down the answer of a level, with its error; it is the best where that is not larger."""
-        climb.answers.append(found)
+        climb.add(found)
         if climb.beside is None and found.harmonics == COMPARED:
             self._ask(climb, began)
             return

@@ -14,6 +14,7 @@ from microslip.analyses.harmonic.approach import approached
 from microslip.analyses.harmonic.paths import EquationsAt, FrequencyPath
 from microslip.analyses.harmonic.points import HarmonicPoint, describe
 from microslip.analyses.harmonic.problem import HarmonicProblem
+from microslip.analyses.harmonic.rounded import RoundedAnswer, rounded, sharpened
 from microslip.analyses.harmonic.starts import Start, first_step, starts_from_point
 from microslip.numerics.continuation import ContinuationError, StepControl, solve_at
 from microslip.typing import Array
@@ -105,6 +106,38 @@ class Answers:
         """
         w = approached(self.path(start.problem), start, frequency)
         return self.newton(start.problem, w, frequency, began, before)
+
+    def rounded(self, point: HarmonicPoint) -> RoundedAnswer:
+        """An answer with rounded contact laws (`rounded.py`).
+
+        Raises
+        ------
+        ContinuationError
+            Also of spatial pairs and of bodies that walk, whose laws are not rounded.
+        """
+        if point.problem.dimension != 2 or point.problem.walks:
+            raise ContinuationError("contact laws of spatial pairs, or of a walk, are not rounded")
+        return rounded(self.path(point.problem), point)
+
+    def from_rounded(
+        self,
+        new: HarmonicProblem,
+        known: RoundedAnswer,
+        frequency: float,
+        began: float,
+        before: HarmonicPoint | None = None,
+    ) -> HarmonicPoint:
+        """The answer with other harmonics at whose other end a rounded one is.
+
+        Raises
+        ------
+        ContinuationError
+        """
+        old = known.problem
+        new = replace(new, walks=old.walks, offset=old.offset, held=old.held)
+        return self.newton(
+            new, sharpened(self.path(new), known, frequency), frequency, began, before
+        )
 
     def from_point(
         self, new: HarmonicProblem, point: HarmonicPoint, began: float

@@ -27,8 +27,9 @@ from microslip.contact.aft import ContactCycle
 from microslip.numerics.continuation import ContinuationError
 from microslip.typing import Array
 
-RENEW_AFTER = 12
-"""A factorisation is made anew when GMRES needs so many iterations more than with a fresh one."""
+RENEW_AFTER, WORTH_STEPS = 12, 60
+"""A factorisation is made anew when GMRES needs so many iterations more than with a fresh one, or one more
+for every so many unknowns if that is more: it costs as the cube of them, an iteration as the square."""
 
 MAX_KRYLOV = 80
 
@@ -175,7 +176,8 @@ class HarmonicSolver:
             self.counts.krylov += iterations
             if fresh:
                 self._fresh_iterations = iterations
-            self._stale = iterations > self._fresh_iterations + RENEW_AFTER
+            late = max(RENEW_AFTER, len(known) // WORTH_STEPS)
+            self._stale = iterations > self._fresh_iterations + late
             if error <= allowed or fresh:
                 break
             self._stale = True
