@@ -15,7 +15,7 @@ from microslip.analyses.harmonic.paths import EquationsAt, FrequencyPath
 from microslip.analyses.harmonic.points import HarmonicPoint, describe
 from microslip.analyses.harmonic.problem import HarmonicProblem
 from microslip.analyses.harmonic.rounded import RoundedAnswer, rounded, sharpened
-from microslip.analyses.harmonic.starts import Start, first_step, starts_from_point
+from microslip.analyses.harmonic.starts import Start, first_step, standing_as, starts_from_point
 from microslip.numerics.continuation import ContinuationError, StepControl, solve_at
 from microslip.typing import Array
 
@@ -115,8 +115,6 @@ class Answers:
         ContinuationError
             Also of spatial pairs and of bodies that walk, whose laws are not rounded.
         """
-        if point.problem.dimension != 2 or point.problem.walks:
-            raise ContinuationError("contact laws of spatial pairs, or of a walk, are not rounded")
         return rounded(self.path(point.problem), point)
 
     def from_rounded(
@@ -133,11 +131,9 @@ class Answers:
         ------
         ContinuationError
         """
-        old = known.problem
-        new = replace(new, walks=old.walks, offset=old.offset, held=old.held)
-        return self.newton(
-            new, sharpened(self.path(new), known, frequency), frequency, began, before
-        )
+        new = standing_as(new, known.problem)
+        w = sharpened(self.path(new), known, frequency)
+        return self.newton(new, w, frequency, began, before)
 
     def from_point(
         self, new: HarmonicProblem, point: HarmonicPoint, began: float

@@ -22,11 +22,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from microslip.analyses.harmonic.equations import contact_at, evaluate, evaluate_at
+from microslip.analyses.harmonic.equations import evaluate
 from microslip.analyses.harmonic.operator import LinearOperator, linear_operator
 from microslip.analyses.harmonic.paths import CONTROL, FrequencyPath
 from microslip.analyses.harmonic.points import HarmonicPoint, distance
 from microslip.analyses.harmonic.problem import HarmonicProblem
+from microslip.analyses.harmonic.starts import first_step, start_from_unknowns
 from microslip.brief import Brief
 from microslip.numerics.continuation import (
     BranchPoint,
@@ -56,9 +57,6 @@ STEPS = replace(
 
 PROBE = 1e-4
 """Step in p of the difference that is the derivative by it."""
-
-FIRST_STEP = 1e-3
-"""Relative residual to which the first step with other harmonics is solved."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -120,7 +118,7 @@ def sharpened(path: FrequencyPath, known: RoundedAnswer, frequency: float) -> Ar
     Parameters
     ----------
     path : FrequencyPath
-        Its bodies stand, or walk from, where those of the rounded response do.
+        Its bodies stand where those of the rounded response do.
     known : RoundedAnswer
     frequency : float
         Hz.
@@ -131,7 +129,10 @@ def sharpened(path: FrequencyPath, known: RoundedAnswer, frequency: float) -> Ar
         Where the branch does not lead there.
     """
     way = RoundedPath(path, frequency, known.unit)
-    at = turned(first_point(way, _with_harmonics(way, known), known.p, STEPS))
+    rounding = way.rounding(known.p)
+    start = start_from_unknowns(path.problem, known.problem, known.w, known.v, rounding)
+    w = first_step(path, start, frequency, rounding)
+    at = turned(first_point(way, w, known.p, STEPS))
     branch = trace(way, at, (SHARP, known.p + 1), STEPS)
     end = branch.points[-1]
     if end.p != SHARP:
@@ -207,16 +208,3 @@ class RoundedAt:
     def by_parameter(self) -> Array:
         """Derivative of the residual by p."""
         return (self.way.at(self.w, self.p + PROBE).F - self.F) / PROBE
-
-
-def _with_harmonics(way: RoundedPath, known: RoundedAnswer) -> Array:
-    """Unknowns with other harmonics, one step of Newton's method from those that are known."""
-    new, old = way.operator.problem, known.problem
-    u, _ = old.split(known.w)
-    p, rounding = known.w[u.size :], way.rounding(known.p)
-    x = np.zeros(new.shape)
-    keep = min(x.shape[1], u.shape[1])
-    x[:, :keep] = (u + new.stiffness[:, None] * known.v)[:, :keep]
-    w = np.concatenate([contact_at(new, x, p, rounding).r.ravel(), p])
-    there = evaluate_at(way.operator, way.load, w, x, rounding)
-    return w + way.solver.linear_solve(way.operator, there.cycle, -there.F, FIRST_STEP)

@@ -45,8 +45,9 @@ class Roundings:
     def answer(self, new: HarmonicProblem, climb: Climb, began: float) -> HarmonicPoint | None:
         """The response with other harmonics, with the likeliest augmentations; None where none is found."""
         known = self.of(climb)
-        if known is None or climb.cycle is None:
+        if known is None:
             return None
+        assert climb.cycle is not None
         factors = augmentations(flexibility_of_cycle(new, climb.cycle))[:AUGMENTATIONS]
         for factor in factors:
             if not self.losses.allow(1):

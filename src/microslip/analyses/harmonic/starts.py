@@ -66,7 +66,9 @@ class Start(Brief):
     over_time: bool = False
 
 
-def first_step(path: FrequencyPath, start: Start, frequency: float) -> Array:
+def first_step(
+    path: FrequencyPath, start: Start, frequency: float, rounding: Array | None = None
+) -> Array:
     """Unknowns after one step of Newton's method with the contact states of the start.
 
     Parameters
@@ -76,6 +78,8 @@ def first_step(path: FrequencyPath, start: Start, frequency: float) -> Array:
     start : Start
     frequency : float
         Hz.
+    rounding : (p, 2) array, optional
+        Of the contact laws (`equations.evaluate`).
 
     Raises
     ------
@@ -83,7 +87,7 @@ def first_step(path: FrequencyPath, start: Start, frequency: float) -> Array:
         Where the linearised equations are singular.
     """
     operator = linear_operator(start.problem, 2 * np.pi * frequency)
-    point = evaluate_at(operator, path.load, start.w, start.x)
+    point = evaluate_at(operator, path.load, start.w, start.x, rounding)
     return start.w + path.solver.linear_solve(operator, point.cycle, -point.F, FIRST_STEP)
 
 
@@ -92,16 +96,34 @@ def start_from_point(new: HarmonicProblem, point: HarmonicPoint) -> Start:
 
     Its bodies stand where those of the response do.
     """
-    old = point.problem
-    new = replace(new, walks=old.walks, offset=old.offset, held=old.held)
-    u, _ = old.split(point.w)
-    x_old = u + new.stiffness[:, None] * point.v[new.rows]
+    return start_from_unknowns(new, point.problem, point.w, point.v[new.rows])
+
+
+def start_from_unknowns(
+    new: HarmonicProblem,
+    old: HarmonicProblem,
+    w: Array,
+    v: Array,
+    rounding: Array | None = None,
+) -> Start:
+    """`start_from_point` from unknowns w and displacements v, (d p, c), of the old equations.
+
+    Its reactions are those of contact laws that are rounded by `rounding` (`equations.evaluate`).
+    """
+    new = standing_as(new, old)
+    u, _ = old.split(w)
+    x_old = u + new.stiffness[:, None] * v
     x = np.zeros(new.shape)
     keep = min(x.shape[1], x_old.shape[1])
     x[:, :keep] = x_old[:, :keep]
-    p = point.w[u.size :]
-    reactions = contact_at(new, x, p).r
+    p = w[u.size :]
+    reactions = contact_at(new, x, p, rounding).r
     return Start(new, np.concatenate([reactions.ravel(), p]), x)
+
+
+def standing_as(new: HarmonicProblem, old: HarmonicProblem) -> HarmonicProblem:
+    """Equations whose bodies stand, or walk from, where those of others do."""
+    return replace(new, walks=old.walks, offset=old.offset, held=old.held)
 
 
 def start_from_cycle(problem: HarmonicProblem, steady: SteadyState) -> Start:
