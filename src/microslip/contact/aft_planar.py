@@ -56,8 +56,8 @@ def all_planar_pairs(table, x, mu, held, drift, cycle):
         kind[i, 1] = CHANGING
         _friction(xt, bound, anchor, side, step, traction, state)
         analyse(projection, traction, r[i, 1])
-        _friction_derivative(transposed, sums, mu[i], state, anchor, tn[i, 0], tt[i, 0, 0])
-        _steps_since_slip(state, anchor, since)
+        friction_derivative(transposed, sums, mu[i], state, anchor, tn[i, 0], tt[i, 0, 0])
+        steps_since_slip(state, anchor, since)
         analyse(projection, since, td[i, 0, 0])
     return -1
 
@@ -113,7 +113,7 @@ def _friction(xt, bound, anchor, side, step, traction, state):
 
 
 @jit
-def _friction_derivative(basis, sums, mu, state, anchor, tn, tt):
+def friction_derivative(basis, sums, mu, state, anchor, tn, tt):
     """Sum the derivative over runs of equal state, from the anchor round to itself."""
     N = state.shape[0]
     c = tt.shape[0]
@@ -146,7 +146,7 @@ def _friction_derivative(basis, sums, mu, state, anchor, tn, tt):
 
 
 @jit
-def _steps_since_slip(state, anchor, since):
+def steps_since_slip(state, anchor, since):
     """Sticking samples since the last that did not stick, as a share of the cycle."""
     N = state.shape[0]
     count = 0

@@ -81,7 +81,7 @@ def test_more_harmonics_are_those_of_newtons_method(load, answers, few, known, f
 
 def test_levels_without_newtons_method_are_found(small_reference, few, load, monkeypatch):
     """With no start from which it gets there: as near to the motion over time as it states."""
-    for way in ("_next", "_alongside", "_next_by_steps", "_leap"):
+    for way in ("_next", "_alongside", "_by_modes", "_next_by_steps", "_leap"):
         monkeypatch.setattr(Ladder, way, lambda *_: None)
     over_time = OverTime(small_reference.joint, load)
     path = FrequencyPath(few.problem, load)

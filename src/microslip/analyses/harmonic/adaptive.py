@@ -16,6 +16,7 @@ from itertools import islice
 
 from microslip.analyses.harmonic.alongside import Place, followed
 from microslip.analyses.harmonic.answers import BESIDE, ELSEWHERE, LEAPING, Allowed, Answers
+from microslip.analyses.harmonic.balances import Balances
 from microslip.analyses.harmonic.climb import COMPARED, Climb
 from microslip.analyses.harmonic.levels import estimated_error, more_harmonics
 from microslip.analyses.harmonic.losses import Losses
@@ -24,11 +25,7 @@ from microslip.analyses.harmonic.paths import FrequencyPath
 from microslip.analyses.harmonic.points import PULL, HarmonicPoint
 from microslip.analyses.harmonic.problem import HarmonicProblem, walking, with_harmonics
 from microslip.analyses.harmonic.roundings import Roundings
-from microslip.analyses.harmonic.starts import (
-    Start,
-    starts_from_cycle,
-    starts_from_point,
-)
+from microslip.analyses.harmonic.starts import Start, starts_from_cycle, starts_from_point
 from microslip.analyses.time.steady import SteadyState
 from microslip.numerics.continuation import ContinuationError, StepControl
 from microslip.typing import Array
@@ -89,6 +86,7 @@ class Ladder:
         self.adaptive = adaptive
         self.over_time = over_time
         self.losses, self.leaps = Losses(), Losses()
+        self.balances = Balances(self.answers)
         self.roundings = Roundings(self.answers)
 
     def solve(self, problem: HarmonicProblem, w: Array, frequency: float) -> HarmonicPoint:
@@ -172,7 +170,9 @@ class Ladder:
             self._ask(climb, began)
             if climb.beside is not None:
                 missed = self._one_by_one(climb, began)
-        self._beside_their_own(climb)
+        for answer in (climb.last, climb.best):
+            self._beside_its_own(answer, climb)
+        self._by_modes(climb, began)
         self._by_rounding(climb, began)
         self._by_small_steps(climb, missed, began)
         self._by_leaps(climb, began)
@@ -211,9 +211,31 @@ class Ladder:
                 break
         return missed
 
+    def _by_modes(self, climb: Climb, began: float) -> None:
+        """Levels that Newton's method has not found, by a balance of the modes alone."""
+        found = {answer.harmonics for answer in climb.answers}
+        for more in self._levels(climb.best.problem.walks):
+            harmonics, there = more.harmonics, False
+            if harmonics <= COMPARED or harmonics in found:
+                continue
+            if self._confirmed(climb) or (harmonics > UNMEASURED and not climb.measurable):
+                break
+            for answer in self.balances.of(climb, harmonics, began):
+                there = True
+                self._reached(climb, answer, began)
+                if climb.beside is None:
+                    self._ask(climb, began)
+                self._beside_its_own(answer, climb)
+                if climb.beside is None or self._confirmed(climb):
+                    break
+            if not there and (climb.beside is None or harmonics > UNMEASURED):
+                break
+
     def _by_rounding(self, climb: Climb, began: float) -> None:
         """Levels that Newton's method has not found, by way of rounded contact laws."""
         if self._confirmed(climb) or not climb.measurable:
+            return
+        if any(answer.modal for answer in climb.answers):
             return
         found = {answer.harmonics for answer in climb.answers}
         for more in self._levels(climb.best.problem.walks):
@@ -249,16 +271,11 @@ class Ladder:
             if found is not None:
                 self._reached(climb, found, began)
 
-    def _beside_their_own(self, climb: Climb) -> None:
-        """The answer with most harmonics and the best, each beside the motion from its own state.
+    def _beside_its_own(self, answer: HarmonicPoint, climb: Climb) -> None:
+        """Where none is good enough, the motion from the state of an answer instead, if that is nearer.
 
         Motions with other tractions locked in differ in amplitude: one with many harmonics has its own.
         """
-        for answer in (climb.last, climb.best):
-            self._beside_its_own(answer, climb)
-
-    def _beside_its_own(self, answer: HarmonicPoint, climb: Climb) -> None:
-        """Where none is good enough, the motion from the state of an answer instead, if that is nearer."""
         if climb.beside is None or self._confirmed(climb) or answer.harmonics == climb.asked:
             return
         assert self.over_time is not None

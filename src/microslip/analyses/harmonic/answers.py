@@ -10,12 +10,21 @@ import time as clock
 from contextlib import suppress
 from dataclasses import replace
 
+from microslip.analyses.harmonic.all_pairs import of_all_pairs, unfolded
 from microslip.analyses.harmonic.approach import approached
+from microslip.analyses.harmonic.modal_answers import balanced
 from microslip.analyses.harmonic.paths import EquationsAt, FrequencyPath
 from microslip.analyses.harmonic.points import HarmonicPoint, describe
-from microslip.analyses.harmonic.problem import HarmonicProblem
+from microslip.analyses.harmonic.problem import HarmonicProblem, with_harmonics
 from microslip.analyses.harmonic.rounded import RoundedAnswer, rounded, sharpened
-from microslip.analyses.harmonic.starts import Start, first_step, standing_as, starts_from_point
+from microslip.analyses.harmonic.starts import (
+    Start,
+    first_step,
+    standing_as,
+    start_from_cycle,
+    starts_from_point,
+)
+from microslip.analyses.time.steady import SteadyState
 from microslip.numerics.continuation import ContinuationError, StepControl, solve_at
 from microslip.typing import Array
 
@@ -26,6 +35,9 @@ to a half."""
 ELSEWHERE, BESIDE, LEAPING = (20, 5), (40, 12), (150, 50)
 """From a start whose contact states are known; from a motion over time beside the response, where states
 change a few at a time for ten steps; from there to many harmonics at once, where they do so for longer."""
+
+BALANCING = (40, 15)
+"""The same of the modes alone, whose steps cost less."""
 
 KEPT = 12
 """Paths whose factorisations are kept."""
@@ -45,6 +57,7 @@ class Answers:
         self.paths = {_key(base.problem): base}
         self.base = base
         self.control = control
+        self.whole: HarmonicProblem | None = None
 
     def path(self, problem: HarmonicProblem) -> FrequencyPath:
         """The path of a problem, as it was left."""
@@ -135,6 +148,27 @@ class Answers:
         w = sharpened(self.path(new), known, frequency)
         return self.newton(new, w, frequency, began, before)
 
+    def by_modes(
+        self, known: HarmonicPoint | SteadyState, harmonics: int, began: float, softer: float = 1.0
+    ) -> HarmonicPoint:
+        """The response with other harmonics by a balance of the modes alone (`modal.py`).
+
+        From an answer, or from a cycle over time.
+
+        Raises
+        ------
+        ContinuationError
+        """
+        if self.whole is None:
+            self.whole = of_all_pairs(self.base.problem)
+        problem, w = _unknowns(known, self.base.problem, harmonics)
+        if problem.half_turn:
+            problem, w = unfolded(problem, self.whole, w)
+        control = replace(self.control, max_iterations=BALANCING[0], patience=BALANCING[1])
+        at = known.frequency, self.base.load
+        found = balanced(problem, w, harmonics, at, control, softer)
+        return replace(found, seconds=clock.perf_counter() - began)
+
     def from_point(
         self, new: HarmonicProblem, point: HarmonicPoint, began: float
     ) -> HarmonicPoint | None:
@@ -145,6 +179,16 @@ class Answers:
             with suppress(ContinuationError):
                 return self.from_start(start, point.frequency, began, point)
         return None
+
+
+def _unknowns(
+    known: HarmonicPoint | SteadyState, base: HarmonicProblem, harmonics: int
+) -> tuple[HarmonicProblem, Array]:
+    """Unknowns of an answer, or of a cycle over time, and the equations that they are of."""
+    if isinstance(known, HarmonicPoint):
+        return known.problem, known.w
+    start = start_from_cycle(with_harmonics(base, harmonics), known)
+    return start.problem, start.w
 
 
 def _key(problem: HarmonicProblem) -> tuple[int, bool, float, bytes, bytes]:

@@ -39,7 +39,8 @@ from microslip.analyses.harmonic.operator import LinearOperator, linear_operator
 from microslip.analyses.harmonic.points import HarmonicPoint
 from microslip.analyses.harmonic.problem import HarmonicProblem
 from microslip.brief import Brief
-from microslip.contact.aft import times_derivative
+from microslip.contact.aft import ContactCycle, times_derivative
+from microslip.contact.aft_states import cycle_of_states
 from microslip.model.flexibility import amplitudes_under
 from microslip.numerics.continuation import ContinuationError
 from microslip.numerics.fourier import EVEN, ODD, to_complex, to_real
@@ -79,8 +80,22 @@ class HillExponents(Brief):
 
 
 def exponents_of(point: HarmonicPoint) -> HillExponents:
-    """Slow exponents of a point, from the equations it solves."""
-    return hill_exponents(point.problem, point.frequency, point.load, point.w)
+    """Slow exponents of a point, from the equations it solves.
+
+    Of one whose contact was solved behind a flexibility with the states that it has there.
+
+    Raises
+    ------
+    ContactError
+        Where such a point is spatial.
+    """
+    problem = point.problem
+    cycle = None
+    if point.modal:
+        u, _ = problem.split(point.w)
+        r = u.reshape(-1, problem.dimension, problem.table.coefficients)
+        cycle = cycle_of_states(problem.table, r, point.status[problem.pairs], problem.friction)
+    return hill_exponents(problem, point.frequency, point.load, point.w, cycle=cycle)
 
 
 def hill_exponents(
@@ -91,6 +106,7 @@ def hill_exponents(
     *,
     count: int = 4,
     solver: HarmonicSolver | None = None,
+    cycle: ContactCycle | None = None,
 ) -> HillExponents:
     """Exponents nearest to zero of the response with unknowns `w`.
 
@@ -105,6 +121,8 @@ def hill_exponents(
         How many exponents are sought; those that are not slow are left out.
     solver : HarmonicSolver, optional
         With a factorisation to reuse.
+    cycle : ContactCycle, optional
+        Contact in the response; that of `problem` by default.
 
     Raises
     ------
@@ -113,7 +131,7 @@ def hill_exponents(
     """
     solver = solver or HarmonicSolver()
     operator = linear_operator(problem, 2 * np.pi * frequency)
-    cycle = evaluate(operator, load, w).cycle
+    cycle = evaluate(operator, load, w).cycle if cycle is None else cycle
     first, second = _derivatives(operator)
     slope = problem.model.modal_damping() + 2j * operator.omega * _orders(operator)
     D = problem.model.damping

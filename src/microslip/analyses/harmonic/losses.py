@@ -17,6 +17,13 @@ USUAL = 13
 class Losses:
     """What has been lost so far.
 
+    Parameters
+    ----------
+    most : float
+        Ways that may be lost.
+    usual : int
+        Harmonics up to which a way counts as one.
+
     Examples
     --------
     >>> losses = Losses()
@@ -27,17 +34,17 @@ class Losses:
     (True, False)
     """
 
-    def __init__(self) -> None:
+    def __init__(self, most: float = MOST, usual: int = USUAL) -> None:
+        self.most, self.usual = most, usual
         self.sum = 0.0
 
     def allow(self, harmonics: int) -> bool:
         """Whether one more may be lost."""
-        return self.sum + _weight(harmonics) <= MOST
+        return self.sum + self._weight(harmonics) <= self.most
 
     def add(self, harmonics: int) -> None:
         """Count one that is lost."""
-        self.sum += _weight(harmonics)
+        self.sum += self._weight(harmonics)
 
-
-def _weight(harmonics: int) -> float:
-    return max(1.0, (harmonics / USUAL) ** 2)
+    def _weight(self, harmonics: int) -> float:
+        return max(1.0, (harmonics / self.usual) ** 2)

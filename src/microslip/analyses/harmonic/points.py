@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -66,6 +66,8 @@ class HarmonicPoint(Brief):
     iterations : int
         Newton steps.
     seconds : float
+    modal : bool
+        Whether contact was solved behind the flexibility that the harmonics left out have (`modal.py`).
     """
 
     frequency: float
@@ -90,6 +92,7 @@ class HarmonicPoint(Brief):
     error: float
     iterations: int
     seconds: float
+    modal: bool = False
 
     @property
     def harmonics(self) -> int:
@@ -142,12 +145,28 @@ def distance(one: complex, other: complex) -> float:
 
 
 def describe(equations: EquationsAt, iterations: int, seconds: float) -> HarmonicPoint:
-    """Everything a user wants to know of a solution."""
-    operator, load, point = equations.operator, equations.load, equations.point
-    problem = operator.problem
+    """Everything a user wants to know of a solution of the equations of all pairs."""
+    point = equations.point
+    described = described_by(
+        equations.operator,
+        (equations.frequency, equations.load),
+        (point.w, point.v, point.cycle.status),
+        float(np.abs(equations.F).max()),
+    )
+    return replace(described, iterations=iterations, seconds=seconds)
+
+
+def described_by(
+    operator: LinearOperator,
+    at: tuple[float, float],
+    solution: tuple[Array, Array, Status],
+    residual: float,
+) -> HarmonicPoint:
+    """The same of unknowns w, displacements v and contact states, at a frequency under a load."""
+    problem, (frequency, load), (w, moved, states) = operator.problem, at, solution
     model = problem.model
-    u, q = problem.split(point.w)
-    r, v = problem.unfold(u), problem.unfold(point.v)
+    u, q = problem.split(w)
+    r, v = problem.unfold(u), problem.unfold(moved)
     output = operator.outputs(u, q, load)
     clamped, _ = problem.split(problem.rest())
     output[0] -= operator.outputs(clamped, problem.rigid_modes @ problem.rest_place, 0.0)[0]
@@ -159,19 +178,19 @@ def describe(equations: EquationsAt, iterations: int, seconds: float) -> Harmoni
     modal = h**2 * operator.omega * model.modal_damping() * np.abs(eta) ** 2
     if model.damping is not None:
         modal = modal + h**2 * operator.omega * (eta.conj() * (eta @ model.damping)).real
-    status = point.cycle.status
+    status = states
     if problem.half_turn:
         half = np.roll(status, problem.table.samples // 2, axis=1)
         status = np.empty((model.pairs, problem.table.samples), dtype=half.dtype)
         status[problem.image] = half
-        status[problem.pairs] = point.cycle.status
+        status[problem.pairs] = states
     work = np.pi * np.sum(h * (R * V.conj()).imag, axis=0)
     size = np.sum(np.abs(R) ** 2, axis=1)
     return HarmonicPoint(
-        frequency=equations.frequency,
+        frequency=frequency,
         load=load,
         problem=problem,
-        w=point.w,
+        w=w,
         output=output,
         amplitude=complex(output[1, model.port(problem.coordinate)]),
         r=r,
@@ -183,13 +202,13 @@ def describe(equations: EquationsAt, iterations: int, seconds: float) -> Harmoni
         material_work=float(np.pi * (modal.sum() + (h[:, 0] * damping * twice_static).sum())),
         strain=float(0.25 * (np.sum(model.omega**2 * np.abs(eta) ** 2) + twice_static.sum())),
         kinetic=float(0.25 * np.sum((h * operator.omega * np.abs(eta)) ** 2)),
-        walk=problem.mean_drift(point.w[u.size :]),
-        pull=pull(problem, point.w),
-        residual=float(np.abs(equations.F).max()),
+        walk=problem.mean_drift(w[u.size :]),
+        pull=pull(problem, w),
+        residual=residual,
         tail=float(np.sqrt(size[-2:].sum() / max(size.sum(), 1e-300))),
         error=float("nan"),
-        iterations=iterations,
-        seconds=seconds,
+        iterations=0,
+        seconds=0.0,
     )
 
 

@@ -27,6 +27,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from microslip.analyses.harmonic.all_pairs import folded
 from microslip.analyses.harmonic.equations import contact_at, evaluate_at
 from microslip.analyses.harmonic.operator import linear_operator
 from microslip.analyses.harmonic.paths import FrequencyPath
@@ -110,6 +111,8 @@ def start_from_unknowns(
 
     Its reactions are those of contact laws that are rounded by `rounding` (`equations.evaluate`).
     """
+    if new.half_turn and not old.half_turn:
+        old, w = folded(old, new, w)
     new = standing_as(new, old)
     u, _ = old.split(w)
     x_old = u + new.stiffness[:, None] * v

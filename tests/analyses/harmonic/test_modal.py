@@ -1,0 +1,236 @@
+"""Harmonic balance of the modes alone: its laws, its linear side, and other methods on the same responses."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from spatial_twin import lift, spatial_joint
+from test_spatial_harmonic import ANGLE, block, solved
+
+from microslip.analyses.harmonic.adaptive import Adaptive, Ladder
+from microslip.analyses.harmonic.all_pairs import of_all_pairs
+from microslip.analyses.harmonic.answers import Answers
+from microslip.analyses.harmonic.hill import exponents_of
+from microslip.analyses.harmonic.modal import ModalEquations, with_modal_samples
+from microslip.analyses.harmonic.modal_answers import described
+from microslip.analyses.harmonic.modal_solver import ModalPath, Preconditioner
+from microslip.analyses.harmonic.modal_solver import solved as modal_solution
+from microslip.analyses.harmonic.operator import linear_operator
+from microslip.analyses.harmonic.over_time import OverTime
+from microslip.analyses.harmonic.paths import ACCEPTED, CONTROL, FrequencyPath
+from microslip.analyses.harmonic.points import distance
+from microslip.analyses.harmonic.problem import harmonic_problem, walking, with_harmonics
+from microslip.analyses.harmonic.response import frequency_response
+from microslip.analyses.harmonic.starts import starts_from_cycle
+from microslip.analyses.time.scheme import time_scheme
+from microslip.analyses.time.steady import raised_state, steady_state
+from microslip.contact.pairs import by_pair, tangential
+from microslip.numerics.continuation import ContinuationError, StepControl
+from microslip.numerics.fourier import to_complex
+
+FREQUENCY, LOAD = 174.0, 2.4e-4
+"""Hz, and moment over P L: pairs that stick, slip and separate."""
+
+CONVERGED = StepControl(max_iterations=40, tolerance=1e-9)
+
+
+@pytest.fixture(scope="module")
+def load(small_reference):
+    return LOAD * small_reference.moment
+
+
+@pytest.fixture(scope="module")
+def few(small_reference, load):
+    """An answer of all pairs with five harmonics."""
+    problem = harmonic_problem(small_reference.joint, harmonics=5)
+    return frequency_response(problem, load, [160.0, FREQUENCY]).points[-1]
+
+
+@pytest.fixture(scope="module")
+def answers(few, load):
+    return Answers(FrequencyPath(few.problem, load), CONTROL)
+
+
+@pytest.fixture(scope="module")
+def beside(small_reference, few, load):
+    """The motion over time next to it."""
+    motion = OverTime(small_reference.joint, load).beside(few)
+    assert motion is not None
+    return motion
+
+
+@pytest.fixture(scope="module")
+def found(answers, beside):
+    return answers.by_modes(beside.steady, 21, 0.0)
+
+
+def equations(few, load, harmonics=9, softer=1.0):
+    """The equations of all pairs, and unknowns next to a solution."""
+    whole = with_modal_samples(of_all_pairs(few.problem), harmonics)
+    made = ModalEquations(whole, 2 * np.pi * few.frequency, load, softer)
+    u = few.problem.unfold(few.problem.split(few.w)[0])
+    return made, made.pack(
+        made.motion_of(np.concatenate([u.ravel(), whole.rest()[whole.shape[0] * whole.shape[1] :]]))
+    )
+
+
+def test_solution_obeys_the_laws_at_every_sample_and_its_linear_side(few, load):
+    made, z = equations(few, load)
+    evaluation, _ = modal_solution(ModalPath(made), z, CONVERGED)
+    problem, cycle = made.problem, evaluation.cycle
+    r, v = by_pair(cycle.r), by_pair(cycle.v)
+    force = problem.force_scale
+    far = np.abs(cycle.v).max()
+    assert -r[..., 0].min() < 1e-9 * force
+    assert v[..., 0].max() < 1e-9 * far
+    assert np.abs(r[..., 0] * v[..., 0]).max() < 1e-9 * force * far
+    assert (np.abs(r[..., 1]) - problem.friction * r[..., 0]).max() < 1e-9 * force
+    point = described(made, evaluation, few.frequency)
+    operator = linear_operator(point.problem, 2 * np.pi * few.frequency)
+    u, _ = point.problem.split(point.w)
+    linear = operator.free(load) - operator.flexibility(u)
+    linear[:, 0] += point.problem.rigid_spread @ point.problem.place(point.w[u.size :])
+    left = 10 * CONVERGED.tolerance * made.contact.scale
+    assert point.v[point.problem.rows] == pytest.approx(linear, abs=left)
+
+
+def test_energy_of_the_load_goes_into_friction_and_material(found):
+    spent = found.dissipated + found.material_work + found.normal_work
+    assert spent == pytest.approx(found.external_work, rel=1e-7)
+    assert abs(found.normal_work) < 5e-3 * found.dissipated
+
+
+def test_derivative_by_differences(few, load):
+    """And its preconditioner, which leaves out little."""
+    made, z = equations(few, load, 5)
+    evaluation, _ = modal_solution(ModalPath(made), z, CONVERGED)
+    z = made.pack(evaluation.motion)
+    tangent = made.contact.linearised(evaluation.cycle)
+    direction = z * np.random.default_rng(0).standard_normal(len(z))
+    step = 1e-6
+    ahead, behind = (made.at(z + side * step * direction) for side in (1, -1))
+    assert (ahead.cycle.status == behind.cycle.status).all()
+    slope = (ahead.F - behind.F) / (2 * step)
+    size = np.linalg.norm(slope)
+    along = made.derivative_times(tangent, direction)
+    assert np.linalg.norm(along - slope) < 1e-4 * size
+    modal = np.zeros_like(z)
+    modal[: made.modal_size] = direction[: made.modal_size]
+    back = Preconditioner(made, tangent).solve(made.derivative_times(tangent, modal))
+    assert back[: made.modal_size] == pytest.approx(
+        modal[: made.modal_size], abs=1e-3 * np.abs(modal).max()
+    )
+
+
+def test_little_load_is_that_of_all_pairs(small_reference):
+    """Where next to nothing slips, both are linear."""
+    load = 1e-8 * small_reference.moment
+    problem = harmonic_problem(small_reference.joint, harmonics=5)
+    point = frequency_response(problem, load, [160.0, FREQUENCY]).points[-1]
+    answer = Answers(FrequencyPath(problem, load), CONTROL).by_modes(point, 5, 0.0)
+    assert answer.amplitude == pytest.approx(point.amplitude, rel=1e-6)
+
+
+def test_answer_is_as_near_to_the_motion_over_time_as_it_should_be(found, beside, few):
+    before, after = (distance(each.amplitude, beside.steady.amplitude) for each in (few, found))
+    print(f"H = 21: {after:.1e}, five of all pairs {before:.1e}, time {beside.own:.1e}")
+    assert found.residual <= ACCEPTED
+    assert found.modal
+    assert after < min(3e-3, before)
+
+
+def test_left_out_flexibility_matters_less_with_more_harmonics(answers, beside):
+    apart = []
+    for harmonics in (5, 27):
+        one, other = (answers.by_modes(beside.steady, harmonics, 0.0, s) for s in (1.0, 16.0))
+        apart.append(distance(one.amplitude, other.amplitude))
+    print("H = 5, 27:", apart)
+    assert apart[1] < 0.5 * apart[0]
+
+
+def test_from_an_answer_and_from_a_motion_over_time_is_the_same(answers, few, found):
+    other = answers.by_modes(few, 21, 0.0)
+    assert other.amplitude == pytest.approx(found.amplitude, rel=1e-3)
+
+
+def test_slow_exponents_are_those_of_all_pairs(few, answers, beside, load):
+    new = with_harmonics(few.problem, 13)
+    known = answers.from_start(next(starts_from_cycle(new, beside.steady)), few.frequency, 0.0)
+    modal = answers.by_modes(beside.steady, 13, 0.0)
+    one, other = (np.sort_complex(exponents_of(each).exponents[:2]) for each in (known, modal))
+    assert other == pytest.approx(one, rel=0.03)
+
+
+def test_walk_is_nearer_to_the_motion_over_time_than_that_of_all_pairs(small_reference):
+    """Wide slip: the bodies go on past each other in every cycle."""
+    joint, load = small_reference.joint, 5 * LOAD * small_reference.moment
+    point = solved(joint, FREQUENCY, load)
+    problem, w = walking(point.problem, point.w)
+    answers = Answers(FrequencyPath(problem, load), CONTROL)
+    known = answers.newton(problem, w, FREQUENCY, 0.0)
+    all_pairs = answers.from_point(replace(with_harmonics(problem, 21), walks=True), known, 0.0)
+    assert all_pairs is not None
+    modal = answers.by_modes(known, 21, 0.0)
+    scheme = time_scheme(joint, 1 / (1200 * FREQUENCY), frequency=FREQUENCY)
+    start = raised_state(scheme, FREQUENCY, load, 10)
+    steady = steady_state(scheme, FREQUENCY, load, start=start, max_cycles=400)
+    walk = float(tangential(steady.cycle.v[-1] - steady.cycle.v[0]).mean())
+    for name, each in (("modes", modal), ("all pairs", all_pairs)):
+        print(name, each.walk / walk - 1, distance(each.amplitude, steady.amplitude))
+    assert modal.problem.walks
+    assert abs(modal.walk - walk) < abs(all_pairs.walk - walk)
+    assert distance(modal.amplitude, steady.amplitude) < 1e-3
+
+
+def test_planar_joint_turned_out_of_its_plane(small_reference, load):
+    joint = small_reference.joint
+    answers = []
+    for other in (joint, spatial_joint(joint, ANGLE)):
+        problem = harmonic_problem(other, harmonics=3, half_turn=False)
+        point = solved(other, FREQUENCY, load, 3, half_turn=False)
+        answers.append(Answers(FrequencyPath(problem, load), CONTROL).by_modes(point, 5, 0.0))
+    flat, spatial = answers
+    E = lift(joint.model.pairs, ANGLE)
+    assert spatial.amplitude == pytest.approx(flat.amplitude, rel=1e-6)
+    assert np.abs(spatial.r - E @ flat.r).max() <= 1e-5 * np.abs(flat.r).max()
+
+
+def test_spatial_block_tends_to_the_same_limit():
+    """Pairs whose tractions turn: with more harmonics nearer to the other balance."""
+    joint, hertz, load = block(), 0.22, 1.5
+    limit = solved(joint, hertz, load, 13)
+    apart = []
+    for harmonics in (3, 9):
+        answers = Answers(FrequencyPath(limit.problem, load), CONTROL)
+        apart.append(distance(answers.by_modes(limit, harmonics, 0.0).amplitude, limit.amplitude))
+    print("H = 3, 9:", apart)
+    assert apart[1] < min(3e-3, apart[0])
+
+
+def test_levels_without_other_ways_are_found(small_reference, few, load, monkeypatch):
+    """As near to the motion over time as they state."""
+    for way in ("_next", "_alongside", "_by_rounding", "_next_by_steps", "_leap"):
+        monkeypatch.setattr(Ladder, way, lambda *_: None)
+    over_time = OverTime(small_reference.joint, load)
+    ladder = Ladder(FrequencyPath(few.problem, load), CONTROL, Adaptive(1e-4, 27), over_time)
+    grown = ladder.grown(few)
+    beside = over_time.beside(grown)
+    assert beside is not None
+    assert grown.modal
+    assert grown.harmonics > 13
+    assert distance(grown.amplitude, beside.steady.amplitude) <= grown.error + beside.own
+
+
+def test_modes_that_damping_couples_are_refused(few, load):
+    model = few.problem.model
+    damped = replace(model, damping=np.eye(len(model.omega)))
+    problem = replace(of_all_pairs(few.problem), model=damped)
+    with pytest.raises(ContinuationError, match="damping couples the modes"):
+        ModalEquations(problem, 2 * np.pi * FREQUENCY, load)
+
+
+def test_tail_counts_the_last_harmonics(found):
+    size = np.sum(np.abs(to_complex(found.r)[1:]) ** 2, axis=1)
+    assert found.tail == pytest.approx(np.sqrt(size[-2:].sum() / size.sum()), rel=1e-12)
