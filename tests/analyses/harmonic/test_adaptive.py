@@ -106,7 +106,7 @@ def test_a_leap_to_many_harmonics_is_the_same_response(small_reference, few, loa
     path = FrequencyPath(few.problem, load)
     over_time = OverTime(small_reference.joint, load)
     ladder = Ladder(path, CONTROL, Adaptive(tolerance=1e-5, most=51), over_time)
-    for way in ("_next", "_alongside", "_by_rounding", "_next_by_steps"):
+    for way in ("_next", "_alongside", "_by_modes", "_by_rounding", "_next_by_steps"):
         monkeypatch.setattr(Ladder, way, lambda *_: None)
     found = ladder.grown(few)
     scheme = time_scheme(small_reference.joint, 1 / (FREQUENCY * 2400), frequency=FREQUENCY)
@@ -132,7 +132,7 @@ def test_leaps_in_vain_come_to_an_end(small_reference, few, load, monkeypatch):
         Adaptive(tolerance=1e-5),
         OverTime(small_reference.joint, load),
     )
-    for way in ("_next", "_alongside", "_by_rounding", "_next_by_steps"):
+    for way in ("_next", "_alongside", "_by_modes", "_by_rounding", "_next_by_steps"):
         monkeypatch.setattr(Ladder, way, lambda *_: None)
     monkeypatch.setattr(Ladder, "_tried", in_vain)
     points = [ladder.grown(few) for _ in range(4)]
