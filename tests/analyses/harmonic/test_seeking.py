@@ -7,14 +7,15 @@ from dataclasses import replace
 import pytest
 
 from microslip.analyses.harmonic.adaptive import Adaptive, Ladder
+from microslip.analyses.harmonic.answers import Answers
 from microslip.analyses.harmonic.over_time import OverTime
 from microslip.analyses.harmonic.paths import CONTROL
-from microslip.analyses.harmonic.points import describe
+from microslip.analyses.harmonic.points import describe, distance
 from microslip.analyses.harmonic.problem import harmonic_problem
 from microslip.analyses.harmonic.raising import follow_frequency
 from microslip.analyses.harmonic.seeking import Search, Way
 from microslip.errors import MicroslipError
-from microslip.numerics.continuation import Branch
+from microslip.numerics.continuation import Branch, ContinuationError
 
 FREQUENCY, BAND = 171.5, (170.0, 180.0)
 
@@ -89,3 +90,16 @@ def test_a_motion_from_rest_without_a_response_is_said(search, monkeypatch):
     monkeypatch.setattr(OverTime, "from_rest", lambda *_: unsettled)
     found.at(FREQUENCY)
     assert not found.failures
+
+
+def test_a_motion_from_rest_whose_response_the_modes_alone_have(search, monkeypatch):
+    found, rest = search("failed: a corner")
+
+    def none(*_):
+        raise ContinuationError("no answer of all pairs")
+
+    monkeypatch.setattr(Answers, "from_start", none)
+    found.at(FREQUENCY)
+    modal = [point for _, _, point in found.points if point.modal]
+    assert modal
+    assert min(distance(point.amplitude, rest.amplitude) for point in modal) < 3e-3

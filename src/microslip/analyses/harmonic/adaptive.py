@@ -40,8 +40,7 @@ LEAPS = 2
 """Starts of a leap to many harmonics."""
 
 MISSES = 1
-"""Levels without an answer that are passed over on the way up, where no motion over time is known or contact
-laws can be rounded instead."""
+"""Levels without an answer that are passed over on the way up, where there are other ways or no cycle."""
 
 
 @dataclass(frozen=True)
@@ -142,6 +141,10 @@ class Ladder:
                     reason = error
                     continue
                 return point, self._climb(point, began, steady)
+        for problem in self._levels(False):
+            if COMPARED < problem.harmonics <= UNMEASURED:
+                for point in self.balances.beside(steady, problem.harmonics, began):
+                    return point, self._climb(point, began, steady)
         raise reason
 
     def _levels(self, walks: bool) -> Iterator[HarmonicProblem]:
@@ -255,8 +258,7 @@ class Ladder:
     ) -> None:
         """Levels that Newton's method has not found, from their likeliest starts by small steps.
 
-        Not where time integration was asked and has no motion beside the response, which is mostly none
-        with more harmonics either.
+        Not where time integration was asked and has no motion beside the response.
         """
         if climb.cycle is None and self.over_time is not None:
             return
@@ -284,10 +286,7 @@ class Ladder:
             climb.stand_beside(answer, own)
 
     def _by_leaps(self, climb: Climb, began: float) -> None:
-        """Levels that cost minutes, from the motion over time: with so many it nearly is an answer.
-
-        Where no start leads to a level, the next ones are not tried.
-        """
+        """Levels that cost minutes, from the motion over time, until one has no answer."""
         for more in self._levels(climb.best.problem.walks):
             if more.harmonics <= max(UNMEASURED, climb.last.harmonics):
                 continue
@@ -300,7 +299,7 @@ class Ladder:
             self._beside_its_own(found, climb)
 
     def _leap(self, more: HarmonicProblem, climb: Climb, began: float) -> HarmonicPoint | None:
-        """The response with many harmonics, by Newton's method from the likeliest starts."""
+        """One of them by Newton's method, from the likeliest starts."""
         assert climb.cycle is not None
         for start in islice(starts_from_cycle(more, climb.cycle), LEAPS):
             if not self.leaps.allow(1):

@@ -8,7 +8,8 @@ from contextlib import suppress
 from microslip.analyses.harmonic.answers import Answers
 from microslip.analyses.harmonic.climb import Climb
 from microslip.analyses.harmonic.losses import Losses
-from microslip.analyses.harmonic.points import HarmonicPoint
+from microslip.analyses.harmonic.over_time import LEFT
+from microslip.analyses.harmonic.points import HarmonicPoint, distance
 from microslip.analyses.time.steady import SteadyState
 from microslip.numerics.continuation import ContinuationError
 
@@ -39,13 +40,22 @@ class Balances:
 
         From the motion over time, where there is one, and otherwise from the answer with most harmonics.
         """
+        cycle = climb.cycle
+        near = climb.last.amplitude if cycle is None else cycle.amplitude
         few = harmonics <= COSTLY
         for softer in SOFTER if few else SOFTER[-1:]:
             answer = None
-            if climb.cycle is not None:
-                answer = self._tried(climb.cycle, softer, climb, harmonics, began)
-            if answer is None and (few or climb.cycle is None):
-                answer = self._tried(climb.last, softer, climb, harmonics, began)
+            if cycle is not None:
+                answer = self._tried(cycle, softer, near, harmonics, began)
+            if answer is None and (few or cycle is None):
+                answer = self._tried(climb.last, softer, near, harmonics, began)
+            if answer is not None:
+                yield answer
+
+    def beside(self, steady: SteadyState, harmonics: int, began: float) -> Iterator[HarmonicPoint]:
+        """Responses next to a cycle over time, with each of the flexibilities that has one."""
+        for softer in SOFTER:
+            answer = self._tried(steady, softer, steady.amplitude, harmonics, began)
             if answer is not None:
                 yield answer
 
@@ -53,7 +63,7 @@ class Balances:
         self,
         known: HarmonicPoint | SteadyState,
         softer: float,
-        climb: Climb,
+        near: complex,
         harmonics: int,
         began: float,
     ) -> HarmonicPoint | None:
@@ -62,7 +72,7 @@ class Balances:
             return None
         with suppress(ContinuationError):
             answer = self.answers.by_modes(known, harmonics, began, softer)
-            if not climb.left_by(answer):
+            if distance(answer.amplitude, near) <= LEFT:
                 return answer
         self.losses.add(harmonics)
         return None

@@ -160,13 +160,17 @@ class Search:
         frequency = steady.frequency
         least, point = self.ladder.solve_from_cycle(steady)
         path = FrequencyPath(least.problem, least.load, self.ladder.base.parameter_scale)
-        start = first_point(path, least.w, frequency, self.ladder.answers.control)
+        control = self.ladder.answers.control
+        if least.modal:
+            # no solution of the equations of all pairs, along which branches are followed
+            still = np.zeros_like(least.w)
+            start = BranchPoint(least.w, frequency, still, 1.0, control.first, 0, least.residual)
+        else:
+            start = first_point(path, least.w, frequency, control)
         branch, place = Branch((start,), "points"), 0
         few = least.harmonics == self.ladder.base.problem.harmonics
         if few and not self._followed(start) and not any(_same(point, old) for old in known):
-            branch, place = trace_through(
-                path, start, self.band, self.ladder.answers.control, self.tell
-            )
+            branch, place = trace_through(path, start, self.band, control, self.tell)
         self.ways.append(Way(path, branch))
         self._keep(len(self.ways) - 1, float(place), point)
 
