@@ -61,6 +61,14 @@ def _normal(xn, sums, nn, state, reaction):
         reaction[k] = xn[k] if touching else 0.0
         state[k] = STICK if touching else SEPARATED
         closed += touching
+    normal_derivative(sums, nn, state, closed)
+    return closed
+
+
+@jit
+def normal_derivative(sums, nn, state, closed):
+    """Derivative of a normal reaction that is the augmented force at the `closed` samples that touch."""
+    N = state.shape[0]
     nn[:] = 0.0
     if closed == N:
         for j in range(nn.shape[0]):
@@ -68,10 +76,10 @@ def _normal(xn, sums, nn, state, reaction):
     elif closed > 0:
         first = 0
         while first < N:
+            touching = state[first] != SEPARATED
             last = first + 1
-            while last < N and state[last] == state[first]:
+            while last < N and (state[last] != SEPARATED) == touching:
                 last += 1
-            if state[first] != SEPARATED:
+            if touching:
                 add_run(nn, sums, first, last, N, 1.0)
             first = last
-    return closed

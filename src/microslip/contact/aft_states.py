@@ -9,11 +9,11 @@ from __future__ import annotations
 import numpy as np
 
 from microslip.contact.aft import ContactCycle
-from microslip.contact.aft_normal import CHANGING, LINEAR, OPEN
+from microslip.contact.aft_normal import CHANGING, LINEAR, OPEN, normal_derivative
 from microslip.contact.aft_planar import friction_derivative, steps_since_slip
 from microslip.contact.compiled import jit
 from microslip.contact.pairs import SEPARATED, STICK
-from microslip.contact.samples import SampleTable, add_run, analyse
+from microslip.contact.samples import SampleTable, analyse
 from microslip.errors import ContactError
 from microslip.typing import Array, Status
 
@@ -58,16 +58,14 @@ def _all_pairs(table, mu, cycle):
     N, c = table.basis.shape[1], cycle.r.shape[2]
     transposed = np.ascontiguousarray(table.basis.T)
     since = np.empty(N)
-    touching = np.empty(N, np.int8)
     for i in range(mu.shape[0]):
         state = cycle.status[i]
         closed, stuck = 0, 0
         for k in range(N):
-            touching[k] = STICK if state[k] != SEPARATED else SEPARATED
             closed += state[k] != SEPARATED
             stuck += state[k] == STICK
         cycle.kind[i, 0] = LINEAR if closed == N else (OPEN if closed == 0 else CHANGING)
-        _runs(cycle.nn[i], sums, touching, closed, c)
+        normal_derivative(sums, cycle.nn[i], state, closed)
         if closed == 0 or mu[i] == 0.0:
             cycle.kind[i, 1] = OPEN
         elif stuck == N:
@@ -84,21 +82,3 @@ def _all_pairs(table, mu, cycle):
             )
             steps_since_slip(state, anchor, since)
             analyse(table.projection, since, cycle.td[i, 0, 0])
-
-
-@jit
-def _runs(nn, sums, touching, closed, c):
-    """Derivative of a normal reaction that is the augmented force where a pair touches."""
-    N = touching.shape[0]
-    if closed == N:
-        for j in range(c):
-            nn[j, j] = 1.0
-        return
-    first = 0
-    while first < N:
-        last = first + 1
-        while last < N and touching[last] == touching[first]:
-            last += 1
-        if touching[first] == STICK:
-            add_run(nn, sums, first, last, N, 1.0)
-        first = last

@@ -254,7 +254,7 @@ class DrivenContact:
             size = np.abs(moved).max()
             vt = slip_history(y[0], solver.dimension) - moved * (self._far(y) / size)
         way = Extrapolation()
-        slipped = np.full(N, STICK, np.int8)[:, None] * np.ones(len(solver.status), np.int8)
+        slipped = np.full((N, len(solver.status)), STICK, np.int8)
         for _ in range(MOST_CYCLES):
             solver.solve(path[0], np.zeros(0), vt)
             vt[...] = slip_history(solver.v, solver.dimension)
@@ -263,7 +263,7 @@ class DrivenContact:
                 solver, self.flexibility, path, vt, where=_of_sample, remedy="take more harmonics"
             )
             vt -= moved
-            slips = ((record.status == FORWARD) | (record.status == BACKWARD)).any(axis=0)
+            slips = _slips(record.status[1:]).any(axis=0)
             slipped[:, slips] = record.status[1:, slips]
             if np.abs(vt - begun).max(initial=0.0) <= PERIODIC * self.scale:
                 break
@@ -292,7 +292,7 @@ class DrivenContact:
         if self.solver.dimension != 2:
             return states
         for i in np.flatnonzero((states == STICK).all(axis=0)):
-            slips = np.flatnonzero((slipped[:, i] == FORWARD) | (slipped[:, i] == BACKWARD))
+            slips = np.flatnonzero(_slips(slipped[:, i]))
             if len(slips) == 0:
                 continue
             last = slips[-1]
@@ -333,6 +333,11 @@ class DrivenContact:
             )
         sticks = record.status[np.r_[N, 1:N]] == STICK
         return DrivenTangent(self.flexibility.W, response, sticks)
+
+
+def _slips(status: Status) -> Mask:
+    """Which planar pairs and samples slip."""
+    return np.asarray((status == FORWARD) | (status == BACKWARD))
 
 
 def _of_sample(sample: int) -> str:
