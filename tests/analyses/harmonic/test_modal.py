@@ -10,7 +10,7 @@ from spatial_twin import lift, spatial_joint
 from test_spatial_harmonic import ANGLE, block, solved
 
 from microslip.analyses.harmonic.adaptive import Adaptive, Ladder
-from microslip.analyses.harmonic.all_pairs import of_all_pairs
+from microslip.analyses.harmonic.all_pairs import of_all_pairs, unfolded
 from microslip.analyses.harmonic.answers import Answers
 from microslip.analyses.harmonic.hill import exponents_of
 from microslip.analyses.harmonic.modal import ModalEquations, with_modal_samples
@@ -21,11 +21,12 @@ from microslip.analyses.harmonic.operator import linear_operator
 from microslip.analyses.harmonic.over_time import OverTime
 from microslip.analyses.harmonic.paths import ACCEPTED, CONTROL, FrequencyPath
 from microslip.analyses.harmonic.points import distance
-from microslip.analyses.harmonic.problem import harmonic_problem, walking, with_harmonics
+from microslip.analyses.harmonic.problem import harmonic_problem, padded, walking, with_harmonics
 from microslip.analyses.harmonic.response import frequency_response
 from microslip.analyses.harmonic.starts import starts_from_cycle
 from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.steady import raised_state, steady_state
+from microslip.contact import driven
 from microslip.contact.pairs import by_pair, tangential
 from microslip.numerics.continuation import ContinuationError, StepControl
 from microslip.numerics.fourier import to_complex
@@ -68,12 +69,10 @@ def found(answers, beside):
 
 def equations(few, load, harmonics=9, softer=1.0):
     """The equations of all pairs, and unknowns next to a solution."""
-    whole = with_modal_samples(of_all_pairs(few.problem), harmonics)
+    known, w = unfolded(few.problem, of_all_pairs(few.problem), few.w)
+    whole = with_modal_samples(known, harmonics)
     made = ModalEquations(whole, 2 * np.pi * few.frequency, load, softer)
-    u = few.problem.unfold(few.problem.split(few.w)[0])
-    return made, made.pack(
-        made.motion_of(np.concatenate([u.ravel(), whole.rest()[whole.shape[0] * whole.shape[1] :]]))
-    )
+    return made, made.pack(made.motion_of(padded(known, whole, w)))
 
 
 def test_solution_obeys_the_laws_at_every_sample_and_its_linear_side(few, load):
@@ -229,6 +228,13 @@ def test_modes_that_damping_couples_are_refused(few, load):
     problem = replace(of_all_pairs(few.problem), model=damped)
     with pytest.raises(ContinuationError, match="damping couples the modes"):
         ModalEquations(problem, 2 * np.pi * FREQUENCY, load)
+
+
+def test_samples_too_many_to_linearise_are_no_answer_and_no_crash(answers, few, monkeypatch):
+    """What contact cannot do ends one way to an answer, and not the search for others."""
+    monkeypatch.setattr(driven, "MOST_NUMBERS", 1)
+    with pytest.raises(ContinuationError, match="too many to linearise"):
+        answers.by_modes(few, 9, 0.0)
 
 
 def test_tail_counts_the_last_harmonics(found):

@@ -1,4 +1,8 @@
-"""Answers with many harmonics by a balance of the modes alone, for one response on its way to them."""
+"""Answers with many harmonics by a balance of the modes alone, for one response on its way to them.
+
+The flexibility that harmonics left out are taken to have is tried as it is, and softer: with a softer one
+contact is gentler and Newton's method gets farther.
+"""
 
 from __future__ import annotations
 

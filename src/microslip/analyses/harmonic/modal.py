@@ -40,7 +40,6 @@ from microslip.brief import Brief
 from microslip.contact.driven import DrivenContact, DrivenCycle, DrivenTangent
 from microslip.contact.pairs import tangential_vectors
 from microslip.contact.samples import sample_table
-from microslip.errors import ContactError
 from microslip.numerics.continuation import ContinuationError
 from microslip.numerics.fourier import to_complex, to_real
 from microslip.typing import Array, Complex
@@ -109,6 +108,8 @@ class ModalEquations:
     omega : float
         rad/s.
     load : float
+    softer : float
+        Of s_n of the modes below the harmonics, over what it is above.
 
     Raises
     ------
@@ -132,9 +133,9 @@ class ModalEquations:
         self.s = softness[:k]
         self.beyond, static = rest, 1 / model.omega[k:] ** 2
         W = problem.residual[0] + (rest * static) @ rest.T + (self.psi * self.s) @ self.psi.T
-        self.W = 0.5 * (W + W.T)
-        m = model.pairs
-        self.contact = DrivenContact(self.W, problem.friction, np.full(m, problem.force_scale))
+        W = 0.5 * (W + W.T)
+        force = np.full(model.pairs, problem.force_scale)
+        self.contact = DrivenContact(W, problem.friction, force)
         h = np.arange(H + 1)[:, None] * omega
         damping = model.modal_damping()[:k]
         self.Z: Complex = model.omega[:k] ** 2 - h**2 + 1j * h * damping
@@ -152,7 +153,7 @@ class ModalEquations:
         self.free = to_real(free)
         # scales that make forces of all residuals
         self.by_mode = 1 / np.maximum(np.abs(self.psi).max(axis=0), 1e-12 * np.abs(self.psi).max())
-        self.by_component = 1 / np.diag(self.W)
+        self.by_component = 1 / np.diag(W)
         self.places = np.linalg.pinv(problem.rigid_modes)
         self.slides = problem.slides if problem.walks else 0
 
@@ -204,17 +205,17 @@ class ModalEquations:
         rest = (rest * self.by_component[:, None]).ravel()
         return np.concatenate([inner, imbalance, place, rest])
 
-    def linear(self, zeta: Array, drift: Array, rest: Array, r: Array) -> Array:
+    def linear(self, zeta: Array, rest: Array, r: Array) -> Array:
         """What is linear in the equations, without loads and places."""
         g = self.psi.T @ r
         modal = to_real(self.Z * to_complex(zeta) + self.Q * to_complex(g))
-        place = self._place(zeta, g)
+        place = self._place(zeta, g)[len(self.places) - self.slides :]
         return self._rows(modal, place, rest - self.left_out(r))
 
     def _place(self, zeta: Array, g: Array) -> Array:
-        """Where walking bodies stand, in unknowns."""
-        mean = zeta[: self.e, 0] - self.s[: self.e] * g[: self.e, 0]
-        return np.asarray((self.places @ mean)[len(self.places) - self.slides :])
+        """Where the bodies stand under mean forces g of the reactions, in unknowns."""
+        e = self.e
+        return np.asarray(self.places @ (zeta[:e, 0] - self.s[:e] * g[:e, 0]))
 
     def left_out(self, r: Array) -> Array:
         """d of reactions alone, (d m, c)."""
@@ -241,33 +242,16 @@ class ModalEquations:
 
         Raises
         ------
-        ContinuationError
+        ContactError
             Where contact is not solved.
         """
-        motion = self.unpack(z)
-        cycle = self.contact_at(self.y(motion.zeta, motion.rest), motion.drift)
-        r = (self.problem.table.projection @ cycle.r).T
-        return ModalEvaluation(motion, cycle, r, self.residual(motion, r))
-
-    def contact_at(self, y: Array, drift: Array) -> DrivenCycle:
-        """What contact answers to a motion y, (N, d m), of bodies that walk by a drift.
-
-        Raises
-        ------
-        ContinuationError
-            Where it is not solved.
-        """
-        problem = self.problem
+        motion, problem = self.unpack(z), self.problem
         held = problem.held[:, 0] if problem.dimension == 2 else problem.held
-        try:
-            return self.contact.cycle(y, held, self.walk(drift))
-        except ContactError as error:
-            raise ContinuationError(str(error)) from error
-
-    def residual(self, motion: ModalMotion, r: Array) -> Array:
-        """Residual of a motion under reactions r, (d m, c)."""
-        F = self.linear(motion.zeta, motion.drift, motion.rest, r)
-        return F - self._rows(self.f, self._stand(), self.free)
+        y = self.y(motion.zeta, motion.rest)
+        cycle = self.contact.cycle(y, held, self.walk(motion.drift))
+        r = (problem.table.projection @ cycle.r).T
+        F = self.linear(motion.zeta, motion.rest, r) - self._rows(self.f, self._stand(), self.free)
+        return ModalEvaluation(motion, cycle, r, F)
 
     def _stand(self) -> Array:
         """Where walking bodies are to stand, in unknowns."""
@@ -280,18 +264,12 @@ class ModalEquations:
         change = self.unpack(z)
         dr = tangent.times(self.y(change.zeta, change.rest), self.walk(change.drift))
         r = (self.problem.table.projection @ dr).T
-        return self.linear(change.zeta, change.drift, change.rest, r)
+        return self.linear(change.zeta, change.rest, r)
 
     def motion_of(self, w: Array) -> ModalMotion:
-        """The motion whose reactions are those of unknowns w of `HarmonicProblem`, with any harmonics."""
-        problem, e = self.problem, self.e
-        rows = self.problem.shape[0]
-        cut = len(w) - problem.rigid_modes.shape[1]
-        u, p = w[:cut].reshape(rows, -1), w[cut:]
-        q = problem.rigid_modes @ problem.place(p)
-        r = np.zeros((len(u), self.shape[1]))
-        keep = min(r.shape[1], u.shape[1])
-        r[:, :keep] = u[:, :keep]
+        """The motion whose reactions are those of unknowns w of the problem."""
+        r, q = self.problem.split(w)
+        p, e = w[r.size :], self.e
         g = self.psi.T @ r
         with np.errstate(divide="ignore", invalid="ignore"):
             eta = (to_complex(self.f) - to_complex(g)) / self.Z
@@ -301,9 +279,7 @@ class ModalEquations:
         return ModalMotion(zeta, drift, self.free + self.left_out(r))
 
     def unknowns(self, evaluation: ModalEvaluation) -> Array:
-        """w of `HarmonicProblem` of a solution."""
-        zeta, e = evaluation.motion.zeta, self.e
-        g = self.psi.T @ evaluation.r
-        p = self.places @ (zeta[:e, 0] - self.s[:e] * g[:e, 0])
+        """Unknowns w of the problem of a solution."""
+        p = self._place(evaluation.motion.zeta, self.psi.T @ evaluation.r)
         p[len(p) - self.slides :] = evaluation.motion.drift
         return np.concatenate([evaluation.r.ravel(), p])

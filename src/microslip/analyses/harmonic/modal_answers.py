@@ -1,9 +1,4 @@
-"""Answers of harmonic balance in the modes alone, as those of all pairs are.
-
-The flexibility that harmonics left out are taken to have is tried as it is, and softer: with a softer one
-contact is gentler and Newton's method gets farther. From an answer with a softer one it then gets to those
-with stiffer ones.
-"""
+"""Answers of harmonic balance in the modes alone, as those of all pairs are."""
 
 from __future__ import annotations
 
@@ -18,8 +13,9 @@ from microslip.analyses.harmonic.modal import (
 )
 from microslip.analyses.harmonic.modal_solver import ModalPath, solved
 from microslip.analyses.harmonic.points import HarmonicPoint, described_by
-from microslip.analyses.harmonic.problem import HarmonicProblem
-from microslip.numerics.continuation import StepControl
+from microslip.analyses.harmonic.problem import HarmonicProblem, padded
+from microslip.errors import ContactError
+from microslip.numerics.continuation import ContinuationError, StepControl
 from microslip.numerics.execute import one_thread
 from microslip.typing import Array
 
@@ -50,13 +46,17 @@ def balanced(
     Raises
     ------
     ContinuationError
+        Also where contact is not solved, or cannot be linearised.
     """
     frequency, load = at
     new = with_modal_samples(problem, harmonics)
-    equations = ModalEquations(new, 2 * np.pi * frequency, load, softer)
-    path, z = ModalPath(equations), equations.pack(equations.motion_of(w))
-    with one_thread():
-        found, iterations = solved(path, z, control)
+    try:
+        equations = ModalEquations(new, 2 * np.pi * frequency, load, softer)
+        z = equations.pack(equations.motion_of(padded(problem, new, w)))
+        with one_thread():
+            found, iterations = solved(ModalPath(equations), z, control)
+    except ContactError as error:
+        raise ContinuationError(str(error)) from error
     return replace(described(equations, found, frequency), iterations=iterations)
 
 

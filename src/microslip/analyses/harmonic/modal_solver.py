@@ -41,7 +41,6 @@ class ModalPath:
         self.equations = equations
         self.factor: Preconditioner | None = None
         self.fresh, self.stale = 0, True
-        self.krylov = self.factorisations = 0
 
     @property
     def weight(self) -> Array:
@@ -66,7 +65,6 @@ class ModalPath:
             fresh = self.stale or self.factor is None
             if fresh:
                 self.factor, self.stale = Preconditioner(equations, tangent), False
-                self.factorisations += 1
             assert self.factor is not None
             z, iterations, error = gmres(
                 partial(self._scaled_derivative, tangent),
@@ -75,7 +73,6 @@ class ModalPath:
                 tolerance * size,
                 MAX_KRYLOV if fresh else self.fresh + 2 * RENEW_AFTER,
             )
-            self.krylov += iterations
             if fresh:
                 self.fresh = iterations
             self.stale = iterations > self.fresh + RENEW_AFTER
