@@ -36,7 +36,6 @@ from numpy.typing import NDArray
 
 from microslip.contact.aft_normal import CHANGING, LINEAR, OPEN
 from microslip.contact.aft_planar import all_planar_pairs
-from microslip.contact.aft_rounded import all_rounded_pairs
 from microslip.contact.aft_spatial import MOST_CYCLES, all_spatial_pairs
 from microslip.contact.compiled import jit
 from microslip.contact.samples import SampleTable
@@ -90,7 +89,6 @@ def contact_cycle(
     friction: Array,
     held: Array,
     drift: Array | None = None,
-    rounding: Array | None = None,
 ) -> ContactCycle:
     """Apply the contact laws over one cycle to all pairs.
 
@@ -105,15 +103,11 @@ def contact_cycle(
         ``eps_t v_t`` at which a pair sticks that never slips.
     drift : (m, d - 1) array, optional
         ``eps_t`` times the change of ``v_t`` over a cycle; none by default.
-    rounding : (m, 2) array, optional
-        Force delta by which the corners of the laws are rounded (`aft_rounded.py`), of each component of
-        planar pairs; exact laws by default.
 
     Raises
     ------
     ContactError
-        Where laws of spatial pairs or of a walk are to be rounded, or a spatial pair's periodic traction
-        was not found; names the pair.
+        Where a spatial pair's periodic traction was not found; names the pair.
 
     Examples
     --------
@@ -149,13 +143,6 @@ def contact_cycle(
     way = np.zeros((m, t)) if drift is None else np.ascontiguousarray(drift)
     every_pair = all_planar_pairs if d == 2 else all_spatial_pairs
     start = np.ascontiguousarray(held)
-    if rounding is not None:
-        if d != 2 or way.any():
-            raise ContactError(
-                "contact laws of spatial pairs, or of ones that walk, are not rounded"
-            )
-        all_rounded_pairs(table, np.ascontiguousarray(x), friction, start, rounding, out)
-        return out
     lost = every_pair(table, np.ascontiguousarray(x), friction, start, way, out)
     if lost >= 0:
         raise ContactError(

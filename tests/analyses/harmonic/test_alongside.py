@@ -77,7 +77,6 @@ def test_where_newton_finds_none_the_branch_does(small_reference, monkeypatch):
     few = ladder.least(problem, guess, FREQUENCY)
     plain = ladder.grown(few)
     monkeypatch.setattr(Ladder, "_next", lambda *_: None)
-    monkeypatch.setattr(Ladder, "_next_by_steps", lambda *_: None)
     assert ladder.grown(few).harmonics == few.harmonics
     found = ladder.grown(few, Place(path, branch, index, FREQUENCY))
     assert found.harmonics == plain.harmonics == 13

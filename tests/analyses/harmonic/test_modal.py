@@ -12,6 +12,7 @@ from test_spatial_harmonic import ANGLE, block, solved
 from microslip.analyses.harmonic.adaptive import Adaptive, Ladder
 from microslip.analyses.harmonic.all_pairs import of_all_pairs, unfolded
 from microslip.analyses.harmonic.answers import Answers
+from microslip.analyses.harmonic.balances import SOFTEST, Balances
 from microslip.analyses.harmonic.hill import exponents_of
 from microslip.analyses.harmonic.modal import ModalEquations, with_modal_samples
 from microslip.analyses.harmonic.modal_answers import described
@@ -210,7 +211,7 @@ def test_spatial_block_tends_to_the_same_limit():
 
 def test_levels_without_other_ways_are_found(small_reference, few, load, monkeypatch):
     """As near to the motion over time as they state."""
-    for way in ("_next", "_alongside", "_by_rounding", "_next_by_steps", "_leap"):
+    for way in ("_next", "_alongside", "_leap"):
         monkeypatch.setattr(Ladder, way, lambda *_: None)
     over_time = OverTime(small_reference.joint, load)
     ladder = Ladder(FrequencyPath(few.problem, load), CONTROL, Adaptive(1e-4, 27), over_time)
@@ -220,6 +221,54 @@ def test_levels_without_other_ways_are_found(small_reference, few, load, monkeyp
     assert grown.modal
     assert grown.harmonics > 13
     assert distance(grown.amplitude, beside.steady.amplitude) <= grown.error + beside.own
+
+
+def test_stiffer_flexibilities_follow_from_the_softest(answers, beside, monkeypatch):
+    """Where only that has an answer: to the same one that the flexibility as it is leads to at once."""
+    direct = answers.by_modes(beside.steady, 17, 0.0)
+    by_modes, tried = Answers.by_modes, []
+
+    def softest_alone(self, known, harmonics, began, softer):
+        tried.append((known is beside.steady, softer))
+        if known is beside.steady and softer < SOFTEST:
+            raise ContinuationError("stalled")
+        return by_modes(self, known, harmonics, began, softer)
+
+    monkeypatch.setattr(Answers, "by_modes", softest_alone)
+    found = list(Balances(answers).beside(beside.steady, 17, 0.0))
+    assert [softer for start, softer in tried if not start] == [16.0, 4.0, 1.0]
+    assert len(found) == 3
+    assert found[0].amplitude != pytest.approx(direct.amplitude, rel=1e-7)
+    assert found[-1].amplitude == pytest.approx(direct.amplitude, rel=1e-8)
+
+
+def test_after_a_level_without_a_balance_the_next_is_passed_over(
+    small_reference, few, load, monkeypatch
+):
+    tried = []
+
+    def none(self, climb, harmonics, began):
+        tried.append(harmonics)
+        yield from ()
+
+    for way in ("_next", "_alongside", "_leap"):
+        monkeypatch.setattr(Ladder, way, lambda *_: None)
+    monkeypatch.setattr(Balances, "of", none)
+    over_time = OverTime(small_reference.joint, load)
+    Ladder(FrequencyPath(few.problem, load), CONTROL, Adaptive(1e-6), over_time).grown(few)
+    assert tried == [17, 27, 41, 63]
+    tried.clear()
+    Ladder(FrequencyPath(few.problem, load), CONTROL, Adaptive(1e-6)).grown(few)
+    assert tried == [17]
+
+
+def test_modes_that_damping_couples_are_not_balanced(answers, few, beside, load):
+    model = few.problem.model
+    damped = replace(few.problem, model=replace(model, damping=np.eye(len(model.omega))))
+    balances = Balances(Answers(FrequencyPath(damped, load), CONTROL))
+    assert not balances.apply
+    assert not list(balances.beside(beside.steady, 17, 0.0))
+    assert balances.losses.sum == 0
 
 
 def test_modes_that_damping_couples_are_refused(few, load):

@@ -9,10 +9,10 @@ difference from that takes the place of the estimate (`over_time.py`).
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from itertools import islice
+from itertools import chain, islice
 
 from microslip.analyses.harmonic.alongside import Place, followed
 from microslip.analyses.harmonic.answers import BESIDE, ELSEWHERE, LEAPING, Allowed, Answers
@@ -24,7 +24,6 @@ from microslip.analyses.harmonic.over_time import OWN, MotionBeside, OverTime, s
 from microslip.analyses.harmonic.paths import FrequencyPath
 from microslip.analyses.harmonic.points import PULL, HarmonicPoint
 from microslip.analyses.harmonic.problem import HarmonicProblem, walking, with_harmonics
-from microslip.analyses.harmonic.roundings import Roundings
 from microslip.analyses.harmonic.starts import Start, starts_from_cycle, starts_from_point
 from microslip.analyses.time.steady import SteadyState
 from microslip.numerics.continuation import ContinuationError, StepControl
@@ -33,11 +32,8 @@ from microslip.typing import Array
 UNMEASURED = 41
 """Harmonics at most where no motion over time can tell what more of them bring: these cost minutes."""
 
-FEW_ENOUGH = 21
-"""Harmonics up to which a way by rounded contact laws that leads nowhere costs little."""
-
-LEAPS = 2
-"""Starts of a leap to many harmonics."""
+LEAPS, IN_VAIN = 2, 4
+"""Starts of a leap to many harmonics; those under one load that may lead nowhere."""
 
 MISSES = 1
 """Levels without an answer that are passed over on the way up, where there are other ways or no cycle."""
@@ -84,9 +80,8 @@ class Ladder:
         self.base = path
         self.adaptive = adaptive
         self.over_time = over_time
-        self.losses, self.leaps = Losses(), Losses()
+        self.losses, self.leaps = Losses(), Losses(IN_VAIN)
         self.balances = Balances(self.answers)
-        self.roundings = Roundings(self.answers)
 
     def solve(self, problem: HarmonicProblem, w: Array, frequency: float) -> HarmonicPoint:
         """`least`, and as many harmonics as needed."""
@@ -132,20 +127,26 @@ class Ladder:
             Where no number of harmonics has one.
         """
         began = clock.perf_counter()
-        reason = ContinuationError("no number of harmonics")
-        for problem in self._levels(False):
-            for start in starts_from_cycle(problem, steady):
-                try:
-                    point = self.answers.from_start(start, steady.frequency, began)
-                except ContinuationError as error:
-                    reason = error
-                    continue
-                return point, self._climb(point, began, steady)
-        for problem in self._levels(False):
-            if COMPARED < problem.harmonics <= UNMEASURED:
-                for point in self.balances.beside(steady, problem.harmonics, began):
-                    return point, self._climb(point, began, steady)
-        raise reason
+        levels = list(self._levels(False))
+        levels = [each for each in levels if each.harmonics <= UNMEASURED] or levels[:1]
+        few = [each for each in levels if each.harmonics <= COMPARED] or levels[:1]
+        many = levels[len(few) :]
+        found = (
+            *(self._beside_cycle(each, steady, began) for each in few),
+            *(self.balances.beside(steady, each.harmonics, began) for each in many),
+            *(self._beside_cycle(each, steady, began) for each in many),
+        )
+        for point in chain.from_iterable(found):
+            return point, self._climb(point, began, steady)
+        raise ContinuationError(f"none was found with up to {levels[-1].harmonics} harmonics")
+
+    def _beside_cycle(
+        self, problem: HarmonicProblem, steady: SteadyState, began: float
+    ) -> Iterator[HarmonicPoint]:
+        """Responses next to a cycle of time integration, by Newton's method from all starts."""
+        for start in starts_from_cycle(problem, steady):
+            with suppress(ContinuationError):
+                yield self.answers.from_start(start, steady.frequency, began)
 
     def _levels(self, walks: bool) -> Iterator[HarmonicProblem]:
         """The problem with the fewest harmonics, and with more as far as they may grow."""
@@ -168,16 +169,14 @@ class Ladder:
             return point
         climb = Climb([point], None, steady, place)
         self._ask(climb, began)
-        missed = self._one_by_one(climb, began)
+        self._one_by_one(climb, began)
         if climb.beside is None and climb.last.harmonics > COMPARED:
             self._ask(climb, began)
             if climb.beside is not None:
-                missed = self._one_by_one(climb, began)
+                self._one_by_one(climb, began)
         for answer in (climb.last, climb.best):
             self._beside_its_own(answer, climb)
         self._by_modes(climb, began)
-        self._by_rounding(climb, began)
-        self._by_small_steps(climb, missed, began)
         self._by_leaps(climb, began)
         self._confirmed(climb)
         if self.over_time is not None and climb.beside is None and supported(climb.best):
@@ -185,14 +184,14 @@ class Ladder:
             return replace(climb.best, error=float("nan"))
         return climb.best
 
-    def _one_by_one(self, climb: Climb, began: float) -> list[HarmonicProblem]:
-        """Levels one after the other, by Newton's method or along the branch; returns those without answer.
+    def _one_by_one(self, climb: Climb, began: float) -> None:
+        """Levels one after the other, by Newton's method or along the branch, until some have no answer.
 
-        All of them up to `UNMEASURED` where a motion over time is known and contact laws cannot be rounded:
+        All of them up to `UNMEASURED` where a motion over time is known and modes are not balanced alone:
         the more harmonics, the nearer is its cycle to an answer. Without one, what has none at one level
         has mostly none at the next.
         """
-        missed: list[HarmonicProblem] = []
+        missed = 0
         for more in self._levels(climb.best.problem.walks):
             if self._confirmed(climb):
                 break
@@ -207,71 +206,37 @@ class Ladder:
             if found is not None:
                 self._reached(climb, found, began)
                 continue
-            missed.append(more)
-            if len(missed) > MISSES and (
-                climb.beside is None or self.roundings.of(climb) is not None
-            ):
+            missed += 1
+            if missed > MISSES and (climb.beside is None or self.balances.apply):
                 break
-        return missed
 
     def _by_modes(self, climb: Climb, began: float) -> None:
-        """Levels that Newton's method has not found, by a balance of the modes alone."""
-        found = {answer.harmonics for answer in climb.answers}
+        """Levels that Newton's method has not found, by a balance of the modes alone.
+
+        After one that has no answer the next is passed over where a motion over time is known: the more
+        harmonics, the nearer is its cycle to an answer.
+        """
+        found, missed = {answer.harmonics for answer in climb.answers}, False
         for more in self._levels(climb.best.problem.walks):
-            harmonics, there = more.harmonics, False
+            harmonics = more.harmonics
             if harmonics <= COMPARED or harmonics in found:
                 continue
             if self._confirmed(climb) or (harmonics > UNMEASURED and not climb.measurable):
                 break
+            if missed and climb.beside is not None:
+                missed = False
+                continue
+            missed = True
             for answer in self.balances.of(climb, harmonics, began):
-                there = True
+                missed = False
                 self._reached(climb, answer, began)
                 if climb.beside is None:
                     self._ask(climb, began)
                 self._beside_its_own(answer, climb)
                 if climb.beside is None or self._confirmed(climb):
                     break
-            if not there and (climb.beside is None or harmonics > UNMEASURED):
+            if missed and (climb.beside is None or harmonics > UNMEASURED):
                 break
-
-    def _by_rounding(self, climb: Climb, began: float) -> None:
-        """Levels that Newton's method has not found, by way of rounded contact laws."""
-        if self._confirmed(climb) or not climb.measurable:
-            return
-        if any(answer.modal for answer in climb.answers):
-            return
-        found = {answer.harmonics for answer in climb.answers}
-        for more in self._levels(climb.best.problem.walks):
-            if more.harmonics <= COMPARED or more.harmonics in found:
-                continue
-            if more.harmonics > UNMEASURED or self._confirmed(climb):
-                break
-            answer = self.roundings.answer(more, climb, began)
-            if answer is not None:
-                self._reached(climb, answer, began)
-                self._beside_its_own(answer, climb)
-            elif more.harmonics > FEW_ENOUGH:
-                break
-
-    def _by_small_steps(
-        self, climb: Climb, missed: Sequence[HarmonicProblem], began: float
-    ) -> None:
-        """Levels that Newton's method has not found, from their likeliest starts by small steps.
-
-        Not where time integration was asked and has no motion beside the response.
-        """
-        if climb.cycle is None and self.over_time is not None:
-            return
-        begun = climb.last
-        for more in missed:
-            if self._confirmed(climb):
-                break
-            if more.harmonics <= climb.levels[-1][0]:
-                continue
-            found = None if climb.last is begun else self._next(more, climb, began)
-            found = self._next_by_steps(more, climb, began) if found is None else found
-            if found is not None:
-                self._reached(climb, found, began)
 
     def _beside_its_own(self, answer: HarmonicPoint, climb: Climb) -> None:
         """Where none is good enough, the motion from the state of an answer instead, if that is nearer.
@@ -308,19 +273,6 @@ class Ladder:
             if found is not None:
                 return found
             self.leaps.add(1)  # once, whatever it costs
-        return None
-
-    def _next_by_steps(
-        self, new: HarmonicProblem, climb: Climb, began: float
-    ) -> HarmonicPoint | None:
-        """The same response with other harmonics by small steps, as long as these may be lost."""
-        for start in map(next, self._starts(new, climb)):
-            if not self.losses.allow(new.harmonics):
-                break
-            try:
-                return self.answers.by_small_steps(start, climb.last.frequency, began, climb.last)
-            except ContinuationError:
-                self.losses.add(new.harmonics)
         return None
 
     def _reached(self, climb: Climb, found: HarmonicPoint, began: float) -> None:

@@ -11,16 +11,13 @@ from contextlib import suppress
 from dataclasses import replace
 
 from microslip.analyses.harmonic.all_pairs import of_all_pairs, unfolded
-from microslip.analyses.harmonic.approach import approached
 from microslip.analyses.harmonic.modal_answers import balanced
 from microslip.analyses.harmonic.paths import EquationsAt, FrequencyPath
 from microslip.analyses.harmonic.points import HarmonicPoint, describe
 from microslip.analyses.harmonic.problem import HarmonicProblem, with_harmonics
-from microslip.analyses.harmonic.rounded import RoundedAnswer, rounded, sharpened
 from microslip.analyses.harmonic.starts import (
     Start,
     first_step,
-    standing_as,
     start_from_cycle,
     starts_from_point,
 )
@@ -107,46 +104,6 @@ class Answers:
         """
         w = first_step(self.path(start.problem), start, frequency)
         return self.newton(start.problem, w, frequency, began, before, allowed)
-
-    def by_small_steps(
-        self, start: Start, frequency: float, began: float, before: HarmonicPoint | None = None
-    ) -> HarmonicPoint:
-        """The answer on the branch from a start to it (`approach.py`).
-
-        Raises
-        ------
-        ContinuationError
-        """
-        w = approached(self.path(start.problem), start, frequency)
-        return self.newton(start.problem, w, frequency, began, before)
-
-    def rounded(self, point: HarmonicPoint) -> RoundedAnswer:
-        """An answer with rounded contact laws (`rounded.py`).
-
-        Raises
-        ------
-        ContinuationError
-            Also of spatial pairs and of bodies that walk, whose laws are not rounded.
-        """
-        return rounded(self.path(point.problem), point)
-
-    def from_rounded(
-        self,
-        new: HarmonicProblem,
-        known: RoundedAnswer,
-        frequency: float,
-        began: float,
-        before: HarmonicPoint | None = None,
-    ) -> HarmonicPoint:
-        """The answer with other harmonics at whose other end a rounded one is.
-
-        Raises
-        ------
-        ContinuationError
-        """
-        new = standing_as(new, known.problem)
-        w = sharpened(self.path(new), known, frequency)
-        return self.newton(new, w, frequency, began, before)
 
     def by_modes(
         self, known: HarmonicPoint | SteadyState, harmonics: int, began: float, softer: float = 1.0

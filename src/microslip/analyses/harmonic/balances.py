@@ -1,7 +1,8 @@
 """Answers with many harmonics by a balance of the modes alone, for one response on its way to them.
 
 The flexibility that harmonics left out are taken to have is tried as it is, and softer: with a softer one
-contact is gentler and Newton's method gets farther.
+contact is gentler and Newton's method gets farther. Where it gets to an answer with the softest only, it is
+taken from there to stiffer ones, each from the one before.
 """
 
 from __future__ import annotations
@@ -17,13 +18,16 @@ from microslip.analyses.harmonic.points import HarmonicPoint, distance
 from microslip.analyses.time.steady import SteadyState
 from microslip.numerics.continuation import ContinuationError
 
-SOFTER = (1.0, 16.0)
+SOFT, SOFTEST = 16.0, 64.0
 """Of the flexibility that harmonics left out have, over what it is taken for."""
 
-COSTLY = 41
-"""Harmonics beyond which only the softest is tried, from which Newton's method gets farthest."""
+STIFFER = (4.0, 1.0)
+"""The same from a gentle one on."""
 
-MOST, USUAL = 24.0, 33
+COSTLY = 41
+"""Harmonics beyond which it is not tried as it is."""
+
+MOST, USUAL = 60.0, 33
 """Balances under one load that may find nothing; harmonics up to which one counts as one."""
 
 
@@ -39,29 +43,52 @@ class Balances:
         self.answers = answers
         self.losses = Losses(MOST, USUAL)
 
+    @property
+    def apply(self) -> bool:
+        """Whether modes can be balanced alone: their damping does not couple them."""
+        return self.answers.base.problem.model.damping is None
+
     def of(self, climb: Climb, harmonics: int, began: float) -> Iterator[HarmonicPoint]:
         """The same response with other harmonics, with each of the flexibilities that has one.
 
         From the motion over time, where there is one, and otherwise from the answer with most harmonics.
         """
         cycle = climb.cycle
-        near = climb.last.amplitude if cycle is None else cycle.amplitude
-        few = harmonics <= COSTLY
-        for softer in SOFTER if few else SOFTER[-1:]:
-            answer = None
-            if cycle is not None:
-                answer = self._tried(cycle, softer, near, harmonics, began)
-            if answer is None and (few or cycle is None):
-                answer = self._tried(climb.last, softer, near, harmonics, began)
-            if answer is not None:
-                yield answer
+        known, near = (
+            (climb.last, climb.last.amplitude) if cycle is None else (cycle, cycle.amplitude)
+        )
+        yield from self._from(known, near, harmonics, began)
 
     def beside(self, steady: SteadyState, harmonics: int, began: float) -> Iterator[HarmonicPoint]:
         """Responses next to a cycle over time, with each of the flexibilities that has one."""
-        for softer in SOFTER:
-            answer = self._tried(steady, softer, steady.amplitude, harmonics, began)
-            if answer is not None:
+        yield from self._from(steady, steady.amplitude, harmonics, began)
+
+    def _from(
+        self, known: HarmonicPoint | SteadyState, near: complex, harmonics: int, began: float
+    ) -> Iterator[HarmonicPoint]:
+        """The flexibility as it is, a soft one, and where only that has an answer stiffer ones from it."""
+        if not self.apply:
+            return
+        as_it_is = None
+        if harmonics <= COSTLY:
+            as_it_is = self._tried(known, 1.0, near, harmonics, began)
+            if as_it_is is not None:
+                yield as_it_is
+        soft = self._tried(known, SOFT, near, harmonics, began)
+        if soft is None:
+            softest = self._tried(known, SOFTEST, near, harmonics, began)
+            if softest is not None:
+                soft = self._tried(softest, SOFT, near, harmonics, began)
+        if soft is None:
+            return
+        yield soft
+        if as_it_is is None:
+            for softer in STIFFER:
+                answer = self._tried(soft, softer, near, harmonics, began)
+                if answer is None:
+                    break
                 yield answer
+                soft = answer
 
     def _tried(
         self,

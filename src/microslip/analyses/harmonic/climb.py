@@ -7,12 +7,11 @@ from dataclasses import dataclass, replace
 from microslip.analyses.harmonic.alongside import Place
 from microslip.analyses.harmonic.over_time import LEFT, MotionBeside
 from microslip.analyses.harmonic.points import HarmonicPoint, distance
-from microslip.analyses.harmonic.rounded import RoundedAnswer
 from microslip.analyses.time.steady import SteadyState
 
 COMPARED = 13
 """Harmonics that count as few: time integration that has left the response with the fewest is asked again
-with these, and once more with the most; what is rounded has no more."""
+with these, and once more with the most."""
 
 IN_VAIN = 2
 """Times without an answer after which a climb has no such patience any more."""
@@ -40,10 +39,6 @@ class Climb:
         Harmonics of the answer whose motion over time that is.
     missed : int
         Times that Newton's method has found no answer from any start.
-    rounded : RoundedAnswer or None
-        An answer with few harmonics and rounded contact laws; None where there is none.
-    unrounded : bool
-        Whether that has not been looked for.
     """
 
     answers: list[HarmonicPoint]
@@ -56,8 +51,6 @@ class Climb:
         self.best = self.last
         self.asked = self.last.harmonics
         self.missed = 0
-        self.rounded: RoundedAnswer | None = None
-        self.unrounded = True
 
     def add(self, answer: HarmonicPoint) -> None:
         """Take down an answer, in the order of harmonics."""

@@ -72,25 +72,21 @@ def evaluate(
     load: float,
     w: Array,
     offset: Array | float = 0.0,
-    rounding: Array | None = None,
 ) -> Evaluation:
     """Residual of the unknowns `w` under an amplitude of the load.
 
     `offset`, (d p, c), is added to the augmented forces: displacements ``offset / eps`` imposed beside v.
-    `rounding`, (p, 2), rounds the contact laws of planar pairs (`contact/aft_rounded.py`).
     """
     problem = operator.problem
     u, _ = problem.split(w)
     v, imbalance = _linear_side(operator, load, w)
     x = u + problem.stiffness[:, None] * v + offset
-    cycle = contact_at(problem, x, w[u.size :], rounding)
+    cycle = contact_at(problem, x, w[u.size :])
     F = np.concatenate([(u - cycle.r.reshape(u.shape)).ravel(), imbalance])
     return Evaluation(w, v, cycle, F)
 
 
-def evaluate_at(
-    operator: LinearOperator, load: float, w: Array, x: Array, rounding: Array | None = None
-) -> Evaluation:
+def evaluate_at(operator: LinearOperator, load: float, w: Array, x: Array) -> Evaluation:
     """Residual of the unknowns `w`, contact linearised at the augmented forces x, (d p, c).
 
     ``r - C(x) - D(x) (x(r) - x)``; the same as `evaluate` where x is that of `w`.
@@ -98,7 +94,7 @@ def evaluate_at(
     problem = operator.problem
     u, _ = problem.split(w)
     v, imbalance = _linear_side(operator, load, w)
-    cycle = contact_at(problem, x, w[u.size :], rounding)
+    cycle = contact_at(problem, x, w[u.size :])
     away = u + problem.stiffness[:, None] * v - x
     change = np.empty_like(cycle.r)
     times_derivative(cycle.nn, cycle.tn, cycle.tt, away.reshape(change.shape), change)
@@ -106,9 +102,7 @@ def evaluate_at(
     return Evaluation(w, v, cycle, F)
 
 
-def contact_at(
-    problem: HarmonicProblem, x: Array, p: Array, rounding: Array | None = None
-) -> ContactCycle:
+def contact_at(problem: HarmonicProblem, x: Array, p: Array) -> ContactCycle:
     """Contact under augmented forces x, (d p, c), and the unknowns p of the nearly rigid modes.
 
     Raises
@@ -123,7 +117,6 @@ def contact_at(
             problem.friction,
             problem.along * problem.held,
             problem.along * problem.drift(p),
-            rounding,
         )
     except ContactError as error:
         raise ContinuationError(str(error)) from error

@@ -67,9 +67,7 @@ class Start(Brief):
     over_time: bool = False
 
 
-def first_step(
-    path: FrequencyPath, start: Start, frequency: float, rounding: Array | None = None
-) -> Array:
+def first_step(path: FrequencyPath, start: Start, frequency: float) -> Array:
     """Unknowns after one step of Newton's method with the contact states of the start.
 
     Parameters
@@ -79,8 +77,6 @@ def first_step(
     start : Start
     frequency : float
         Hz.
-    rounding : (p, 2) array, optional
-        Of the contact laws (`equations.evaluate`).
 
     Raises
     ------
@@ -88,7 +84,7 @@ def first_step(
         Where the linearised equations are singular.
     """
     operator = linear_operator(start.problem, 2 * np.pi * frequency)
-    point = evaluate_at(operator, path.load, start.w, start.x, rounding)
+    point = evaluate_at(operator, path.load, start.w, start.x)
     return start.w + path.solver.linear_solve(operator, point.cycle, -point.F, FIRST_STEP)
 
 
@@ -97,30 +93,17 @@ def start_from_point(new: HarmonicProblem, point: HarmonicPoint) -> Start:
 
     Its bodies stand where those of the response do.
     """
-    return start_from_unknowns(new, point.problem, point.w, point.v[new.rows])
-
-
-def start_from_unknowns(
-    new: HarmonicProblem,
-    old: HarmonicProblem,
-    w: Array,
-    v: Array,
-    rounding: Array | None = None,
-) -> Start:
-    """`start_from_point` from unknowns w and displacements v, (d p, c), of the old equations.
-
-    Its reactions are those of contact laws that are rounded by `rounding` (`equations.evaluate`).
-    """
+    old, w = point.problem, point.w
     if new.half_turn and not old.half_turn:
         old, w = folded(old, new, w)
     new = standing_as(new, old)
     u, _ = old.split(w)
-    x_old = u + new.stiffness[:, None] * v
+    x_old = u + new.stiffness[:, None] * point.v[new.rows]
     x = np.zeros(new.shape)
     keep = min(x.shape[1], x_old.shape[1])
     x[:, :keep] = x_old[:, :keep]
     p = w[u.size :]
-    reactions = contact_at(new, x, p, rounding).r
+    reactions = contact_at(new, x, p).r
     return Start(new, np.concatenate([reactions.ravel(), p]), x)
 
 
