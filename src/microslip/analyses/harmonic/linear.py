@@ -1,4 +1,4 @@
-"""Linear systems of harmonic balance: the condensed equations, a Krylov solver, a kept factorisation.
+"""Linear systems of harmonic balance: the condensed equations, solved by GMRES with a kept factorisation.
 
 Every component that is open, touches or sticks all cycle is eliminated exactly (`condensed.py`), and GMRES
 solves for the rest. Its preconditioner, a factorisation in single precision, is kept for later iterations,
@@ -8,8 +8,8 @@ many iterations renew it, components that no longer change are eliminated as wel
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from microslip.analyses.harmonic.condensed import (
 )
 from microslip.analyses.harmonic.equations import derivative_times
 from microslip.analyses.harmonic.factorisation import Factorisation
+from microslip.analyses.harmonic.krylov import Counts, Kept
 from microslip.analyses.harmonic.operator import LinearOperator
 from microslip.contact.aft import ContactCycle
 from microslip.numerics.continuation import ContinuationError
@@ -39,90 +40,25 @@ CHECKED = 1e-5
 REFINEMENTS = 3
 
 
-def gmres(
-    apply: Callable[[Array], Array],
-    precondition: Callable[[Array], Array],
-    right: Array,
-    allowed: float,
-    limit: int,
-) -> tuple[Array, int, float]:
-    """GMRES without restarts, preconditioned from the right.
-
-    Returns the solution, the iterations and the residual reached, `allowed` or more.
-    """
-    size = float(np.linalg.norm(right))
-    if size <= allowed:
-        return np.zeros_like(right), 0, size
-    basis, directions = np.empty((limit + 1, right.size)), np.empty((limit, right.size))
-    basis[0] = right / size
-    R = np.zeros((limit, limit))
-    rotations: list[tuple[float, float]] = []
-    rest = np.zeros(limit + 1)
-    rest[0] = size
-    used = 0
-    for j in range(limit):
-        directions[j] = precondition(basis[j])
-        w = apply(directions[j])
-        share = np.zeros(j + 1)
-        for _ in range(2):
-            more = basis[: j + 1] @ w
-            w = w - more @ basis[: j + 1]
-            share += more
-        length = float(np.linalg.norm(w))
-        if not np.isfinite(length):
-            return np.zeros_like(right), j + 1, np.inf
-        # the new column of the Hessenberg matrix, turned by all Givens rotations
-        for i, (cos, sin) in enumerate(rotations):
-            share[i], share[i + 1] = (
-                cos * share[i] + sin * share[i + 1],
-                cos * share[i + 1] - sin * share[i],
-            )
-        diagonal = float(np.hypot(share[j], length))
-        if diagonal == 0.0:
-            break
-        cos, sin = share[j] / diagonal, length / diagonal
-        rotations.append((cos, sin))
-        share[j] = diagonal
-        R[: j + 1, j] = share
-        rest[j], rest[j + 1] = cos * rest[j], -sin * rest[j]
-        used = j + 1
-        if abs(rest[used]) <= allowed or length <= 1e-14 * size:
-            break
-        basis[used] = w / length
-    weights = np.linalg.solve(R[:used, :used], rest[:used])
-    return weights @ directions[:used], used, abs(float(rest[used]))
-
-
-@dataclass
-class Counts:
-    """Work of the solver.
-
-    Attributes
-    ----------
-    krylov, factorisations : int
-    """
-
-    krylov: int = 0
-    factorisations: int = 0
-
-
 @dataclass
 class HarmonicSolver:
     """Keeps the last factorisation from one point to the next; the answers do not depend on it.
 
     Attributes
     ----------
-    counts : Counts
+    kept : Kept
     """
 
-    counts: Counts = field(default_factory=Counts)
+    kept: Kept[Factorisation] = field(default_factory=Kept)
     _share: Array | None = None
     _sets: Elimination | None = None
     _resonator: Resonator | None = None
     _equations: CoupledEquations | None = None
-    _factor: Factorisation | None = None
-    _stale: bool = False
-    _fresh_iterations: int = 0
+
+    @property
+    def counts(self) -> Counts:
+        """Work so far."""
+        return self.kept.counts
 
     def linear_solve(
         self,
@@ -162,31 +98,18 @@ class HarmonicSolver:
         start = np.zeros_like(known) if guess is None else equations.coupled_part(guess)
         if guess is not None:
             known = known - equations.apply(start)
-        for _ in range(2):
-            fresh = self._factor is None or self._stale or self._factor.sets is not equations.sets
-            if fresh:
-                self._factor = Factorisation(equations)
-                self._stale = False
-                self.counts.factorisations += 1
-            assert self._factor is not None
-            with np.errstate(invalid="ignore", over="ignore"):
-                x, iterations, error = gmres(
-                    equations.apply, self._factor.solve, known, allowed, MAX_KRYLOV
-                )
-            self.counts.krylov += iterations
-            if fresh:
-                self._fresh_iterations = iterations
-            late = max(RENEW_AFTER, len(known) // WORTH_STEPS)
-            self._stale = iterations > self._fresh_iterations + late
-            if error <= allowed or fresh:
-                break
-            self._stale = True
+        kept, late = self.kept, max(RENEW_AFTER, len(known) // WORTH_STEPS)
+        if kept.factor is not None and kept.factor.sets is not equations.sets:
+            kept.factor = None
+        x, error = kept.solve(
+            equations.apply, partial(Factorisation, equations), known, allowed, MAX_KRYLOV, late
+        )
         return equations.restore(start + x, particular), error
 
     def _condense(self, operator: LinearOperator, cycle: ContactCycle) -> CoupledEquations:
         """The condensed equations, with what is left of the last ones."""
         last = self._equations
-        large = self._stale and self._sets is not None and self._sets.spares(cycle)
+        large = self.kept.stale and self._sets is not None and self._sets.spares(cycle)
         if last is not None and last.operator is operator and last.cycle is cycle and not large:
             return last
         if last is None or not self._fits(last.operator, operator):

@@ -12,7 +12,7 @@ from functools import partial
 import numpy as np
 import scipy.linalg as sl
 
-from microslip.analyses.harmonic.linear import gmres
+from microslip.analyses.harmonic.krylov import Kept
 from microslip.analyses.harmonic.modal import ModalEquations, ModalEvaluation
 from microslip.contact.driven import DrivenTangent
 from microslip.numerics.continuation import ContinuationError, StepControl, solve_at
@@ -39,8 +39,7 @@ class ModalPath:
 
     def __init__(self, equations: ModalEquations) -> None:
         self.equations = equations
-        self.factor: Preconditioner | None = None
-        self.fresh, self.stale = 0, True
+        self.kept: Kept[Preconditioner] = Kept()
 
     @property
     def weight(self) -> Array:
@@ -59,26 +58,15 @@ class ModalPath:
         ContinuationError
             Where they are not solved.
         """
-        equations = self.equations
         size = float(np.linalg.norm(right))
-        for _ in range(2):
-            fresh = self.stale or self.factor is None
-            if fresh:
-                self.factor, self.stale = Preconditioner(equations, tangent), False
-            assert self.factor is not None
-            z, iterations, error = gmres(
-                partial(self._scaled_derivative, tangent),
-                partial(self._preconditioned, self.factor),
-                right,
-                tolerance * size,
-                MAX_KRYLOV if fresh else self.fresh + 2 * RENEW_AFTER,
-            )
-            if fresh:
-                self.fresh = iterations
-            self.stale = iterations > self.fresh + RENEW_AFTER
-            if error <= tolerance * size or fresh:
-                break
-            self.stale = True
+        z, error = self.kept.solve(
+            partial(self._scaled_derivative, tangent),
+            partial(Preconditioner, self.equations, tangent),
+            right,
+            tolerance * size,
+            MAX_KRYLOV,
+            RENEW_AFTER,
+        )
         if not error <= SOLVED * size:
             raise ContinuationError(
                 f"the linearised equations of the modes are not solved (error {error / size:.1e})"
@@ -87,9 +75,6 @@ class ModalPath:
 
     def _scaled_derivative(self, tangent: DrivenTangent, z: Array) -> Array:
         return self.equations.derivative_times(tangent, z) / self.equations.problem.force_scale
-
-    def _preconditioned(self, factor: Preconditioner, right: Array) -> Array:
-        return factor.solve(right * self.equations.problem.force_scale)
 
 
 class ModalAt:
@@ -118,7 +103,7 @@ class ModalAt:
 
 
 class Preconditioner:
-    """Derivative without `d`, factorised.
+    """Derivative without `d`, scaled and factorised.
 
     Parameters
     ----------
@@ -193,10 +178,10 @@ class Preconditioner:
             out[:, column] = equations.derivative_times(tangent, unit)[:size]
 
     def solve(self, right: Array) -> Array:
-        """Approximate solution."""
+        """Approximate solution of the scaled equations."""
         size = self.equations.modal_size
-        out = right.copy()
-        out[:size], _ = sl.lapack.dgetrs(self.lu, self.pivots, right[:size], trans=1)
+        out = right * self.equations.problem.force_scale
+        out[:size], _ = sl.lapack.dgetrs(self.lu, self.pivots, out[:size], trans=1)
         return out
 
 
