@@ -141,6 +141,24 @@ def test_leaps_in_vain_come_to_an_end(small_reference, few, load, monkeypatch):
     assert all(point.error > 1e-5 for point in points)
 
 
+def test_a_motion_found_again_is_not_climbed_from_again(small_reference, few, load, monkeypatch):
+    over_time = OverTime(small_reference.joint, load)
+    ladder = Ladder(FrequencyPath(few.problem, load), CONTROL, Adaptive(1e-6, most=9), over_time)
+    grown = ladder.grown(few)
+    motion = over_time.beside(few)
+    assert motion is not None
+
+    def climbed(*_):
+        raise AssertionError
+
+    monkeypatch.setattr(Ladder, "_one_by_one", climbed)
+    _, found = ladder.solve_from_cycle(motion.steady)
+    assert found is grown
+    scaled = replace(motion.steady, amplitude=1.01 * motion.steady.amplitude)
+    assert not motion.same_as(replace(motion, steady=scaled))
+    assert not motion.same_as(replace(motion, steady=replace(motion.steady, frequency=1.0)))
+
+
 def test_estimate_of_powers():
     """Errors that fall like any power from 1.5 on are below the estimate; and the tail counts."""
     levels = [5]

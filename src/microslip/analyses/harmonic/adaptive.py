@@ -82,6 +82,7 @@ class Ladder:
         self.over_time = over_time
         self.losses, self.leaps = Losses(), Losses(IN_VAIN)
         self.balances = Balances(self.answers)
+        self.climbed: list[tuple[MotionBeside, HarmonicPoint]] = []
 
     def solve(self, problem: HarmonicProblem, w: Array, frequency: float) -> HarmonicPoint:
         """`least`, and as many harmonics as needed."""
@@ -164,11 +165,18 @@ class Ladder:
         steady: SteadyState | None = None,
         place: Place | None = None,
     ) -> HarmonicPoint:
-        """Add harmonics until the error is small, they are too many, or no answer is found."""
+        """Add harmonics until the error is small, they are too many, or no answer is found.
+
+        From a cycle beside a motion that a climb has been beside there is nothing more to find.
+        """
         if self.adaptive is None:
             return point
         climb = Climb([point], None, steady, place)
         self._ask(climb, began)
+        begun = climb.beside
+        for motion, found in self.climbed:
+            if steady is not None and begun is not None and begun.same_as(motion):
+                return found
         self._one_by_one(climb, began)
         if climb.beside is None and climb.last.harmonics > COMPARED:
             self._ask(climb, began)
@@ -182,6 +190,8 @@ class Ladder:
         if self.over_time is not None and climb.beside is None and supported(climb.best):
             # levels say nothing of where its bodies are going
             return replace(climb.best, error=float("nan"))
+        if begun is not None:
+            self.climbed.append((begun, climb.best))
         return climb.best
 
     def _one_by_one(self, climb: Climb, began: float) -> None:

@@ -1,8 +1,7 @@
 """Answers with many harmonics by a balance of the modes alone, for one response on its way to them.
 
-The flexibility that harmonics left out are taken to have is tried as it is, and softer: with a softer one
-contact is gentler and Newton's method gets farther. Where it gets to an answer with the softest only, it is
-taken from there to stiffer ones, each from the one before.
+With a softer flexibility of the harmonics left out contact is gentler, and Newton's method gets farther. So
+it is solved first, and taken to stiffer ones, each from the one before, down to the flexibility as it is.
 """
 
 from __future__ import annotations
@@ -22,10 +21,7 @@ SOFT, SOFTEST = 16.0, 64.0
 """Of the flexibility that harmonics left out have, over what it is taken for."""
 
 STIFFER = (4.0, 1.0)
-"""The same from a gentle one on."""
-
-COSTLY = 41
-"""Harmonics beyond which it is not tried as it is."""
+"""The same from there on."""
 
 MOST, USUAL = 60.0, 33
 """Balances under one load that may find nothing; harmonics up to which one counts as one."""
@@ -66,29 +62,21 @@ class Balances:
     def _from(
         self, known: HarmonicPoint | SteadyState, near: complex, harmonics: int, began: float
     ) -> Iterator[HarmonicPoint]:
-        """The flexibility as it is, a soft one, and where only that has an answer stiffer ones from it."""
+        """A soft flexibility, or the softest and then that; stiffer ones, each from the one before."""
         if not self.apply:
             return
-        as_it_is = None
-        if harmonics <= COSTLY:
-            as_it_is = self._tried(known, 1.0, near, harmonics, began)
-            if as_it_is is not None:
-                yield as_it_is
-        soft = self._tried(known, SOFT, near, harmonics, began)
-        if soft is None:
+        answer = self._tried(known, SOFT, near, harmonics, began)
+        if answer is None:
             softest = self._tried(known, SOFTEST, near, harmonics, began)
             if softest is not None:
-                soft = self._tried(softest, SOFT, near, harmonics, began)
-        if soft is None:
-            return
-        yield soft
-        if as_it_is is None:
-            for softer in STIFFER:
-                answer = self._tried(soft, softer, near, harmonics, began)
-                if answer is None:
-                    break
-                yield answer
-                soft = answer
+                answer = self._tried(softest, SOFT, near, harmonics, began)
+        for softer in STIFFER:
+            if answer is None:
+                return
+            yield answer
+            answer = self._tried(answer, softer, near, harmonics, began)
+        if answer is not None:
+            yield answer
 
     def _tried(
         self,

@@ -103,6 +103,12 @@ class MotionBeside(Brief):
         away = mean_slip(point.v[:, 0] - _mean(self.steady), point.problem.dimension)
         return self.changed * float(np.linalg.norm(away)) / self.walked
 
+    def same_as(self, other: MotionBeside) -> bool:
+        """Whether another is this one found twice, as far as their errors tell."""
+        one, two = self.steady, other.steady
+        apart = distance(one.amplitude, two.amplitude)
+        return one.frequency == two.frequency and apart <= max(self.own, other.own)
+
     def tells(self, amplitude: complex) -> bool:
         """Whether an amplitude is farther off than the error of the motion itself."""
         return distance(amplitude, self.steady.amplitude) > self.own
