@@ -1,8 +1,8 @@
 """Ways to a response with more harmonics that may lead nowhere: how much of them one search may cost.
 
-A way by small steps costs as much as dozens of points, with many harmonics as minutes; where a branch is not
-stable they are lost one after the other. With more than `USUAL` harmonics each counts as much more as its
-equations cost, which is their number squared.
+One along a neighbouring branch costs as much as dozens of points, with many harmonics as minutes; where a
+response is not stable they are lost one after the other. With more than `USUAL` harmonics each counts as much
+more as its equations cost, which is their number squared.
 """
 
 from __future__ import annotations
