@@ -32,8 +32,8 @@ from microslip.typing import Array
 UNMEASURED = 41
 """Harmonics at most where no motion over time can tell what more of them bring: these cost minutes."""
 
-LEAPS, IN_VAIN = 2, 4
-"""Starts of a leap to many harmonics; those under one load that may lead nowhere."""
+LEAPS = 3
+"""Leaps to many harmonics under one load that may lead nowhere."""
 
 MISSES = 1
 """Levels without an answer that are passed over on the way up, where there are other ways or no cycle."""
@@ -80,7 +80,7 @@ class Ladder:
         self.base = path
         self.adaptive = adaptive
         self.over_time = over_time
-        self.losses, self.leaps = Losses(), Losses(IN_VAIN)
+        self.losses, self.leaps = Losses(), Losses(LEAPS)
         self.balances = Balances(self.answers)
         self.climbed: list[tuple[MotionBeside, HarmonicPoint]] = []
 
@@ -274,16 +274,15 @@ class Ladder:
             self._beside_its_own(found, climb)
 
     def _leap(self, more: HarmonicProblem, climb: Climb, began: float) -> HarmonicPoint | None:
-        """One of them by Newton's method, from the likeliest starts."""
+        """One of them by Newton's method, from the likeliest start."""
         assert climb.cycle is not None
-        for start in islice(starts_from_cycle(more, climb.cycle), LEAPS):
-            if not self.leaps.allow(1):
-                break
+        found = None
+        if self.leaps.allow(1):
+            start = next(starts_from_cycle(more, climb.cycle))
             found = self._tried(start, climb, began, LEAPING)
-            if found is not None:
-                return found
-            self.leaps.add(1)  # once, whatever it costs
-        return None
+            if found is None:
+                self.leaps.add(1)  # once, whatever it costs
+        return found
 
     def _reached(self, climb: Climb, found: HarmonicPoint, began: float) -> None:
         """Take down the answer of a level, with its error; it is the best where that is not larger."""

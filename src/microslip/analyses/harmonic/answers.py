@@ -29,7 +29,7 @@ Allowed = tuple[int, int]
 """Steps of Newton's method before a start is given up, and of these, those in which the residual has to fall
 to a half."""
 
-ELSEWHERE, BESIDE, LEAPING = (20, 5), (40, 12), (150, 50)
+ELSEWHERE, BESIDE, LEAPING = (20, 5), (40, 12), (80, 25)
 """From a start whose contact states are known; from a motion over time beside the response, where states
 change a few at a time for ten steps; from there to many harmonics at once, where they do so for longer."""
 
