@@ -46,6 +46,15 @@ def search(small_reference, whole):
     return of
 
 
+def failing(error):
+    """A function that raises it."""
+
+    def fails(*_):
+        raise error
+
+    return fails
+
+
 def _apart(path, points, rest):
     """How far the nearest point of a branch to the frequency is from a motion, relative."""
     near = min(points, key=lambda point: abs(point.p - FREQUENCY))
@@ -77,10 +86,7 @@ def test_no_branch_at_all_is_not_all_of_them(whole):
 def test_a_motion_from_rest_without_a_response_is_said(search, monkeypatch):
     found, rest = search("failed: a corner")
 
-    def none(*_):
-        raise MicroslipError("no number of harmonics")
-
-    monkeypatch.setattr(Ladder, "solve_from_cycle", none)
+    monkeypatch.setattr(Ladder, "solve_from_cycle", failing(MicroslipError("no harmonics")))
     found.at(FREQUENCY)
     assert len(found.points) == 1
     (failure,) = found.failures
@@ -95,10 +101,7 @@ def test_a_motion_from_rest_without_a_response_is_said(search, monkeypatch):
 def test_a_motion_from_rest_whose_response_the_modes_alone_have(search, monkeypatch):
     found, rest = search("failed: a corner")
 
-    def none(*_):
-        raise ContinuationError("no answer of all pairs")
-
-    monkeypatch.setattr(Answers, "from_start", none)
+    monkeypatch.setattr(Answers, "from_start", failing(ContinuationError("none of all pairs")))
     found.at(FREQUENCY)
     modal = [point for _, _, point in found.points if point.modal]
     assert modal

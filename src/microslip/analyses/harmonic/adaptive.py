@@ -174,9 +174,10 @@ class Ladder:
         climb = Climb([point], None, steady, place)
         self._ask(climb, began)
         begun = climb.beside
-        for motion, found in self.climbed:
-            if steady is not None and begun is not None and begun.same_as(motion):
-                return found
+        if steady is not None and begun is not None:
+            for motion, found in self.climbed:
+                if begun.same_as(motion):
+                    return found
         self._one_by_one(climb, began)
         if climb.beside is None and climb.last.harmonics > COMPARED:
             self._ask(climb, began)

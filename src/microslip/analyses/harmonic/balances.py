@@ -49,22 +49,18 @@ class Balances:
 
         From the motion over time, where there is one, and otherwise from the answer with most harmonics.
         """
-        cycle = climb.cycle
-        known, near = (
-            (climb.last, climb.last.amplitude) if cycle is None else (cycle, cycle.amplitude)
-        )
-        yield from self._from(known, near, harmonics, began)
+        yield from self.beside(climb.last if climb.cycle is None else climb.cycle, harmonics, began)
 
-    def beside(self, steady: SteadyState, harmonics: int, began: float) -> Iterator[HarmonicPoint]:
-        """Responses next to a cycle over time, with each of the flexibilities that has one."""
-        yield from self._from(steady, steady.amplitude, harmonics, began)
-
-    def _from(
-        self, known: HarmonicPoint | SteadyState, near: complex, harmonics: int, began: float
+    def beside(
+        self, known: HarmonicPoint | SteadyState, harmonics: int, began: float
     ) -> Iterator[HarmonicPoint]:
-        """A soft flexibility, or the softest and then that; stiffer ones, each from the one before."""
+        """Responses next to an answer or a cycle over time, with each of the flexibilities that has one.
+
+        A soft one, or the softest and then that; stiffer ones, each from the one before.
+        """
         if not self.apply:
             return
+        near = known.amplitude
         answer = self._tried(known, SOFT, near, harmonics, began)
         if answer is None:
             softest = self._tried(known, SOFTEST, near, harmonics, began)

@@ -68,10 +68,7 @@ class Evaluation(Brief):
 
 
 def evaluate(
-    operator: LinearOperator,
-    load: float,
-    w: Array,
-    offset: Array | float = 0.0,
+    operator: LinearOperator, load: float, w: Array, offset: Array | float = 0.0
 ) -> Evaluation:
     """Residual of the unknowns `w` under an amplitude of the load.
 

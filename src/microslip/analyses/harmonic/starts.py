@@ -96,7 +96,7 @@ def start_from_point(new: HarmonicProblem, point: HarmonicPoint) -> Start:
     old, w = point.problem, point.w
     if new.half_turn and not old.half_turn:
         old, w = folded(old, new, w)
-    new = standing_as(new, old)
+    new = replace(new, walks=old.walks, offset=old.offset, held=old.held)
     u, _ = old.split(w)
     x_old = u + new.stiffness[:, None] * point.v[new.rows]
     x = np.zeros(new.shape)
@@ -105,11 +105,6 @@ def start_from_point(new: HarmonicProblem, point: HarmonicPoint) -> Start:
     p = w[u.size :]
     reactions = contact_at(new, x, p).r
     return Start(new, np.concatenate([reactions.ravel(), p]), x)
-
-
-def standing_as(new: HarmonicProblem, old: HarmonicProblem) -> HarmonicProblem:
-    """Equations whose bodies stand, or walk from, where those of others do."""
-    return replace(new, walks=old.walks, offset=old.offset, held=old.held)
 
 
 def start_from_cycle(problem: HarmonicProblem, steady: SteadyState) -> Start:
