@@ -236,7 +236,7 @@ def test_stiffer_flexibilities_follow_from_the_softest(answers, beside, monkeypa
         return by_modes(self, known, harmonics, began, softer)
 
     monkeypatch.setattr(Answers, "by_modes", softest_alone)
-    found = list(Balances(answers).beside(beside.steady, 17, 0.0))
+    found = list(Balances(answers).softly(beside.steady, 17, 0.0))
     assert [softer for start, softer in tried if not start] == [16.0, 4.0, 1.0]
     assert len(found) == 3
     assert found[0].amplitude != pytest.approx(direct.amplitude, rel=1e-7)
@@ -248,13 +248,13 @@ def test_after_a_level_without_a_balance_the_next_is_passed_over(
 ):
     tried = []
 
-    def none(self, climb, harmonics, began):
+    def none(self, known, harmonics, began):
         tried.append(harmonics)
         yield from ()
 
     for way in ("_next", "_alongside", "_leap"):
         monkeypatch.setattr(Ladder, way, lambda *_: None)
-    monkeypatch.setattr(Balances, "of", none)
+    monkeypatch.setattr(Balances, "softly", none)
     over_time = OverTime(small_reference.joint, load)
     Ladder(FrequencyPath(few.problem, load), CONTROL, Adaptive(1e-6), over_time).grown(few)
     assert tried == [17, 27, 41, 63]
@@ -263,12 +263,38 @@ def test_after_a_level_without_a_balance_the_next_is_passed_over(
     assert tried == [17]
 
 
+def test_a_number_of_harmonics_between_the_levels_is_found(small_reference, few, load, monkeypatch):
+    """Where it is the only one that has an answer: as near to the motion over time as it states."""
+    tried, at_once = [], Balances.at_once
+
+    def one_alone(self, known, harmonics, began):
+        tried.append(harmonics)
+        yield from at_once(self, known, harmonics, began) if harmonics == 24 else ()
+
+    for way in ("_next", "_alongside", "_leap"):
+        monkeypatch.setattr(Ladder, way, lambda *_: None)
+    monkeypatch.setattr(Balances, "softly", lambda *_: iter(()))
+    monkeypatch.setattr(Balances, "at_once", one_alone)
+    over_time = OverTime(small_reference.joint, load)
+    ladder = Ladder(FrequencyPath(few.problem, load), CONTROL, Adaptive(1.5e-3), over_time)
+    grown = ladder.grown(few)
+    beside = over_time.beside(grown)
+    assert beside is not None
+    off = distance(grown.amplitude, beside.steady.amplitude)
+    before = distance(few.amplitude, beside.steady.amplitude)
+    print(f"H = 5: {before:.1e}, 24: {off:.1e}, states {grown.error:.1e}")
+    assert tried == list(range(14, 25))
+    assert grown.harmonics == 24
+    assert off <= grown.error + beside.own
+    assert grown.error <= 1.5e-3 < before
+
+
 def test_modes_that_damping_couples_are_not_balanced(answers, few, beside, load):
     model = few.problem.model
     damped = replace(few.problem, model=replace(model, damping=np.eye(len(model.omega))))
     balances = Balances(Answers(FrequencyPath(damped, load), CONTROL))
     assert not balances.apply
-    assert not list(balances.beside(beside.steady, 17, 0.0))
+    assert not list(balances.softly(beside.steady, 17, 0.0))
     assert balances.losses.sum == 0
 
 

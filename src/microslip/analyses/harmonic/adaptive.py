@@ -35,6 +35,9 @@ UNMEASURED = 41
 LEAPS = 3
 """Leaps to many harmonics under one load that may lead nowhere."""
 
+BETWEEN = 120.0
+"""Balances of the modes between the levels under one load that may find nothing."""
+
 MISSES = 1
 """Levels without an answer that are passed over on the way up, where there are other ways or no cycle."""
 
@@ -81,7 +84,7 @@ class Ladder:
         self.adaptive = adaptive
         self.over_time = over_time
         self.losses, self.leaps = Losses(), Losses(LEAPS)
-        self.balances = Balances(self.answers)
+        self.balances, self.between = Balances(self.answers), Balances(self.answers, BETWEEN)
         self.climbed: list[tuple[MotionBeside, HarmonicPoint]] = []
 
     def solve(self, problem: HarmonicProblem, w: Array, frequency: float) -> HarmonicPoint:
@@ -132,9 +135,11 @@ class Ladder:
         levels = [each for each in levels if each.harmonics <= UNMEASURED] or levels[:1]
         few = [each for each in levels if each.harmonics <= COMPARED] or levels[:1]
         many = levels[len(few) :]
+        between = range(COMPARED + 1, levels[-1].harmonics + 1)
         found = (
             *(self._beside_cycle(each, steady, began) for each in few),
-            *(self.balances.beside(steady, each.harmonics, began) for each in many),
+            *(self.balances.softly(steady, each.harmonics, began) for each in many),
+            *(self.between.at_once(steady, harmonics, began) for harmonics in between),
             *(self._beside_cycle(each, steady, began) for each in many),
         )
         for point in chain.from_iterable(found):
@@ -185,7 +190,9 @@ class Ladder:
                 self._one_by_one(climb, began)
         for answer in (climb.last, climb.best):
             self._beside_its_own(answer, climb)
-        self._by_modes(climb, began)
+        self._by_modes(climb, began, range(COMPARED + 1, UNMEASURED + 1))
+        self._between_levels(climb, began)
+        self._by_modes(climb, began, range(UNMEASURED + 1, self.adaptive.most + 1))
         self._by_leaps(climb, began)
         self._confirmed(climb)
         if self.over_time is not None and climb.beside is None and supported(climb.best):
@@ -221,33 +228,57 @@ class Ladder:
             if missed > MISSES and (climb.beside is None or self.balances.apply):
                 break
 
-    def _by_modes(self, climb: Climb, began: float) -> None:
-        """Levels that Newton's method has not found, by a balance of the modes alone.
+    def _by_modes(self, climb: Climb, began: float, within: range) -> None:
+        """Levels within some that Newton's method has not found, by a balance of the modes alone.
 
         After one that has no answer the next is passed over where a motion over time is known: the more
         harmonics, the nearer is its cycle to an answer.
         """
-        found, missed = {answer.harmonics for answer in climb.answers}, False
+        found, harmonics = {answer.harmonics for answer in climb.answers}, 0
         for more in self._levels(climb.best.problem.walks):
-            harmonics = more.harmonics
-            if harmonics <= COMPARED or harmonics in found:
+            before, harmonics = harmonics, more.harmonics
+            if harmonics not in within or harmonics in found:
                 continue
             if self._confirmed(climb) or (harmonics > UNMEASURED and not climb.measurable):
                 break
-            if missed and climb.beside is not None:
-                missed = False
+            if before in climb.in_vain and climb.beside is not None:
                 continue
-            missed = True
-            for answer in self.balances.of(climb, harmonics, began):
-                missed = False
+            for answer in self.balances.softly(climb.known, harmonics, began):
+                found.add(harmonics)
                 self._reached(climb, answer, began)
                 if climb.beside is None:
                     self._ask(climb, began)
                 self._beside_its_own(answer, climb)
                 if climb.beside is None or self._confirmed(climb):
                     break
-            if missed and (climb.beside is None or harmonics > UNMEASURED):
-                break
+            if harmonics not in found:
+                climb.in_vain.add(harmonics)
+                if climb.beside is None or harmonics > UNMEASURED:
+                    break
+
+    def _between_levels(self, climb: Climb, began: float) -> None:
+        """Any number of harmonics that has not been found, where more of them than there are would help.
+
+        Where the residual is as rough as chance, so is which numbers Newton's method finds.
+        """
+        usual = [level.harmonics for level in self._levels(climb.best.problem.walks)]
+        some = range(COMPARED + 1, min(UNMEASURED, usual[-1]) + 1)
+        softly = [harmonics for harmonics in some if harmonics not in usual]
+        for balance, asked in ((self.between.at_once, some), (self.between.softly, softly)):
+            for harmonics in asked:
+                if self._confirmed(climb) or not climb.measurable or not self._in_reach(climb):
+                    return
+                if harmonics in {answer.harmonics for answer in climb.answers}:
+                    continue
+                for answer in balance(climb.known, harmonics, began):
+                    self._reached(climb, answer, began)
+                    if climb.best.harmonics == harmonics:
+                        self._beside_its_own(answer, climb)
+
+    def _in_reach(self, climb: Climb) -> bool:
+        """Whether the motion over time is known well enough for an answer to be good enough."""
+        assert self.adaptive is not None
+        return climb.beside is not None and climb.beside.own < self.adaptive.tolerance
 
     def _beside_its_own(self, answer: HarmonicPoint, climb: Climb) -> None:
         """Where none is good enough, the motion from the state of an answer instead, if that is nearer.

@@ -10,12 +10,14 @@ from collections.abc import Iterator
 from contextlib import suppress
 
 from microslip.analyses.harmonic.answers import Answers
-from microslip.analyses.harmonic.climb import Climb
 from microslip.analyses.harmonic.losses import Losses
 from microslip.analyses.harmonic.over_time import LEFT
 from microslip.analyses.harmonic.points import HarmonicPoint, distance
 from microslip.analyses.time.steady import SteadyState
 from microslip.numerics.continuation import ContinuationError
+
+Known = HarmonicPoint | SteadyState
+"""What harmonics are looked for from: an answer with others, or a cycle over time."""
 
 SOFT, SOFTEST = 16.0, 64.0
 """Of the flexibility that harmonics left out have, over what it is taken for."""
@@ -33,28 +35,28 @@ class Balances:
     Parameters
     ----------
     answers : Answers
+    most : float, optional
+        How many may.
     """
 
-    def __init__(self, answers: Answers) -> None:
+    def __init__(self, answers: Answers, most: float = MOST) -> None:
         self.answers = answers
-        self.losses = Losses(MOST, USUAL)
+        self.losses = Losses(most, USUAL)
 
     @property
     def apply(self) -> bool:
         """Whether modes can be balanced alone: their damping does not couple them."""
         return self.answers.base.problem.model.damping is None
 
-    def of(self, climb: Climb, harmonics: int, began: float) -> Iterator[HarmonicPoint]:
-        """The same response with other harmonics, with each of the flexibilities that has one.
+    def at_once(self, known: Known, harmonics: int, began: float) -> Iterator[HarmonicPoint]:
+        """The response next to an answer or a cycle over time with the flexibility as it is, if any."""
+        if self.apply:
+            answer = self._tried(known, STIFFER[-1], known.amplitude, harmonics, began)
+            if answer is not None:
+                yield answer
 
-        From the motion over time, where there is one, and otherwise from the answer with most harmonics.
-        """
-        yield from self.beside(climb.last if climb.cycle is None else climb.cycle, harmonics, began)
-
-    def beside(
-        self, known: HarmonicPoint | SteadyState, harmonics: int, began: float
-    ) -> Iterator[HarmonicPoint]:
-        """Responses next to an answer or a cycle over time, with each of the flexibilities that has one.
+    def softly(self, known: Known, harmonics: int, began: float) -> Iterator[HarmonicPoint]:
+        """The same with each of the flexibilities that has one.
 
         A soft one, or the softest and then that; stiffer ones, each from the one before.
         """
@@ -76,7 +78,7 @@ class Balances:
 
     def _tried(
         self,
-        known: HarmonicPoint | SteadyState,
+        known: Known,
         softer: float,
         near: complex,
         harmonics: int,

@@ -39,6 +39,8 @@ class Climb:
         Harmonics of the answer whose motion over time that is.
     missed : int
         Times that Newton's method has found no answer from any start.
+    in_vain : set of int
+        Harmonics with which modes alone have none.
     """
 
     answers: list[HarmonicPoint]
@@ -51,6 +53,7 @@ class Climb:
         self.best = self.last
         self.asked = self.last.harmonics
         self.missed = 0
+        self.in_vain: set[int] = set()
 
     def add(self, answer: HarmonicPoint) -> None:
         """Take down an answer, in the order of harmonics."""
@@ -71,6 +74,11 @@ class Climb:
     def cycle(self) -> SteadyState | None:
         """Cycle to start other harmonics from."""
         return self.steady if self.beside is None else self.beside.steady
+
+    @property
+    def known(self) -> HarmonicPoint | SteadyState:
+        """That cycle, or where there is none the answer with the most harmonics."""
+        return self.last if self.cycle is None else self.cycle
 
     @property
     def patient(self) -> bool:
