@@ -35,9 +35,6 @@ UNMEASURED = 41
 LEAPS = 3
 """Leaps to many harmonics under one load that may lead nowhere."""
 
-BETWEEN = 120.0
-"""Balances of the modes between the levels under one load that may find nothing."""
-
 MISSES = 1
 """Levels without an answer that are passed over on the way up, where there are other ways or no cycle."""
 
@@ -84,7 +81,7 @@ class Ladder:
         self.adaptive = adaptive
         self.over_time = over_time
         self.losses, self.leaps = Losses(), Losses(LEAPS)
-        self.balances, self.between = Balances(self.answers), Balances(self.answers, BETWEEN)
+        self.balances, self.between = Balances(self.answers), Balances(self.answers)
         self.climbed: list[tuple[MotionBeside, HarmonicPoint]] = []
 
     def solve(self, problem: HarmonicProblem, w: Array, frequency: float) -> HarmonicPoint:
@@ -261,19 +258,16 @@ class Ladder:
 
         Where the residual is as rough as chance, so is which numbers Newton's method finds.
         """
-        usual = [level.harmonics for level in self._levels(climb.best.problem.walks)]
-        some = range(COMPARED + 1, min(UNMEASURED, usual[-1]) + 1)
-        softly = [harmonics for harmonics in some if harmonics not in usual]
-        for balance, asked in ((self.between.at_once, some), (self.between.softly, softly)):
-            for harmonics in asked:
-                if self._confirmed(climb) or not climb.measurable or not self._in_reach(climb):
-                    return
-                if harmonics in {answer.harmonics for answer in climb.answers}:
-                    continue
-                for answer in balance(climb.known, harmonics, began):
-                    self._reached(climb, answer, began)
-                    if climb.best.harmonics == harmonics:
-                        self._beside_its_own(answer, climb)
+        most = UNMEASURED if self.adaptive is None else min(UNMEASURED, self.adaptive.most)
+        for harmonics in range(COMPARED + 1, most + 1):
+            if self._confirmed(climb) or not climb.measurable or not self._in_reach(climb):
+                return
+            if harmonics in {answer.harmonics for answer in climb.answers}:
+                continue
+            for answer in self.between.at_once(climb.known, harmonics, began):
+                self._reached(climb, answer, began)
+                if climb.best.harmonics == harmonics:
+                    self._beside_its_own(answer, climb)
 
     def _in_reach(self, climb: Climb) -> bool:
         """Whether the motion over time is known well enough for an answer to be good enough."""

@@ -35,13 +35,11 @@ class Balances:
     Parameters
     ----------
     answers : Answers
-    most : float, optional
-        How many may.
     """
 
-    def __init__(self, answers: Answers, most: float = MOST) -> None:
+    def __init__(self, answers: Answers) -> None:
         self.answers = answers
-        self.losses = Losses(most, USUAL)
+        self.losses = Losses(MOST, USUAL)
 
     @property
     def apply(self) -> bool:
