@@ -16,7 +16,7 @@ from itertools import chain, islice
 
 from microslip.analyses.harmonic.alongside import Place, followed
 from microslip.analyses.harmonic.answers import BESIDE, ELSEWHERE, LEAPING, Allowed, Answers
-from microslip.analyses.harmonic.balances import Balances
+from microslip.analyses.harmonic.balances import AT_ONCE, Balances
 from microslip.analyses.harmonic.climb import COMPARED, Climb
 from microslip.analyses.harmonic.levels import estimated_error, more_harmonics
 from microslip.analyses.harmonic.losses import Losses
@@ -81,7 +81,8 @@ class Ladder:
         self.adaptive = adaptive
         self.over_time = over_time
         self.losses, self.leaps = Losses(), Losses(LEAPS)
-        self.balances, self.between = Balances(self.answers), Balances(self.answers)
+        self.balances = Balances(self.answers)
+        self.between = {softer: Balances(self.answers) for softer in AT_ONCE}
         self.climbed: list[tuple[MotionBeside, HarmonicPoint]] = []
 
     def solve(self, problem: HarmonicProblem, w: Array, frequency: float) -> HarmonicPoint:
@@ -136,7 +137,11 @@ class Ladder:
         found = (
             *(self._beside_cycle(each, steady, began) for each in few),
             *(self.balances.softly(steady, each.harmonics, began) for each in many),
-            *(self.between.at_once(steady, harmonics, began) for harmonics in between),
+            *(
+                balances.at_once(steady, harmonics, began, softer)
+                for softer, balances in self.between.items()
+                for harmonics in between
+            ),
             *(self._beside_cycle(each, steady, began) for each in many),
         )
         for point in chain.from_iterable(found):
@@ -259,15 +264,17 @@ class Ladder:
         Where the residual is as rough as chance, so is which numbers Newton's method finds.
         """
         most = UNMEASURED if self.adaptive is None else min(UNMEASURED, self.adaptive.most)
-        for harmonics in range(COMPARED + 1, most + 1):
-            if self._confirmed(climb) or not climb.measurable or not self._in_reach(climb):
-                return
-            if harmonics in {answer.harmonics for answer in climb.answers}:
-                continue
-            for answer in self.between.at_once(climb.known, harmonics, began):
-                self._reached(climb, answer, began)
-                if climb.best.harmonics == harmonics:
-                    self._beside_its_own(answer, climb)
+        found = {answer.harmonics for answer in climb.answers}
+        for softer, balances in self.between.items():
+            for harmonics in range(COMPARED + 1, most + 1):
+                if self._confirmed(climb) or not climb.measurable or not self._in_reach(climb):
+                    return
+                if harmonics in found:
+                    continue
+                for answer in balances.at_once(climb.known, harmonics, began, softer):
+                    self._reached(climb, answer, began)
+                    if climb.best.harmonics == harmonics:
+                        self._beside_its_own(answer, climb)
 
     def _in_reach(self, climb: Climb) -> bool:
         """Whether the motion over time is known well enough for an answer to be good enough."""

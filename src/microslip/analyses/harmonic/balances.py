@@ -25,6 +25,9 @@ SOFT, SOFTEST = 16.0, 64.0
 STIFFER = (4.0, 1.0)
 """The same from there on."""
 
+AT_ONCE = (1.0, 2.0)
+"""Those from which an answer is looked for with every number of harmonics, one after the other."""
+
 MOST, USUAL = 60.0, 33
 """Balances under one load that may find nothing; harmonics up to which one counts as one."""
 
@@ -46,10 +49,12 @@ class Balances:
         """Whether modes can be balanced alone: their damping does not couple them."""
         return self.answers.base.problem.model.damping is None
 
-    def at_once(self, known: Known, harmonics: int, began: float) -> Iterator[HarmonicPoint]:
-        """The response next to an answer or a cycle over time with the flexibility as it is, if any."""
+    def at_once(
+        self, known: Known, harmonics: int, began: float, softer: float
+    ) -> Iterator[HarmonicPoint]:
+        """The response next to an answer or a cycle over time with one flexibility, if it has any."""
         if self.apply:
-            answer = self._tried(known, STIFFER[-1], known.amplitude, harmonics, began)
+            answer = self._tried(known, softer, known.amplitude, harmonics, began)
             if answer is not None:
                 yield answer
 
