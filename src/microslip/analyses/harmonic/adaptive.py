@@ -267,7 +267,7 @@ class Ladder:
         found = {answer.harmonics for answer in climb.answers}
         for softer, balances in self.between.items():
             for harmonics in range(COMPARED + 1, most + 1):
-                if self._confirmed(climb) or not climb.measurable or not self._in_reach(climb):
+                if self._confirmed(climb) or not climb.measurable:
                     return
                 if harmonics in found:
                     continue
@@ -275,11 +275,6 @@ class Ladder:
                     self._reached(climb, answer, began)
                     if climb.best.harmonics == harmonics:
                         self._beside_its_own(answer, climb)
-
-    def _in_reach(self, climb: Climb) -> bool:
-        """Whether the motion over time is known well enough for an answer to be good enough."""
-        assert self.adaptive is not None
-        return climb.beside is not None and climb.beside.own < self.adaptive.tolerance
 
     def _beside_its_own(self, answer: HarmonicPoint, climb: Climb) -> None:
         """Where none is good enough, the motion from the state of an answer instead, if that is nearer.
