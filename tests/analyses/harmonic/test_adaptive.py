@@ -132,7 +132,7 @@ def test_leaps_in_vain_come_to_an_end(small_reference, few, load, monkeypatch):
         Adaptive(tolerance=1e-5),
         OverTime(small_reference.joint, load),
     )
-    for way in ("_next", "_alongside", "_by_modes"):
+    for way in ("_next", "_alongside", "_by_modes", "_between_levels"):
         monkeypatch.setattr(Ladder, way, lambda *_: None)
     monkeypatch.setattr(Ladder, "_tried", in_vain)
     points = [ladder.grown(few) for _ in range(4)]

@@ -192,10 +192,9 @@ class Ladder:
                 self._one_by_one(climb, began)
         for answer in (climb.last, climb.best):
             self._beside_its_own(answer, climb)
-        self._by_modes(climb, began, range(COMPARED + 1, UNMEASURED + 1))
-        self._between_levels(climb, began)
-        self._by_modes(climb, began, range(UNMEASURED + 1, self.adaptive.most + 1))
+        self._by_modes(climb, began)
         self._by_leaps(climb, began)
+        self._between_levels(climb, began)
         self._confirmed(climb)
         if self.over_time is not None and climb.beside is None and supported(climb.best):
             # levels say nothing of where its bodies are going
@@ -230,8 +229,8 @@ class Ladder:
             if missed > MISSES and (climb.beside is None or self.balances.apply):
                 break
 
-    def _by_modes(self, climb: Climb, began: float, within: range) -> None:
-        """Levels within some that Newton's method has not found, by a balance of the modes alone.
+    def _by_modes(self, climb: Climb, began: float) -> None:
+        """Levels that Newton's method has not found, by a balance of the modes alone.
 
         After one that has no answer the next is passed over where a motion over time is known: the more
         harmonics, the nearer is its cycle to an answer.
@@ -239,7 +238,7 @@ class Ladder:
         found, harmonics = {answer.harmonics for answer in climb.answers}, 0
         for more in self._levels(climb.best.problem.walks):
             before, harmonics = harmonics, more.harmonics
-            if harmonics not in within or harmonics in found:
+            if harmonics <= COMPARED or harmonics in found:
                 continue
             if self._confirmed(climb) or (harmonics > UNMEASURED and not climb.measurable):
                 break
