@@ -133,14 +133,12 @@ class Ladder:
         levels = [each for each in levels if each.harmonics <= UNMEASURED] or levels[:1]
         few = [each for each in levels if each.harmonics <= COMPARED] or levels[:1]
         many = levels[len(few) :]
-        between = range(COMPARED + 1, levels[-1].harmonics + 1)
         found = (
             *(self._beside_cycle(each, steady, began) for each in few),
             *(self.balances.softly(steady, each.harmonics, began) for each in many),
             *(
                 balances.at_once(steady, harmonics, began, softer)
-                for softer, balances in self.between.items()
-                for harmonics in between
+                for balances, harmonics, softer in self._any_number()
             ),
             *(self._beside_cycle(each, steady, began) for each in many),
         )
@@ -235,45 +233,50 @@ class Ladder:
         After one that has no answer the next is passed over where a motion over time is known: the more
         harmonics, the nearer is its cycle to an answer.
         """
-        found, harmonics = {answer.harmonics for answer in climb.answers}, 0
+        found, missed = {answer.harmonics for answer in climb.answers}, False
         for more in self._levels(climb.best.problem.walks):
-            before, harmonics = harmonics, more.harmonics
+            harmonics = more.harmonics
             if harmonics <= COMPARED or harmonics in found:
                 continue
             if self._confirmed(climb) or (harmonics > UNMEASURED and not climb.measurable):
                 break
-            if before in climb.in_vain and climb.beside is not None:
+            if missed and climb.beside is not None:
+                missed = False
                 continue
+            missed = True
             for answer in self.balances.softly(climb.known, harmonics, began):
-                found.add(harmonics)
+                missed = False
                 self._reached(climb, answer, began)
                 if climb.beside is None:
                     self._ask(climb, began)
                 self._beside_its_own(answer, climb)
                 if climb.beside is None or self._confirmed(climb):
                     break
-            if harmonics not in found:
-                climb.in_vain.add(harmonics)
-                if climb.beside is None or harmonics > UNMEASURED:
-                    break
+            if missed and (climb.beside is None or harmonics > UNMEASURED):
+                break
 
     def _between_levels(self, climb: Climb, began: float) -> None:
         """Any number of harmonics that has not been found, where more of them than there are would help.
 
         Where the residual is as rough as chance, so is which numbers Newton's method finds.
         """
-        most = UNMEASURED if self.adaptive is None else min(UNMEASURED, self.adaptive.most)
         found = {answer.harmonics for answer in climb.answers}
+        for balances, harmonics, softer in self._any_number():
+            if self._confirmed(climb) or not climb.measurable:
+                break
+            if harmonics in found:
+                continue
+            for answer in balances.at_once(climb.known, harmonics, began, softer):
+                self._reached(climb, answer, began)
+                if climb.best.harmonics == harmonics:
+                    self._beside_its_own(answer, climb)
+
+    def _any_number(self) -> Iterator[tuple[Balances, int, float]]:
+        """Every number of harmonics beyond the few, with one flexibility after the other."""
+        most = 0 if self.adaptive is None else min(UNMEASURED, self.adaptive.most)
         for softer, balances in self.between.items():
             for harmonics in range(COMPARED + 1, most + 1):
-                if self._confirmed(climb) or not climb.measurable:
-                    return
-                if harmonics in found:
-                    continue
-                for answer in balances.at_once(climb.known, harmonics, began, softer):
-                    self._reached(climb, answer, began)
-                    if climb.best.harmonics == harmonics:
-                        self._beside_its_own(answer, climb)
+                yield balances, harmonics, softer
 
     def _beside_its_own(self, answer: HarmonicPoint, climb: Climb) -> None:
         """Where none is good enough, the motion from the state of an answer instead, if that is nearer.

@@ -25,6 +25,9 @@ from microslip.analyses.time.steady import SteadyState
 from microslip.numerics.continuation import ContinuationError, StepControl, solve_at
 from microslip.typing import Array
 
+Known = HarmonicPoint | SteadyState
+"""What other harmonics are looked for from: an answer, or a cycle over time."""
+
 Allowed = tuple[int, int]
 """Steps of Newton's method before a start is given up, and of these, those in which the residual has to fall
 to a half."""
@@ -106,7 +109,7 @@ class Answers:
         return self.newton(start.problem, w, frequency, began, before, allowed)
 
     def by_modes(
-        self, known: HarmonicPoint | SteadyState, harmonics: int, began: float, softer: float = 1.0
+        self, known: Known, harmonics: int, began: float, softer: float = 1.0
     ) -> HarmonicPoint:
         """The response with other harmonics by a balance of the modes alone (`modal.py`).
 
@@ -138,9 +141,7 @@ class Answers:
         return None
 
 
-def _unknowns(
-    known: HarmonicPoint | SteadyState, base: HarmonicProblem, harmonics: int
-) -> tuple[HarmonicProblem, Array]:
+def _unknowns(known: Known, base: HarmonicProblem, harmonics: int) -> tuple[HarmonicProblem, Array]:
     """Unknowns of an answer, or of a cycle over time, and the equations that they are of."""
     if isinstance(known, HarmonicPoint):
         return known.problem, known.w

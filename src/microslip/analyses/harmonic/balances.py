@@ -1,7 +1,8 @@
 """Answers with many harmonics by a balance of the modes alone, for one response on its way to them.
 
 With a softer flexibility of the harmonics left out contact is gentler, and Newton's method gets farther. So
-it is solved first, and taken to stiffer ones, each from the one before, down to the flexibility as it is.
+it is solved first, and taken to stiffer ones, each from the one before, down to the flexibility as it is. Or
+one flexibility is asked alone: where contact is rough, chance decides what finds an answer.
 """
 
 from __future__ import annotations
@@ -9,15 +10,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import suppress
 
-from microslip.analyses.harmonic.answers import Answers
+from microslip.analyses.harmonic.answers import Answers, Known
 from microslip.analyses.harmonic.losses import Losses
 from microslip.analyses.harmonic.over_time import LEFT
 from microslip.analyses.harmonic.points import HarmonicPoint, distance
-from microslip.analyses.time.steady import SteadyState
 from microslip.numerics.continuation import ContinuationError
-
-Known = HarmonicPoint | SteadyState
-"""What harmonics are looked for from: an answer with others, or a cycle over time."""
 
 SOFT, SOFTEST = 16.0, 64.0
 """Of the flexibility that harmonics left out have, over what it is taken for."""

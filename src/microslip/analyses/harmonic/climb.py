@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from microslip.analyses.harmonic.alongside import Place
+from microslip.analyses.harmonic.answers import Known
 from microslip.analyses.harmonic.over_time import LEFT, MotionBeside
 from microslip.analyses.harmonic.points import HarmonicPoint, distance
 from microslip.analyses.time.steady import SteadyState
@@ -39,8 +40,6 @@ class Climb:
         Harmonics of the answer whose motion over time that is.
     missed : int
         Times that Newton's method has found no answer from any start.
-    in_vain : set of int
-        Harmonics with which modes alone have none.
     """
 
     answers: list[HarmonicPoint]
@@ -53,7 +52,6 @@ class Climb:
         self.best = self.last
         self.asked = self.last.harmonics
         self.missed = 0
-        self.in_vain: set[int] = set()
 
     def add(self, answer: HarmonicPoint) -> None:
         """Take down an answer, in the order of harmonics."""
@@ -76,7 +74,7 @@ class Climb:
         return self.steady if self.beside is None else self.beside.steady
 
     @property
-    def known(self) -> HarmonicPoint | SteadyState:
+    def known(self) -> Known:
         """That cycle, or where there is none the answer with the most harmonics."""
         return self.last if self.cycle is None else self.cycle
 
