@@ -32,6 +32,9 @@ from microslip.typing import Array
 UNMEASURED = 41
 """Harmonics at most where no motion over time can tell what more of them bring: these cost minutes."""
 
+AIM = 0.9
+"""Of the tolerance, at which an answer is good enough: errors are known no better than to the rest."""
+
 LEAPS = 3
 """Leaps to many harmonics under one load that may lead nowhere."""
 
@@ -344,14 +347,17 @@ class Ladder:
                 return
 
     def _confirmed(self, climb: Climb) -> bool:
-        """Whether the best answer is good enough, also beside the motion from its own state."""
+        """Whether the best answer is good enough, also beside motions from its own state."""
         assert self.adaptive is not None
-        if not climb.best.error <= self.adaptive.tolerance:
+        enough = AIM * self.adaptive.tolerance
+        if not climb.best.error <= enough:
             return False
-        if climb.beside is not None and climb.asked != climb.best.harmonics:
+        if climb.beside is not None and climb.sure != climb.best.harmonics:
             assert self.over_time is not None
-            climb.stand_beside(climb.best, self.over_time.again(climb.best, climb.beside))
-        return climb.best.error <= self.adaptive.tolerance
+            best, climb.sure = climb.best, climb.best.harmonics
+            climb.stand_beside(best, self.over_time.again(best, climb.beside))
+            climb.stand_beside(best, self.over_time.with_pasts(best, climb.beside))
+        return climb.best.error <= enough
 
     def _beside(self, point: HarmonicPoint) -> MotionBeside | None:
         return None if self.over_time is None else self.over_time.beside(point)

@@ -38,6 +38,8 @@ class Climb:
         The answer with the smallest error.
     asked : int
         Harmonics of the answer whose motion over time that is.
+    sure : int
+        Harmonics of the answer that was found good enough beside motions from its own state; 0 before.
     missed : int
         Times that Newton's method has found no answer from any start.
     """
@@ -51,7 +53,7 @@ class Climb:
     def __post_init__(self) -> None:
         self.best = self.last
         self.asked = self.last.harmonics
-        self.missed = 0
+        self.sure = self.missed = 0
 
     def add(self, answer: HarmonicPoint) -> None:
         """Take down an answer, in the order of harmonics."""

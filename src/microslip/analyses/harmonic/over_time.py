@@ -8,8 +8,10 @@ the same response, and their difference says what the harmonics left out do to i
 A_s the amplitude of time integration with s steps per cycle, whose error falls with the root of the step or
 faster; steps are doubled until it is small. With more steps a motion may lock in other tractions, which
 changes its amplitude as well: where the error is still large with all of them, it is told by half as many
-that start from the finer motion and stay with it. Where the motion leaves (the response is not stable) or
-does not settle there is no such estimate.
+that start from the finer motion and stay with it. Motions from one and the same state with another number of
+steps may lock in other tractions too: what a good response is off by has the difference of two of these in
+the place of the second term, where that is larger (`OverTime.with_pasts`). Where the motion leaves (the
+response is not stable) or does not settle there is no such estimate.
 
 Differences of amplitudes are measured by `points.distance`: near a resonance the phase turns by a radian over
 the width of the peak, and what moves that by a hundredth of its width changes the complex amplitude by a
@@ -85,16 +87,31 @@ class MotionBeside(Brief):
         How far the bodies have been brought on: until they rest, or after `offset.HORIZON` cycles, m.
     changed : float
         Relative change of the amplitude on that way, as far as it is known: less `resting.NARROW`.
+    pasts : float
+        Relative change of the amplitude with the tractions that another past locks in, as far as that has
+        been asked.
     """
 
     steady: SteadyState
     own: float
     walked: float = 0.0
     changed: float = 0.0
+    pasts: float = 0.0
+
+    @property
+    def steps(self) -> int:
+        """Per cycle."""
+        return _steps_of(self.steady)
+
+    @property
+    def leaves_open(self) -> float:
+        """Relative error of its amplitude, with what other pasts make of it."""
+        return max(self.own, self.pasts)
 
     def error_of(self, point: HarmonicPoint) -> float:
         """Relative error of the amplitude of a response, with what standing elsewhere makes of it."""
-        return distance(point.amplitude, self.steady.amplitude) + self.own + self.elsewhere(point)
+        apart = distance(point.amplitude, self.steady.amplitude)
+        return apart + self.leaves_open + self.elsewhere(point)
 
     def elsewhere(self, point: HarmonicPoint) -> float:
         """What the amplitude changes by between where the bodies stand in a response, and in the motion."""
@@ -107,11 +124,11 @@ class MotionBeside(Brief):
         """Whether another is this one found twice, as far as their errors tell."""
         one, two = self.steady, other.steady
         apart = distance(one.amplitude, two.amplitude)
-        return one.frequency == two.frequency and apart <= max(self.own, other.own)
+        return one.frequency == two.frequency and apart <= max(self.leaves_open, other.leaves_open)
 
     def tells(self, amplitude: complex) -> bool:
         """Whether an amplitude is farther off than the error of the motion itself."""
-        return distance(amplitude, self.steady.amplitude) > self.own
+        return distance(amplitude, self.steady.amplitude) > self.leaves_open
 
 
 class OverTime:
@@ -170,13 +187,31 @@ class OverTime:
         """
         if supported(point):
             return known
-        steps = len(known.steady.cycle.r) - 1 if known.own <= OWN else MOST_STEPS
-        scheme = self._scheme(point.frequency, steps)
-        start = end_of(state_from_point(scheme, point), 0.0, scheme, point.frequency)
-        found, _ = self._settled(point.frequency, point.amplitude, steps, start, CYCLES_MORE)
+        found = self._from_own_state(point, known.steps if known.own <= OWN else MOST_STEPS)
         if found is None:
             return known
         return replace(known, steady=found, own=self._own_error(found, known.own))
+
+    def with_pasts(self, point: HarmonicPoint, known: MotionBeside) -> MotionBeside:
+        """The motion from the state of a response, with what other pasts make of its amplitude.
+
+        That is its difference from the motion from the same state with half as many steps: where many
+        tractions may lock in, that has others, though each is as steady as the other.
+        """
+        if supported(point):
+            return known
+        other = self._from_own_state(point, known.steps // 2)
+        if other is None:
+            return known
+        apart = distance(other.amplitude, known.steady.amplitude)
+        return replace(known, pasts=max(known.pasts, apart))
+
+    def _from_own_state(self, point: HarmonicPoint, steps: int) -> SteadyState | None:
+        """The steady motion from the state of a response; None where there is none next to it."""
+        scheme = self._scheme(point.frequency, steps)
+        start = end_of(state_from_point(scheme, point), 0.0, scheme, point.frequency)
+        found, _ = self._settled(point.frequency, point.amplitude, steps, start, CYCLES_MORE)
+        return found
 
     def _own_error(self, finer: SteadyState, known: float) -> float:
         """Relative error of the amplitude of a motion, from what is known of it.
@@ -186,7 +221,7 @@ class OverTime:
         """
         if known <= OWN:
             return known
-        frequency, near, steps = finer.frequency, finer.amplitude, (len(finer.cycle.r) - 1) // 2
+        frequency, near, steps = finer.frequency, finer.amplitude, _steps_of(finer) // 2
         coarse, _ = self._settled(frequency, near, steps, finer.end, CYCLES_MORE)
         return (
             known if coarse is None else min(known, own_error([distance(coarse.amplitude, near)]))
@@ -291,6 +326,11 @@ class OverTime:
 
     def _scheme(self, frequency: float, steps: int) -> TimeScheme:
         return time_scheme(self.joint, 1 / (frequency * steps), port=self.port, frequency=frequency)
+
+
+def _steps_of(steady: SteadyState) -> int:
+    """Steps per cycle of a motion."""
+    return len(steady.cycle.r) - 1
 
 
 def _mean(steady: SteadyState) -> Array:
