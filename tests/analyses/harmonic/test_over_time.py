@@ -161,7 +161,7 @@ def test_own_error_where_other_tractions_lock_in(small_reference, monkeypatch):
 def test_what_another_past_makes_of_a_motion_is_in_the_stated_error(small_reference, monkeypatch):
     """Half as many steps from the response's own state, as if they had locked in other tractions."""
     joint, load = small_reference.joint, LOAD * small_reference.moment
-    point, path = few_harmonics(joint, load, 174.0)
+    point, _ = few_harmonics(joint, load, 174.0)
     over_time = OverTime(joint, load)
     known = over_time.again(point, over_time.beside(point))
     without = known.error_of(point)

@@ -136,26 +136,23 @@ class Ladder:
         levels = [each for each in levels if each.harmonics <= UNMEASURED] or levels[:1]
         few = [each for each in levels if each.harmonics <= COMPARED] or levels[:1]
         many = levels[len(few) :]
+
+        def newton(problem: HarmonicProblem) -> Iterator[HarmonicPoint]:
+            starts = starts_from_cycle(problem, steady)
+            return self.answers.from_starts(starts, steady.frequency, began)
+
         found = (
-            *(self._beside_cycle(each, steady, began) for each in few),
+            *(newton(each) for each in few),
             *(self.balances.softly(steady, each.harmonics, began) for each in many),
             *(
                 balances.at_once(steady, harmonics, began, softer)
                 for balances, harmonics, softer in self._any_number()
             ),
-            *(self._beside_cycle(each, steady, began) for each in many),
+            *(newton(each) for each in many),
         )
         for point in chain.from_iterable(found):
             return point, self._climb(point, began, steady)
         raise ContinuationError(f"none was found with up to {levels[-1].harmonics} harmonics")
-
-    def _beside_cycle(
-        self, problem: HarmonicProblem, steady: SteadyState, began: float
-    ) -> Iterator[HarmonicPoint]:
-        """Responses next to a cycle of time integration, by Newton's method from all starts."""
-        for start in starts_from_cycle(problem, steady):
-            with suppress(ContinuationError):
-                yield self.answers.from_start(start, steady.frequency, began)
 
     def _levels(self, walks: bool) -> Iterator[HarmonicProblem]:
         """The problem with the fewest harmonics, and with more as far as they may grow."""

@@ -7,6 +7,7 @@ over.
 from __future__ import annotations
 
 import time as clock
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import replace
 
@@ -108,6 +109,18 @@ class Answers:
         w = first_step(self.path(start.problem), start, frequency)
         return self.newton(start.problem, w, frequency, began, before, allowed)
 
+    def from_starts(
+        self,
+        starts: Iterator[Start],
+        frequency: float,
+        began: float,
+        before: HarmonicPoint | None = None,
+    ) -> Iterator[HarmonicPoint]:
+        """Those of all starts that lead to one."""
+        for start in starts:
+            with suppress(ContinuationError):
+                yield self.from_start(start, frequency, began, before)
+
     def by_modes(
         self, known: Known, harmonics: int, began: float, softer: float = 1.0
     ) -> HarmonicPoint:
@@ -135,10 +148,8 @@ class Answers:
         """The same with other harmonics; None where it has none, or one walks and the other does not."""
         if point.problem.walks != new.walks:
             return None
-        for start in starts_from_point(new, point):
-            with suppress(ContinuationError):
-                return self.from_start(start, point.frequency, began, point)
-        return None
+        starts = starts_from_point(new, point)
+        return next(self.from_starts(starts, point.frequency, began, point), None)
 
 
 def _unknowns(known: Known, base: HarmonicProblem, harmonics: int) -> tuple[HarmonicProblem, Array]:
