@@ -101,46 +101,6 @@ def test_a_response_is_a_steady_state_over_time(small_reference, few, load):
     assert error < 3e-3
 
 
-def test_a_leap_to_many_harmonics_is_the_same_response(small_reference, few, load, monkeypatch):
-    """Where no other way leads to more: nearer to time integration with 2400 steps per cycle."""
-    path = FrequencyPath(few.problem, load)
-    over_time = OverTime(small_reference.joint, load)
-    ladder = Ladder(path, CONTROL, Adaptive(tolerance=1e-5, most=51), over_time)
-    for way in ("_next", "_alongside", "_by_modes"):
-        monkeypatch.setattr(Ladder, way, lambda *_: None)
-    found = ladder.grown(few)
-    scheme = time_scheme(small_reference.joint, 1 / (FREQUENCY * 2400), frequency=FREQUENCY)
-    steady = steady_state(scheme, FREQUENCY, load)
-    assert steady.converged
-    before, after = (distance(each.amplitude, steady.amplitude) for each in (few, found))
-    print(f"H = {found.harmonics}: {after:.1e}, stated {found.error:.1e}, five {before:.1e}")
-    assert found.harmonics == 51
-    assert after < 0.5 * before
-    assert after <= found.error
-
-
-def test_leaps_in_vain_come_to_an_end(small_reference, few, load, monkeypatch):
-    """Three in a response; the answer that there is goes with the error that it has."""
-    tried = []
-
-    def in_vain(*_):
-        tried.append(1)
-
-    ladder = Ladder(
-        FrequencyPath(few.problem, load),
-        CONTROL,
-        Adaptive(tolerance=1e-5),
-        OverTime(small_reference.joint, load),
-    )
-    for way in ("_next", "_alongside", "_by_modes", "_between_levels"):
-        monkeypatch.setattr(Ladder, way, lambda *_: None)
-    monkeypatch.setattr(Ladder, "_tried", in_vain)
-    points = [ladder.grown(few) for _ in range(4)]
-    assert len(tried) == 3
-    assert {point.harmonics for point in points} == {few.harmonics}
-    assert all(point.error > 1e-5 for point in points)
-
-
 def test_a_motion_found_again_is_not_climbed_from_again(small_reference, few, load, monkeypatch):
     over_time = OverTime(small_reference.joint, load)
     ladder = Ladder(FrequencyPath(few.problem, load), CONTROL, Adaptive(1e-6, most=9), over_time)

@@ -212,7 +212,7 @@ def test_spatial_block_tends_to_the_same_limit():
 
 def test_levels_without_other_ways_are_found(small_reference, few, load, monkeypatch):
     """As near to the motion over time as they state."""
-    for way in ("_next", "_alongside", "_leap"):
+    for way in ("_next", "_alongside", "_onward"):
         monkeypatch.setattr(Ladder, way, lambda *_: None)
     over_time = OverTime(small_reference.joint, load)
     ladder = Ladder(FrequencyPath(few.problem, load), CONTROL, Adaptive(1e-4, 27), over_time)
@@ -243,6 +243,58 @@ def test_stiffer_flexibilities_follow_from_the_softest(answers, beside, monkeypa
     assert found[-1].amplitude == pytest.approx(direct.amplitude, rel=1e-8)
 
 
+def test_an_answer_with_many_harmonics_follows_from_one_with_a_few_fewer(
+    small_reference, few, load, monkeypatch
+):
+    """By four at a time, by one where there is none: nearer to time integration with 2400 steps."""
+    tried, by_modes = [], Answers.by_modes
+
+    def not_all(self, known, harmonics, began, softer=1.0):
+        tried.append((known.harmonics, harmonics, softer))
+        if harmonics == 17 or (harmonics, softer) == (22, 1.0):
+            raise ContinuationError("stalled")
+        return by_modes(self, known, harmonics, began, softer)
+
+    monkeypatch.setattr(Answers, "by_modes", not_all)
+    for way in ("_next", "_alongside"):
+        monkeypatch.setattr(Ladder, way, lambda *_: None)
+    over_time = OverTime(small_reference.joint, load)
+    ladder = Ladder(FrequencyPath(few.problem, load), CONTROL, Adaptive(1e-6, most=26), over_time)
+    for way in ("_by_modes", "_between_levels"):
+        monkeypatch.setattr(Ladder, way, lambda *_: None)
+    grown = ladder.grown(few)
+    ways = [(5, 9, 1.0), (9, 13, 1.0), (13, 17, 1.0), (13, 17, 2.0), (13, 18, 1.0)]
+    assert tried == [*ways, (18, 22, 1.0), (18, 22, 2.0), (22, 26, 1.0)]
+    steps = 2400
+    scheme = time_scheme(
+        small_reference.joint, 1 / (few.frequency * steps), frequency=few.frequency
+    )
+    steady = steady_state(scheme, few.frequency, load)
+    assert steady.converged
+    off, before = (distance(each.amplitude, steady.amplitude) for each in (grown, few))
+    print(f"H = {grown.harmonics}: {off:.1e}, states {grown.error:.1e}; five {before:.1e}")
+    assert off <= grown.error
+    assert off < 0.2 * before
+
+
+def test_harmonics_are_added_no_longer_where_two_numbers_in_a_row_have_no_answer(
+    small_reference, few, load, monkeypatch
+):
+    tried = []
+    for way in ("_next", "_alongside", "_by_modes", "_between_levels"):
+        monkeypatch.setattr(Ladder, way, lambda *_: None)
+    monkeypatch.setattr(
+        Balances, "onward", lambda _, last, harmonics, began: tried.append(harmonics)
+    )
+    over_time = OverTime(small_reference.joint, load)
+    Ladder(FrequencyPath(few.problem, load), CONTROL, Adaptive(1e-6), over_time).grown(few)
+    assert tried == [9, 10]
+    tried.clear()
+    # without a motion over time nothing tells whether more are better
+    Ladder(FrequencyPath(few.problem, load), CONTROL, Adaptive(1e-6)).grown(few)
+    assert tried == []
+
+
 def test_after_a_level_without_a_balance_the_next_is_passed_over(
     small_reference, few, load, monkeypatch
 ):
@@ -252,7 +304,7 @@ def test_after_a_level_without_a_balance_the_next_is_passed_over(
         tried.append(harmonics)
         yield from ()
 
-    for way in ("_next", "_alongside", "_leap"):
+    for way in ("_next", "_alongside", "_onward"):
         monkeypatch.setattr(Ladder, way, lambda *_: None)
     monkeypatch.setattr(Balances, "softly", none)
     over_time = OverTime(small_reference.joint, load)
@@ -272,7 +324,7 @@ def test_a_number_of_harmonics_between_the_levels_is_found(small_reference, few,
         if (softer, harmonics) == (2.0, 24):
             yield from at_once(self, known, harmonics, began, softer)
 
-    for way in ("_next", "_alongside", "_leap"):
+    for way in ("_next", "_alongside", "_onward"):
         monkeypatch.setattr(Ladder, way, lambda *_: None)
     monkeypatch.setattr(Balances, "softly", lambda *_: iter(()))
     monkeypatch.setattr(Balances, "at_once", one_alone)

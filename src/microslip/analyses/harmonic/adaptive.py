@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from itertools import chain, islice
 
 from microslip.analyses.harmonic.alongside import Place, followed
-from microslip.analyses.harmonic.answers import BESIDE, ELSEWHERE, LEAPING, Allowed, Answers
+from microslip.analyses.harmonic.answers import BESIDE, ELSEWHERE, Allowed, Answers
 from microslip.analyses.harmonic.balances import AT_ONCE, Balances
 from microslip.analyses.harmonic.climb import COMPARED, Climb
 from microslip.analyses.harmonic.levels import estimated_error, more_harmonics
@@ -35,8 +35,8 @@ UNMEASURED = 41
 AIM = 0.9
 """Of the tolerance, at which an answer is good enough: errors are known no better than to the rest."""
 
-LEAPS = 3
-"""Leaps to many harmonics under one load that may lead nowhere."""
+ONWARD, IN_A_ROW = 4, 2
+"""Harmonics more in the next balance of the modes from an answer; numbers in a row that may have none."""
 
 MISSES = 1
 """Levels without an answer that are passed over on the way up, where there are other ways or no cycle."""
@@ -83,8 +83,8 @@ class Ladder:
         self.base = path
         self.adaptive = adaptive
         self.over_time = over_time
-        self.losses, self.leaps = Losses(), Losses(LEAPS)
-        self.balances = Balances(self.answers)
+        self.losses = Losses()
+        self.balances, self.further = Balances(self.answers), Balances(self.answers)
         self.between = {softer: Balances(self.answers) for softer in AT_ONCE}
         self.climbed: list[tuple[MotionBeside, HarmonicPoint]] = []
 
@@ -190,8 +190,8 @@ class Ladder:
                 self._one_by_one(climb, began)
         for answer in (climb.last, climb.best):
             self._beside_its_own(answer, climb)
+        self._onward(climb, began)
         self._by_modes(climb, began)
-        self._by_leaps(climb, began)
         self._between_levels(climb, began)
         self._confirmed(climb)
         if self.over_time is not None and climb.beside is None and supported(climb.best):
@@ -226,6 +226,26 @@ class Ladder:
             missed += 1
             if missed > MISSES and (climb.beside is None or self.balances.apply):
                 break
+
+    def _onward(self, climb: Climb, began: float) -> None:
+        """A few harmonics more at a time, by a balance of the modes from the answer before.
+
+        One more where there is none, until `IN_A_ROW` have none. Where more of them are better is told by
+        a motion over time.
+        """
+        assert self.adaptive is not None
+        last, wanted, missed = climb.last, climb.last.harmonics + ONWARD, 0
+        while wanted <= self.adaptive.most and missed < IN_A_ROW:
+            if self._confirmed(climb) or not climb.measurable:
+                break
+            found = self.further.onward(last, wanted, began)
+            if found is None or climb.left_by(found):
+                wanted, missed = wanted + 1, missed + 1
+                continue
+            self._reached(climb, found, began)
+            last, wanted, missed = found, wanted + ONWARD, 0
+        if last.harmonics > climb.asked:
+            self._beside_its_own(last, climb)
 
     def _by_modes(self, climb: Climb, began: float) -> None:
         """Levels that Newton's method has not found, by a balance of the modes alone.
@@ -289,30 +309,6 @@ class Ladder:
         own = self.over_time.again(answer, climb.beside)
         if own.error_of(answer) < climb.best.error:
             climb.stand_beside(answer, own)
-
-    def _by_leaps(self, climb: Climb, began: float) -> None:
-        """Levels that cost minutes, from the motion over time, until one has no answer."""
-        for more in self._levels(climb.best.problem.walks):
-            if more.harmonics <= max(UNMEASURED, climb.last.harmonics):
-                continue
-            if self._confirmed(climb) or not climb.measurable:
-                break
-            found = self._leap(more, climb, began)
-            if found is None:
-                break
-            self._reached(climb, found, began)
-            self._beside_its_own(found, climb)
-
-    def _leap(self, more: HarmonicProblem, climb: Climb, began: float) -> HarmonicPoint | None:
-        """One of them by Newton's method, from the likeliest start."""
-        assert climb.cycle is not None
-        found = None
-        if self.leaps.allow(1):
-            start = next(starts_from_cycle(more, climb.cycle))
-            found = self._tried(start, climb, began, LEAPING)
-            if found is None:
-                self.leaps.add(1)  # once, whatever it costs
-        return found
 
     def _reached(self, climb: Climb, found: HarmonicPoint, began: float) -> None:
         """Take down the answer of a level, with its error; it is the best where that is not larger."""

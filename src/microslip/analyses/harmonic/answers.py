@@ -33,9 +33,9 @@ Allowed = tuple[int, int]
 """Steps of Newton's method before a start is given up, and of these, those in which the residual has to fall
 to a half."""
 
-ELSEWHERE, BESIDE, LEAPING = (20, 5), (40, 12), (80, 25)
+ELSEWHERE, BESIDE = (20, 5), (40, 12)
 """From a start whose contact states are known; from a motion over time beside the response, where states
-change a few at a time for ten steps; from there to many harmonics at once, where they do so for longer."""
+change a few at a time for ten steps."""
 
 BALANCING = (40, 15)
 """The same of the modes alone, whose steps cost less."""

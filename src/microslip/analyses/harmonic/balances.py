@@ -2,7 +2,8 @@
 
 With a softer flexibility of the harmonics left out contact is gentler, and Newton's method gets farther. So
 it is solved first, and taken to stiffer ones, each from the one before, down to the flexibility as it is. Or
-one flexibility is asked alone: where contact is rough, chance decides what finds an answer.
+one flexibility is asked alone: where contact is rough, chance decides what finds an answer. From an answer
+with a few harmonics fewer the way is short: a cycle over time that is cut off is much farther from one.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ STIFFER = (4.0, 1.0)
 """The same from there on."""
 
 AT_ONCE = (1.0, 2.0)
-"""Those from which an answer is looked for with every number of harmonics, one after the other."""
+"""Those from which an answer is looked for from the one before, and with every number of harmonics."""
 
 MOST, USUAL = 60.0, 33
 """Balances under one load that may find nothing; harmonics up to which one counts as one."""
@@ -54,6 +55,15 @@ class Balances:
             answer = self._tried(known, softer, known.amplitude, harmonics, began)
             if answer is not None:
                 yield answer
+
+    def onward(self, answer: HarmonicPoint, harmonics: int, began: float) -> HarmonicPoint | None:
+        """The response of an answer with some harmonics more, with the first flexibility that has it."""
+        if self.apply:
+            for softer in AT_ONCE:
+                found = self._tried(answer, softer, answer.amplitude, harmonics, began)
+                if found is not None:
+                    return found
+        return None
 
     def softly(self, known: Known, harmonics: int, began: float) -> Iterator[HarmonicPoint]:
         """The same with each of the flexibilities that has one.
