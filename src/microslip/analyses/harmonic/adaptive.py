@@ -183,14 +183,18 @@ class Ladder:
             for motion, found in self.climbed:
                 if begun.same_as(motion):
                     return found
-        self._one_by_one(climb, began)
+        self._one_by_one(climb, began, COMPARED)
+        self._onward(climb, began)
+        begun_from = climb.last
+        self._one_by_one(climb, began, self.adaptive.most)
         if climb.beside is None and climb.last.harmonics > COMPARED:
             self._ask(climb, began)
             if climb.beside is not None:
-                self._one_by_one(climb, began)
+                self._one_by_one(climb, began, self.adaptive.most)
         for answer in (climb.last, climb.best):
             self._beside_its_own(answer, climb)
-        self._onward(climb, began)
+        if climb.last is not begun_from:
+            self._onward(climb, began)
         self._by_modes(climb, began)
         self._between_levels(climb, began)
         self._confirmed(climb)
@@ -201,20 +205,18 @@ class Ladder:
             self.climbed.append((begun, climb.best))
         return climb.best
 
-    def _one_by_one(self, climb: Climb, began: float) -> None:
+    def _one_by_one(self, climb: Climb, began: float, most: int) -> None:
         """Levels one after the other, by Newton's method or along the branch, until some have no answer.
 
-        All of them up to `UNMEASURED` where a motion over time is known and modes are not balanced alone:
-        the more harmonics, the nearer is its cycle to an answer. Without one, what has none at one level
-        has mostly none at the next.
+        Up to so many harmonics. All levels where a motion over time is known and modes are not balanced
+        alone: the more harmonics, the nearer is its cycle to an answer. Without one, what has none at one
+        level has mostly none at the next. More than `UNMEASURED` only where there is no other way to them.
         """
         missed = 0
         for more in self._levels(climb.best.problem.walks):
-            if self._confirmed(climb):
+            if more.harmonics > most or self._confirmed(climb):
                 break
-            if more.harmonics > UNMEASURED and not (
-                climb.measurable and more.harmonics == more_harmonics(climb.levels[-1][0])
-            ):
+            if more.harmonics > UNMEASURED and (self.balances.apply or not climb.measurable):
                 break
             if more.harmonics <= climb.levels[-1][0]:
                 continue
