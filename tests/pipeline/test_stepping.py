@@ -92,18 +92,17 @@ def unsettled(monkeypatch, joint, load, one):
     return more_steps.with_more_steps(joint, load, one._replace(marched=True))
 
 
-def test_what_does_not_settle_at_rest_is_as_far_off_as_where_it_is_marched(
+def test_what_does_not_settle_at_rest_is_known_from_where_it_is_marched(
     small_reference, motions, monkeypatch
 ):
+    """Its mean with 600 steps, which is a quarter as far from the limit as that with 150, or less."""
     joint, (load, found, limits) = small_reference.joint, motions
     for k, one in found.items():
         more = unsettled(monkeypatch, joint, load, one)
-        assert more.amplitude is None
-        assert more.strays == 0
+        before = abs(limits[k] / abs(one.amplitude) - 1)
+        assert abs(more.amplitude) == pytest.approx(limits[k], rel=before / REFINEMENT + 1e-4)
         assert more.cycles > 400
-        # from the limit 600 steps are a quarter as far as 150, or less
-        assert more.drifts == pytest.approx(abs(abs(limits[k]) / abs(one.amplitude) - 1), abs=1e-4)
-        assert more.drifts > 0
+        assert 0 < more.drifts < 1e-3
 
 
 def test_what_goes_elsewhere_when_it_is_marched_does_not_stay(

@@ -51,6 +51,21 @@ def test_what_varies_is_told_by_more_steps(beating):
     assert more.drifts < 0.01
 
 
+def test_what_creeps_does_not_vary_for_good(monkeypatch, beating):
+    """Its mean goes on by more from block to block than it strays by in one: so it may for as long again."""
+    joint, mean, end = beating
+    blocks = iter(range(module.BLOCKS))
+
+    def creeping(*given):
+        ramp = np.linspace(0.0, 1.0, module.BLOCK) + next(blocks)
+        return mean * (1 + 0.005 * ramp), ["later"]
+
+    monkeypatch.setattr(module, "watched", creeping)
+    more = with_more_steps(joint, LOAD, Stepped(FREQUENCY, mean, end, STEPS, varies=True))
+    assert more.varies == 0
+    assert more.drifts > 0.01
+
+
 def test_what_leaves_with_more_steps_has_none(monkeypatch, beating):
     joint, mean, end = beating
     sizes, beat = iter([mean, 0.5 * mean]), 1 + 0.03 * np.cos(0.4 * np.arange(module.BLOCK))

@@ -312,7 +312,8 @@ def _least_known(table: _Table, settings: ResponseAnalysis, beside: Array) -> li
 def _response(table: _Table, base: Response) -> Response:
     now, sought_on = table.response(), table.stepping.sought_on
     # with more steps a branch may end before it does with few
-    settled = taken(table.settled, sought_on) if sought_on else table.settled
+    settled = {*(taken(table.settled, sought_on) if sought_on else table.settled)}
+    settled -= table.stepping.staying(table.settled)
     known = [k for k, one in table.anchors.items() if one.doubt <= OPEN or k in settled]
     unbounded = [
         *leaving(table.anchors, now.error, settled),

@@ -24,12 +24,9 @@ from microslip.pipeline.targets import REFINEMENT, TOLERANCE, More, Stepped
 PATIENCE = 100
 """Cycles with `REFINEMENT` times the steps at most."""
 
-MARCHED = 100
-"""Cycles for which what does not settle with more steps is marched with these."""
-
 BLOCK, BLOCKS, SAME = 100, 6, 0.1
-"""Cycles and most blocks of them for which what varies for good is, until it strays as far in one as in that
-before, to this share."""
+"""Cycles and most blocks of them for which what varies for good, or does not settle where its bodies rest, is
+marched with more steps, until it strays as far in one as in that before, to this share."""
 
 STEADY = 1e-4
 """What a motion strays by that repeats, relative."""
@@ -42,8 +39,9 @@ def with_more_steps(joint: PreparedJoint, load: float, one: Stepped) -> More:
     """A steady state with `REFINEMENT` times the steps, and what motions do beside it.
 
     Where it does not settle with these, or elsewhere, its own steps say what motions do. Bodies that walk are
-    not brought to rest again: with more steps they may be a little way from where they rest then, and that
-    the motion stays there is known where it is marched.
+    not brought to rest again: with more steps they may be a little way from where they rest then. What does
+    not settle and stays with its own is marched with more there: its mean over so many cycles is known then,
+    and what it varies by.
     """
     amplitude, spent = None, 0
     try:
@@ -58,8 +56,9 @@ def with_more_steps(joint: PreparedJoint, load: float, one: Stepped) -> More:
             found, stay = _settled(joint, load, one, one.steps)
             spent += found.cycles + (stay.cycles if stay else 0)
             more = _with_stay(amplitude, spent, stay)
-            if unsettled and one.marched and not more.strays:
-                more = _marched(joint, load, one, spent)
+            if unsettled and one.marched and np.isfinite(more.strays):
+                more = _varying(joint, load, one)
+                more = more._replace(cycles=more.cycles + spent)
             return more
     except MicroslipError:
         return More(amplitude, spent)
@@ -97,20 +96,8 @@ def _settled(
     return found, stay_of(scheme, found, memory) if found.converged else None
 
 
-def _marched(joint: PreparedJoint, load: float, one: Stepped, spent: int) -> More:
-    """What a state does where it is marched with more steps, after so many cycles that did not settle."""
-    f = one.frequency
-    scheme = time_scheme(joint, 1 / (f * REFINEMENT * one.steps), frequency=f)
-    Q, _ = watched(scheme, load, placed(one.state, scheme, f, load), MARCHED)
-    size, cycles = np.abs(Q), spent + REFINEMENT * MARCHED
-    if np.abs(size / abs(one.amplitude) - 1).max() > FARTHEST:
-        return More(None, cycles, strays=np.inf)
-    mean = float(size[-MARCHED // 2 :].mean())
-    return More(None, cycles, drifts=apart(one.amplitude, mean) + to_come(size) / mean)
-
-
 def _varying(joint: PreparedJoint, load: float, one: Stepped) -> More:
-    """What a motion that varies for good does where it is marched with more steps."""
+    """What a motion that does not repeat does where it is marched with more steps."""
     f = one.frequency
     scheme = time_scheme(joint, 1 / (f * REFINEMENT * one.steps), frequency=f)
     state, before, spent = placed(one.state, scheme, f, load), (0.0, np.inf), 0
@@ -128,7 +115,9 @@ def _varying(joint: PreparedJoint, load: float, one: Stepped) -> More:
         before = mean, strays
     amplitude = mean * complex(np.exp(1j * np.angle(Q.mean())))
     if strays <= STEADY:  # with more steps it repeats
-        return More(amplitude, spent)
+        return More(amplitude, spent, drifts=strays)
+    if drifts > strays:  # it creeps: a beat has the same mean in every block
+        return More(amplitude, spent, strays, drifts + to_come(size) / mean)
     return More(amplitude, spent, strays, drifts, strays if same else 0.0)
 
 

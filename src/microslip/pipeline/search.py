@@ -132,8 +132,12 @@ class Search:
 
     @property
     def settled(self) -> dict[int, Stepped]:
-        """Those whose motion repeats, or varies for good."""
-        return {k: one for k, one in self.states.items() if self.anchors[k].change <= TOLERANCE}
+        """Those whose motion repeats, or varies for good, or whose bodies have come to rest."""
+        return {
+            k: one
+            for k, one in self.states.items()
+            if self.anchors[k].change <= TOLERANCE or self.found[k].rest is not None
+        }
 
     def steps_at(self, k: int) -> int:
         """Per cycle, of the steady state at a frequency."""
@@ -309,8 +313,8 @@ class Search:
         """Where motions may be on their way out: with more steps a branch may end before it does with few."""
         if self.before is None or not self.stepping.sought_on:
             return leaving(self.anchors, error, self.settled)
-        staying = {k for k in self.settled if self.stepping.drifts.get(k)}
-        return leaving(self.anchors, error, self.refined, staying)
+        staying = self.stepping.staying(self.settled)
+        return leaving(self.anchors, error, self.refined - staying, staying)
 
     def doubted(self) -> dict[int, Anchor]:
         """The anchors, each with how well it is known beside the others, `microslip.pipeline.doubts`."""

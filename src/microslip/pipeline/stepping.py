@@ -8,7 +8,7 @@ begins anew with four times as many. Between frequencies the larger of two error
 
 from __future__ import annotations
 
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
@@ -76,7 +76,7 @@ class Stepping:
     strays : dict of int to float
         How far motions stray from unstable ones of these states, relative; infinite where they leave.
     drifts : dict of int to float
-        How far off those are, and may drift, that do not settle with more steps and stay, relative.
+        How far the means of those may drift that are marched with more steps and stay, relative.
     varies : dict of int to float
         How far the size of motions beside those varies for good, relative.
     off : dict of int to float
@@ -123,6 +123,10 @@ class Stepping:
         States between which a search looks for more are no better known then than what it is to find.
         """
         return any(change > wanted for change in self._changes(states).values())
+
+    def staying(self, states: Iterable[int]) -> set[int]:
+        """Which of these were marched with more steps, and stay."""
+        return {k for k in states if self.drifts.get(k)}
 
     def copied(self) -> Stepping:
         """With what it knows of each state in mappings of its own."""
