@@ -34,6 +34,7 @@ from microslip.analyses.harmonic.response import HarmonicResponse, frequency_res
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.time.resting import WalksOnError, rested
 from microslip.analyses.time.scheme import time_scheme
+from microslip.analyses.time.starts import Start
 from microslip.analyses.time.steady import SteadyState, raised_state, steady_state
 from microslip.describe.reading import parse_joint
 from microslip.errors import MicroslipError
@@ -75,9 +76,7 @@ def over_time(joint: PreparedJoint, point: HarmonicPoint) -> tuple[SteadyState, 
     near: SteadyState | None = None
     changed, steps = np.inf, STEPS
     while changed > SURE and steps <= FINEST:
-        scheme = time_scheme(joint, 1 / (point.frequency * steps), frequency=point.frequency)
-        start = state_from_point(scheme, point) if near is None else near.end
-        finer = steady_state(scheme, point.frequency, point.load, start=start, max_cycles=CYCLES)
+        finer = settled(joint, point, steps, None if near is None else near.end)
         first = finer if first is None else first
         if near is None:
             near = finer if beside(point, finer) else None
@@ -91,14 +90,20 @@ def over_time(joint: PreparedJoint, point: HarmonicPoint) -> tuple[SteadyState, 
     return (first if near is None else near), changed
 
 
+def settled(
+    joint: PreparedJoint, point: HarmonicPoint, steps: int, start: Start | None = None
+) -> SteadyState:
+    """Where time integration settles from the state of a response, or from a start."""
+    scheme = time_scheme(joint, 1 / (point.frequency * steps), frequency=point.frequency)
+    begin = state_from_point(scheme, point) if start is None else start
+    return steady_state(scheme, point.frequency, point.load, start=begin, max_cycles=CYCLES)
+
+
 def left_open(joint: PreparedJoint, point: HarmonicPoint, found: SteadyState) -> float | None:
     """Difference from the motion with the same steps from the response's own state; None without one."""
-    steps = len(found.cycle.load) - 1
-    if not beside(point, found) or steps == STEPS:
+    if not beside(point, found) or found.steps == STEPS:
         return None
-    scheme = time_scheme(joint, 1 / (point.frequency * steps), frequency=point.frequency)
-    start = state_from_point(scheme, point)
-    own = steady_state(scheme, point.frequency, point.load, start=start, max_cycles=CYCLES)
+    own = settled(joint, point, found.steps)
     if not beside(point, own):
         return None
     return float(abs(abs(own.amplitude) / abs(found.amplitude) - 1))
@@ -137,7 +142,7 @@ def compared(joint: PreparedJoint, point: HarmonicPoint) -> dict:
         "cycles": found.cycles,
         "change": found.change,
         "error": float(error),
-        "steps": len(found.cycle.load) - 1,
+        "steps": found.steps,
         "changed": float(changed),
         "open": left_open(joint, point, found),
         "near": beside(point, found),

@@ -171,7 +171,7 @@ def test_what_another_past_makes_of_a_motion_is_in_the_stated_error(small_refere
 
     def locked_in(self, frequency, near, steps, start, more):
         found, lingers = settles(self, frequency, near, steps, start, more)
-        if steps < known.steps:
+        if steps < known.steady.steps:
             found = replace(found, amplitude=1.004 * found.amplitude)
         return found, lingers
 

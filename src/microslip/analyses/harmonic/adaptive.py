@@ -185,7 +185,7 @@ class Ladder:
                     return found
         self._one_by_one(climb, began, COMPARED)
         self._onward(climb, began)
-        begun_from = climb.last
+        last = climb.last
         self._one_by_one(climb, began, self.adaptive.most)
         if climb.beside is None and climb.last.harmonics > COMPARED:
             self._ask(climb, began)
@@ -193,7 +193,7 @@ class Ladder:
                 self._one_by_one(climb, began, self.adaptive.most)
         for answer in (climb.last, climb.best):
             self._beside_its_own(answer, climb)
-        if climb.last is not begun_from:
+        if climb.last is not last:
             self._onward(climb, began)
         self._by_modes(climb, began)
         self._between_levels(climb, began)
@@ -246,8 +246,7 @@ class Ladder:
                 continue
             self._reached(climb, found, began)
             last, wanted, missed = found, wanted + ONWARD, 0
-        if last.harmonics > climb.asked:
-            self._beside_its_own(last, climb)
+        self._beside_its_own(last, climb)
 
     def _by_modes(self, climb: Climb, began: float) -> None:
         """Levels that Newton's method has not found, by a balance of the modes alone.

@@ -99,11 +99,6 @@ class MotionBeside(Brief):
     pasts: float = 0.0
 
     @property
-    def steps(self) -> int:
-        """Per cycle."""
-        return _steps_of(self.steady)
-
-    @property
     def leaves_open(self) -> float:
         """Relative error of its amplitude, with what other pasts make of it."""
         return max(self.own, self.pasts)
@@ -187,7 +182,7 @@ class OverTime:
         """
         if supported(point):
             return known
-        found = self._from_own_state(point, known.steps if known.own <= OWN else MOST_STEPS)
+        found = self._from_own_state(point, known.steady.steps if known.own <= OWN else MOST_STEPS)
         if found is None:
             return known
         return replace(known, steady=found, own=self._own_error(found, known.own))
@@ -200,7 +195,7 @@ class OverTime:
         """
         if supported(point):
             return known
-        other = self._from_own_state(point, known.steps // 2)
+        other = self._from_own_state(point, known.steady.steps // 2)
         if other is None:
             return known
         apart = distance(other.amplitude, known.steady.amplitude)
@@ -221,7 +216,7 @@ class OverTime:
         """
         if known <= OWN:
             return known
-        frequency, near, steps = finer.frequency, finer.amplitude, _steps_of(finer) // 2
+        frequency, near, steps = finer.frequency, finer.amplitude, finer.steps // 2
         coarse, _ = self._settled(frequency, near, steps, finer.end, CYCLES_MORE)
         return (
             known if coarse is None else min(known, own_error([distance(coarse.amplitude, near)]))
@@ -326,11 +321,6 @@ class OverTime:
 
     def _scheme(self, frequency: float, steps: int) -> TimeScheme:
         return time_scheme(self.joint, 1 / (frequency * steps), port=self.port, frequency=frequency)
-
-
-def _steps_of(steady: SteadyState) -> int:
-    """Steps per cycle of a motion."""
-    return len(steady.cycle.r) - 1
 
 
 def _mean(steady: SteadyState) -> Array:

@@ -114,7 +114,7 @@ def start_from_cycle(problem: HarmonicProblem, steady: SteadyState) -> Start:
     Harmonics beyond a third of its steps are left at zero.
     """
     cycle = steady.cycle
-    steps = len(cycle.r) - 1
+    steps = steady.steps
     theta = steady.phase + 2 * np.pi * np.arange(steps + 1) / steps
     u = _coefficients(cycle.r[:, problem.rows], theta, problem.harmonics)
     v = _coefficients(without_drift(cycle.v, theta)[:, problem.rows], theta, problem.harmonics)
@@ -152,7 +152,7 @@ def flexibility_of_cycle(problem: HarmonicProblem, steady: SteadyState) -> float
     ``|r_h| / |eps v_h|`` over the harmonics from H + 1 to 3 H (root of sums of squares).
     """
     cycle = steady.cycle
-    steps = len(cycle.r) - 1
+    steps = steady.steps
     theta = steady.phase + 2 * np.pi * np.arange(steps + 1) / steps
     most, first = 3 * problem.harmonics, problem.shape[1]
     u = _coefficients(cycle.r[:, problem.rows], theta, most)[:, first:]

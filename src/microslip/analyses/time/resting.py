@@ -113,7 +113,7 @@ def at_phase_0(
 ) -> State:
     """The end of the last cycle, marched on to where the load passes through zero."""
     left = -steady.phase % (2 * np.pi)
-    per_cycle = len(steady.cycle.r) - 1
+    per_cycle = steady.steps
     steps = round(left / (2 * np.pi) * per_cycle)
     if steps % per_cycle == 0:
         return steady.cycle.state
@@ -213,7 +213,7 @@ def rested(
         seen.append(found.looked)
         return found.looked
 
-    steps = len(steady.cycle.r) - 1
+    steps = steady.steps
     wave = load * np.sin(2 * np.pi * np.arange(steps + 1) / steps)
     try:
         after = march(scheme, last, wave, memory=memory).state

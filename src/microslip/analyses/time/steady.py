@@ -109,6 +109,11 @@ class SteadyState(Brief):
     end: Start
     halved: bool = False
 
+    @property
+    def steps(self) -> int:
+        """Per cycle."""
+        return len(self.cycle.r) - 1
+
 
 def steady_state(
     scheme: TimeScheme,
