@@ -15,7 +15,7 @@ from microslip.analyses.time.starts import end_of, placed
 from microslip.analyses.time.steady import steady_state
 from microslip.analyses.time.watching import watched
 from microslip.pipeline import more_steps as module
-from microslip.pipeline.doubts import as_doubtful, doubt_with, variation
+from microslip.pipeline.doubts import as_doubtful, doubt_with, doubted, variation
 from microslip.pipeline.more_steps import with_more_steps
 from microslip.pipeline.stepping import Stepping
 from microslip.pipeline.targets import Found, More, Stepped
@@ -122,3 +122,24 @@ def test_a_motion_beside_one_that_varies_may_vary_and_is_no_better_known():
     assert (between.varies, between.doubt) == pytest.approx((0.03, 0.082))
     more = as_doubtful(moving, sure)
     assert (more.varies, more.doubt) == pytest.approx((0.08, 0.082))
+    # a beat beside it that was not seen to go on is no error of its mean besides
+    assert as_doubtful(moving, vague).doubt == pytest.approx(0.082)
+    assert as_doubtful(replace(moving, varies=0.01, doubt=0.012), vague).doubt == pytest.approx(
+        0.03
+    )
+
+
+def test_beside_a_jump_a_motion_is_as_well_known_as_those_of_its_own_branch():
+    """The larger ones beat by 3 %; the smaller ones next to them are at rest as well, and do not."""
+    anchors = {
+        k: Anchor(100.0 + k, size + 0j, 0j, 0.0, 1e-4)
+        for k, size in enumerate((2.0, 2.0, 2.0, 0.1, 0.1))
+    }
+    found = {
+        k: Found(one.amplitude, 0.0, one.doubt, "", 10, scatter=0.0, rest=np.zeros(1))
+        for k, one in anchors.items()
+    }
+    found[2] = replace(found[2], varies=0.03, doubt=0.031)
+    anchors[2] = replace(anchors[2], doubt=0.031)
+    known = doubted(anchors, found, set(found), 0.0, Stepping())
+    assert [known[k].doubt for k in range(5)] == pytest.approx([1e-4, 0.031, 0.031, 1e-4, 1e-4])

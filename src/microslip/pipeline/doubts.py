@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Container, Mapping
 from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
-from microslip.analyses.reduced.anchors import Anchor, vary_between
+from microslip.analyses.reduced.anchors import Anchor, branches, vary_between
 from microslip.pipeline.stepping import Stepping
 from microslip.pipeline.targets import Found
 from microslip.pipeline.walk import FINE
@@ -23,9 +24,34 @@ def doubted(
 ) -> dict[int, Anchor]:
     """Anchors, each with how far its amplitude scatters with its past and varies from cycle to cycle.
 
+    Of motions at rest that beat those beside one may not, and those beside one that does not may: each is
+    known no better than the next are, on its branch.
+
+    Parameters
+    ----------
+    anchors, found, ended, moved, stepping
+        See `by_themselves`.
+    """
+    known = by_themselves(anchors, found, ended, moved, stepping)
+    beside = defaultdict[int, list[Anchor]](list)
+    for run in branches(known, ()):
+        for left, right in pairwise(int(k) for k in run if found[int(k)].rest is not None):
+            beside[left].append(known[right])
+            beside[right].append(known[left])
+    return known | {k: as_doubtful(known[k], *others) for k, others in beside.items()}
+
+
+def by_themselves(
+    anchors: Mapping[int, Anchor],
+    found: Mapping[int, Found],
+    ended: Container[int],
+    moved: float,
+    stepping: Stepping,
+) -> dict[int, Anchor]:
+    """The same, whatever is known of those next to each.
+
     Of a motion that has not settled a search cannot tell how far its bodies will walk: as far as others have,
-    where that has led. Of motions at rest that beat those beside one may not, and those beside one that does
-    not may: each is known no better than the next are.
+    where that has led.
 
     Parameters
     ----------
@@ -44,12 +70,7 @@ def doubted(
         known[k] = replace(one, scatter=found[k].scatter, varies=varies)
         if k not in ended and found[k].rest is None and one.change > FINE:
             known[k] = no_better(known[k], moved)
-    rests = {k: known[k] for k in sorted(known) if found[k].rest is not None}
-    beside = dict[int, list[Anchor]]()
-    for left, right in pairwise(rests):
-        beside.setdefault(left, []).append(rests[right])
-        beside.setdefault(right, []).append(rests[left])
-    return known | {k: as_doubtful(rests[k], *others) for k, others in beside.items()}
+    return known
 
 
 def variation(stepping: Stepping, k: int, found: Found | Anchor) -> float:
@@ -71,8 +92,11 @@ def no_better(one: Anchor, mean: float) -> Anchor:
 
 
 def as_doubtful(one: Anchor, *others: Anchor) -> Anchor:
-    """A steady state that is known no better than others, and may vary from cycle to cycle as much."""
-    known = (one, *others)
-    doubt = max(a.doubt - a.varies for a in known) + max(a.varies for a in known)
+    """A steady state that is known no better than others, and may vary from cycle to cycle as much.
+
+    What those are not known by may be a beat that was not seen to go on: it does not come on top of its own.
+    """
+    varies = max(a.varies for a in (one, *others))
+    doubt = max(one.doubt - one.varies + varies, *(a.doubt for a in others))
     both = vary_between(np.array(one.varies), np.array([a.varies for a in others]))
     return replace(one, doubt=doubt, varies=max(one.varies, float(both.max())))
