@@ -14,7 +14,7 @@ from microslip.analyses.reduced.anchors import Anchor
 from microslip.analyses.reduced.missed import NEAREST
 from microslip.analyses.reduced.refined import load_offset, refined_table
 from microslip.analyses.reduced.response import forced_response
-from microslip.analyses.reduced.surface import load_surface
+from microslip.analyses.reduced.surface import contours, load_surface
 from microslip.analyses.reduced.sweep import CONVERGED
 from microslip.analyses.reduced.two_mode import two_mode_model
 from microslip.analyses.statics.held import hold_mode
@@ -816,6 +816,26 @@ def test_what_beats_is_not_forgotten_between_what_is_known(refined):
     left_on_the_way(search, 0.01)
     assert set(beat) <= set(search.anchors)
     assert (search.held().error[list(beat)] >= 0.03).all()
+
+
+@pytest.mark.parametrize(("beat", "between"), [((72,), {68, 76}), ((72, 80), {68, 84})])
+def test_what_others_alone_make_unsure_is_sought_beside(refined, beat, between):
+    """Bodies are at rest, and where one motion beats those next to it may: others between them tell. But not
+    between two that beat."""
+    model, table, base = refined
+    surface = load_surface(model, table, FOLD, 40.0)
+    search = Search(surface, base, 100)
+    for k in range(0, len(FOLD), 8):
+        Q, strays = complex(branch("larger")[k]), 0.03 if k in beat else 0.0
+        more = More(Q, 16, strays)
+        found = Found(Q, 1e-8, 1e-5, "", 10, scatter=1e-5, past=0.0, rest=np.zeros(1), more=more)
+        search.keep(Target(k, float(FOLD[k]), 40.0, 0j), found)
+    search.take_refined()
+    unsure = {k for k in search.anchors if search.held().of_mean[k] > 0.01}
+    assert unsure == {beat[0] - 8, *beat, beat[-1] + 8}
+    assert search.vague(0.01) == set(beat)
+    picks = choosing.between_refined(search, contours(surface, 40.0), 0.01)
+    assert between == {one.point for one in picks if min(beat) - 8 <= one.point <= max(beat) + 8}
 
 
 STRAYING = {"strays": 1.5e-2}

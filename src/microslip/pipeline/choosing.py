@@ -126,14 +126,14 @@ def anew(search: Search, guess: Contours, wanted: float) -> list[Target]:
 def between_refined(search: Search, guess: Contours, wanted: float) -> list[Target]:
     """The middles of the stretches between states with more steps, or known as well, where most is not known.
 
-    Not between two that are themselves not known as well as is wanted.
+    Not between two that are themselves not known as well as is wanted, whatever those beside them are.
     """
-    now, refined = search.held(), search.refined
+    now, refined, vague = search.held(), search.refined, search.vague(wanted)
     doubtful, weighed = ~(now.of_mean <= wanted), []
     for left, right in pairwise(search.marks):
         unknown, middle = int(doubtful[left + 1 : right].sum()), (left + right) // 2
         ends = (left, right)
-        sure = not all(doubtful[k] for k in ends)
+        sure = not vague.issuperset(ends)
         sure = sure and all(k in refined or not doubtful[k] for k in ends)
         if unknown and sure and middle not in search.passed:
             weighed.append((unknown, middle, left, right))

@@ -20,7 +20,7 @@ from microslip.analyses.reduced.through_anchors import Held, held
 from microslip.analyses.time.offset import BRANCH
 from microslip.analyses.time.staying import LEAVES
 from microslip.describe.requests import CYCLES_EACH, SECONDS_EACH
-from microslip.pipeline.doubts import doubt_with, doubted
+from microslip.pipeline.doubts import by_themselves, doubt_with, doubted
 from microslip.pipeline.neighbours import around, leaving, within_a_branch
 from microslip.pipeline.stepping import ACCURACY, Stepping, refined_anchors, taken
 from microslip.pipeline.stepping import BY_INDEX as OF_STEPS
@@ -324,6 +324,17 @@ class Search:
         """Steady states that are themselves not known as well as is wanted."""
         error = self.through_anchors().of_mean
         return {k for k in self.anchors if not error[k] <= wanted}
+
+    def vague(self, wanted: float) -> set[int]:
+        """Steady states that would not be known as well as is wanted even if those next to them were."""
+        error = self.held().of_mean
+        alone = by_themselves(self.anchors, self.found, self.ended, self.moved, self.stepping)
+        known = self.doubted()
+        beside = {
+            k: (known[k].doubt - known[k].varies) - (one.doubt - one.varies)
+            for k, one in alone.items()
+        }
+        return {k for k, more in beside.items() if not error[k] - more <= wanted}
 
     def keep_end(self, target: Target, answer: Found | Lost) -> None:
         """Learn where a motion ends that was marched, if that is on the branch that is known there."""
