@@ -24,9 +24,9 @@ BLOCK, PART, SETTLES = 20, 40, 60
 """Cycles after which it is looked at; those at least that tell where the motion is, and whether it is farther
 off than in as many before; and those after which what else the push stirs has died away."""
 
-LEAST, MOST = 100, 1000
+LEAST, MOST, SLOWLY = 100, 1000, 300
 """Cycles marched after the push, and at most where it is ever farther off: with a multiplier of 1.004 a
-thousandth takes so many to become some per cent."""
+thousandth takes so many to become some per cent. And at most where it changes too slowly to tell."""
 
 TURN, LONGEST = 1.25, 190
 """Turns about the periodic motion that tell where a motion is: with its size that takes more cycles or fewer;
@@ -161,7 +161,8 @@ def _marched(
     """A motion pushed off to a state, until it has left, or what becomes of it is seen."""
     own, Q, off = steady.amplitude, np.zeros(0, complex), np.zeros(0)
     least = max(LEAST, SETTLES + 2 * turn.part) if turn.whole else LEAST
-    while len(Q) < least or (len(Q) < MOST and _is_open(off, turn)):
+    most = SLOWLY if turn.slow else MOST
+    while len(Q) < least or (len(Q) < most and _is_open(off, turn)):
         more, states = watched(scheme, steady.load, state, BLOCK, steady.phase, memory)
         state, Q = states[-1], np.append(Q, more)
         if _off(more, own) > LEAVES:
