@@ -22,7 +22,7 @@ from microslip.analyses.time.point import Request
 from microslip.analyses.time.points import steady_states
 from microslip.errors import InputError
 from microslip.pipeline import auto as method
-from microslip.pipeline import choosing
+from microslip.pipeline import choosing, stepping
 from microslip.pipeline.forget import known_better_without, left_on_the_way
 from microslip.pipeline.neighbours import leaving
 from microslip.pipeline.search import Search
@@ -258,6 +258,41 @@ def test_motions_at_rest_that_stay_with_more_steps_are_known_beside_a_jump(refin
     known = error[ENDS + 8 :: 8]
     assert (known >= 3e-3).all()
     assert (known <= 0.01).all()
+
+
+@pytest.mark.parametrize("end", [0, 20, 36])
+def test_beside_a_jump_motions_are_marched_on_until_two_stay(refined, monkeypatch, end):
+    """None of the larger ones has settled; with more steps those within so many of the jump leave."""
+    model, table, base = refined
+    search, asked = Search(load_surface(model, table, FOLD, 40.0), base, 100), []
+    for k in (*range(0, ENDS, 8), ENDS - 1, *range(ENDS, len(FOLD), 4)):
+        larger = k >= ENDS
+        Q, change = complex(branch("larger" if larger else "smaller")[k]), 1e-3 if larger else 1e-8
+        more = None if larger else More(Q, 16)
+        found = Found(Q, change, change, "", 10, scatter=0.0, past=0.0, more=more)
+        search.keep(Target(k, float(FOLD[k]), 40.0, 0j), found)
+
+    def marched(joint, load, states):
+        for k, one in states.items():
+            asked.append(k)
+            assert one.varies
+            stays = k >= ENDS + end
+            yield k, More(one.amplitude, 400, 2e-3, 1e-4) if stays else More(None, 100, np.inf)
+
+    monkeypatch.setattr(stepping, "more_steps", marched)
+    search.before = 0, 0.0
+    search.take_refined()
+    assert np.isinf(search.held().error[ENDS:]).all()
+    while marks := choosing.to_march_on(search):
+        search.march_on(None, marks)
+    error, stay = search.held().error, sorted(k for k in asked if k >= ENDS + end)
+    larger = len(range(ENDS, len(FOLD), 4))
+    print(f"{end}: marched {asked} of {larger}")
+    assert len(asked) <= 3 + np.log2(larger)
+    assert set(asked) - set(stay) == set(search.lost)
+    assert stay[:2] == [ENDS + end, ENDS + end + 4]
+    assert np.isinf(error[ENDS : stay[1]]).all()
+    assert (error[stay[1] :: 4] <= 0.01).all()
 
 
 def bumped(height):
@@ -833,7 +868,7 @@ def test_what_others_alone_make_unsure_is_sought_beside(refined, beat, between):
     search.take_refined()
     unsure = {k for k in search.anchors if search.held().of_mean[k] > 0.01}
     assert unsure == {beat[0] - 8, *beat, beat[-1] + 8}
-    assert search.vague(0.01) == set(beat)
+    assert choosing.vague(search, 0.01) == set(beat)
     picks = choosing.between_refined(search, contours(surface, 40.0), 0.01)
     assert between == {one.point for one in picks if min(beat) - 8 <= one.point <= max(beat) + 8}
 

@@ -128,6 +128,10 @@ def anchored_response(
         search.refine(assembly.prepared)
         # with more steps there may be more to see than there was with fewer
         while not search.over:
+            if moving := choosing.to_march_on(search):
+                search.march_on(assembly.prepared, moving)
+                advance(len(moving))
+                continue
             picks = choosing.beside_larger(search, guess)
             if picks := picks or choosing.between_refined(search, guess, settings.error):
                 search.keep_refined(assembly.prepared, _answers(assembly, picks))

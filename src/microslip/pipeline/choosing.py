@@ -16,6 +16,7 @@ from microslip.analyses.reduced.surface import Contours
 from microslip.analyses.reduced.through_anchors import Held
 from microslip.analyses.time.starts import Start
 from microslip.describe.requests import MARCHED_EACH
+from microslip.pipeline.doubts import by_themselves
 from microslip.pipeline.neighbours import around, far_between, larger_sides
 from microslip.pipeline.search import Search
 from microslip.pipeline.targets import TOLERANCE, Target
@@ -128,17 +129,27 @@ def between_refined(search: Search, guess: Contours, wanted: float) -> list[Targ
 
     Not between two that are themselves not known as well as is wanted, whatever those beside them are.
     """
-    now, refined, vague = search.held(), search.refined, search.vague(wanted)
+    now, refined, unsure = search.held(), search.refined, vague(search, wanted)
     doubtful, weighed = ~(now.of_mean <= wanted), []
     for left, right in pairwise(search.marks):
         unknown, middle = int(doubtful[left + 1 : right].sum()), (left + right) // 2
         ends = (left, right)
-        sure = not vague.issuperset(ends)
+        sure = not unsure.issuperset(ends)
         sure = sure and all(k in refined or not doubtful[k] for k in ends)
         if unknown and sure and middle not in search.passed:
             weighed.append((unknown, middle, left, right))
     targets = _middles(search, guess, now, weighed)
     return targets[: max(min(AT_A_TIME, search.points - search.count), 0)]
+
+
+def vague(search: Search, wanted: float) -> set[int]:
+    """Steady states that would not be known as well as is wanted even if those next to them were."""
+    error, known = search.held().of_mean, search.doubted()
+    alone = by_themselves(search.anchors, search.found, search.ended, search.moved, search.stepping)
+    means = {
+        k: (known[k].doubt - known[k].varies, one.doubt - one.varies) for k, one in alone.items()
+    }
+    return {k for k, (mean, own) in means.items() if not error[k] - (mean - own) <= wanted}
 
 
 def _middles(
@@ -147,6 +158,33 @@ def _middles(
     """Targets in the middle of stretches, from their weights, middles and ends; the heaviest first."""
     heaviest = sorted(weighed, reverse=True)
     return [_target(search, k, guess, now, (left, right)) for _, k, left, right in heaviest]
+
+
+def to_march_on(search: Search) -> list[int]:
+    """Motions beside jumps to be marched with more steps next, by index, each once.
+
+    The larger ones, where none is known to stay. From the jump outward: two that stay next to each other are
+    enough. Where one has left, what is between it and what stays is halved.
+    """
+    error, marks, chosen = search.through_anchors().error, sorted(search.anchors), list[int]()
+    unknown, staying = set(search.leaving(error)), search.stepping.staying(search.settled)
+    for way, outward in larger_sides(search.anchors, error):
+        beside = [k for k in outward if k in unknown]
+        smaller = marks[marks.index(outward[0]) - way]
+        left = [k for k in search.lost if search.lost[k].left and (k - smaller) * way > 0]
+        left = [k for k in left if beside and (beside[-1] - k) * way > 0]
+        beyond = [k for k in beside if all((k - j) * way > 0 for j in left)]
+        stays = next((i for i, k in enumerate(beyond) if k in staying), len(beyond))
+        before, after = (
+            [k for k in some if k not in search.passed and k not in staying]
+            for some in (beyond[:stays], beyond[stays + 1 :])
+        )
+        if before:
+            halved = left or stays < len(beyond)
+            chosen.append(before[len(before) // 2 if halved else 0])
+        else:
+            chosen += after[:1]
+    return list(dict.fromkeys(chosen))
 
 
 def unfilled(search: Search) -> list[int]:

@@ -20,7 +20,7 @@ from microslip.analyses.reduced.through_anchors import Held, held
 from microslip.analyses.time.offset import BRANCH
 from microslip.analyses.time.staying import LEAVES
 from microslip.describe.requests import CYCLES_EACH, SECONDS_EACH
-from microslip.pipeline.doubts import by_themselves, doubt_with, doubted
+from microslip.pipeline.doubts import doubt_with, doubted
 from microslip.pipeline.neighbours import around, leaving, within_a_branch
 from microslip.pipeline.stepping import ACCURACY, Stepping, refined_anchors, taken
 from microslip.pipeline.stepping import BY_INDEX as OF_STEPS
@@ -132,11 +132,15 @@ class Search:
 
     @property
     def settled(self) -> dict[int, Stepped]:
-        """Those whose motion repeats, or varies for good, or whose bodies have come to rest."""
+        """Those whose motion repeats, or varies for good, or whose bodies have come to rest.
+
+        And those that were marched on with more steps.
+        """
+        known = self.stepping.sought_on
         return {
             k: one
             for k, one in self.states.items()
-            if self.anchors[k].change <= TOLERANCE or self.found[k].rest is not None
+            if self.anchors[k].change <= TOLERANCE or self.found[k].rest is not None or k in known
         }
 
     def steps_at(self, k: int) -> int:
@@ -172,6 +176,14 @@ class Search:
             else:
                 doubt = doubt_with(self.stepping, k, self.found[k])
                 self.anchors[k] = replace(anchor, doubt=doubt)
+
+    def march_on(self, joint: PreparedJoint, marks: Sequence[int]) -> None:
+        """March anchors with more steps: those that leave are no steady motion."""
+        states = self.states
+        self.stepping.march_on(joint, self.base.load, {k: states[k] for k in marks})
+        self.count += len(marks)
+        self.passed.update(marks)
+        self.take_refined()
 
     def steps_tell(self, joint: PreparedJoint, wanted: float) -> bool:
         """Whether the steps put a settled anchor off by more than is wanted."""
@@ -324,17 +336,6 @@ class Search:
         """Steady states that are themselves not known as well as is wanted."""
         error = self.through_anchors().of_mean
         return {k for k in self.anchors if not error[k] <= wanted}
-
-    def vague(self, wanted: float) -> set[int]:
-        """Steady states that would not be known as well as is wanted even if those next to them were."""
-        error = self.held().of_mean
-        alone = by_themselves(self.anchors, self.found, self.ended, self.moved, self.stepping)
-        known = self.doubted()
-        beside = {
-            k: (known[k].doubt - known[k].varies) - (one.doubt - one.varies)
-            for k, one in alone.items()
-        }
-        return {k for k, more in beside.items() if not error[k] - more <= wanted}
 
     def keep_end(self, target: Target, answer: Found | Lost) -> None:
         """Learn where a motion ends that was marched, if that is on the branch that is known there."""

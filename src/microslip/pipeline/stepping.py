@@ -106,6 +106,13 @@ class Stepping:
             self.keep(k, more)
             self.cycles += more.cycles * (new[k].steps // self.steps)
 
+    def march_on(self, joint: PreparedJoint, load: float, states: Mapping[int, Stepped]) -> None:
+        """March states with more steps, whether they have settled or not, from where each is."""
+        moving = {k: one._replace(varies=True) for k, one in states.items()}
+        for k, more in more_steps(joint, load, moving):
+            self.keep(k, more)
+            self.cycles += more.cycles * (states[k].steps // self.steps)
+
     def keep(self, k: int, more: More) -> None:
         """What a state has become with more steps."""
         self.sought_on[k] = more.amplitude
