@@ -268,8 +268,8 @@ def test_beside_a_jump_motions_are_marched_on_until_two_stay(refined, monkeypatc
     for k in (*range(0, ENDS, 8), ENDS - 1, *range(ENDS, len(FOLD), 4)):
         larger = k >= ENDS
         Q, change = complex(branch("larger" if larger else "smaller")[k]), 1e-3 if larger else 1e-8
-        more = None if larger else More(Q, 16)
-        found = Found(Q, change, change, "", 10, scatter=0.0, past=0.0, more=more)
+        # that few steps settled once, before bodies walked on, says nothing
+        found = Found(Q, change, change, "", 10, scatter=0.0, past=0.0, more=More(Q, 16))
         search.keep(Target(k, float(FOLD[k]), 40.0, 0j), found)
 
     def marched(joint, load, states):
@@ -293,6 +293,26 @@ def test_beside_a_jump_motions_are_marched_on_until_two_stay(refined, monkeypatc
     assert stay[:2] == [ENDS + end, ENDS + end + 4]
     assert np.isinf(error[ENDS : stay[1]]).all()
     assert (error[stay[1] :: 4] <= 0.01).all()
+
+
+def test_a_march_that_fails_says_nothing(refined, monkeypatch):
+    """What was known of the motion stays, and the next one is marched."""
+    model, table, base = refined
+    search = Search(load_surface(model, table, FOLD, 40.0), base, 100)
+    for k in (*range(0, ENDS, 8), ENDS - 1, *range(ENDS, len(FOLD), 8)):
+        larger = k >= ENDS
+        Q = complex(branch("larger" if larger else "smaller")[k])
+        more = More(None, 16, 8e-3) if larger else More(Q, 16)
+        found = Found(Q, 1e-8, 1e-5, "", 10, scatter=0.0, past=0.0, more=more)
+        search.keep(Target(k, float(FOLD[k]), 40.0, 0j), found)
+    search.before = 0, 0.0
+    search.take_refined()
+    before, first = search.anchors[ENDS].doubt, choosing.to_march_on(search)
+    assert first == [ENDS]
+    monkeypatch.setattr(stepping, "more_steps", lambda *of: ((k, More(None, 9)) for k in of[2]))
+    search.march_on(None, first)
+    assert search.anchors[ENDS].doubt == before >= 8e-3
+    assert choosing.to_march_on(search) == [ENDS + 8]
 
 
 def bumped(height):

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from itertools import pairwise
+from itertools import pairwise, takewhile
 
 import numpy as np
 
-from microslip.analyses.reduced.anchors import JUMP, step_of
+from microslip.analyses.reduced.anchors import JUMP, branches, step_of
 from microslip.analyses.reduced.surface import Contours
 from microslip.analyses.reduced.through_anchors import Held
 from microslip.analyses.time.starts import Start
@@ -169,7 +169,8 @@ def to_march_on(search: Search) -> list[int]:
     error, marks, chosen = search.through_anchors().error, sorted(search.anchors), list[int]()
     unknown, staying = set(search.leaving(error)), search.stepping.staying(search.settled)
     for way, outward in larger_sides(search.anchors, error):
-        beside = [k for k in outward if k in unknown]
+        branch = next(run for run in branches(search.anchors, ()) if outward[0] in run)
+        beside = list(takewhile(unknown.intersection(branch).__contains__, outward))
         smaller = marks[marks.index(outward[0]) - way]
         left = [k for k in search.lost if search.lost[k].left and (k - smaller) * way > 0]
         left = [k for k in left if beside and (beside[-1] - k) * way > 0]
@@ -184,7 +185,7 @@ def to_march_on(search: Search) -> list[int]:
             chosen.append(before[len(before) // 2 if halved else 0])
         else:
             chosen += after[:1]
-    return list(dict.fromkeys(chosen))
+    return list(dict.fromkeys(chosen))[: max(search.points - search.count, 0)]
 
 
 def unfilled(search: Search) -> list[int]:

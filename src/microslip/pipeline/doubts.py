@@ -32,13 +32,17 @@ def doubted(
     anchors, found, ended, moved, stepping
         See `by_themselves`.
     """
-    known = by_themselves(anchors, found, ended, moved, stepping)
-    beside = defaultdict[int, list[Anchor]](list)
-    for run in branches(known, ()):
+    alone = by_themselves(anchors, found, ended, moved, stepping)
+    known = dict(alone)
+    beside = defaultdict[int, list[int]](list)
+    for run in branches(alone, ()):
         for left, right in pairwise(int(k) for k in run if found[int(k)].rest is not None):
-            beside[left].append(known[right])
-            beside[right].append(known[left])
-    return known | {k: as_doubtful(known[k], *others) for k, others in beside.items()}
+            beside[left].append(right)
+            beside[right].append(left)
+    for k, others in beside.items():
+        mean = max(_beside_a_beat(stepping, j, found[j]) for j in others)
+        known[k] = as_doubtful(alone[k], *(alone[j] for j in others), mean=mean)
+    return known
 
 
 def by_themselves(
@@ -91,12 +95,18 @@ def no_better(one: Anchor, mean: float) -> Anchor:
     return replace(one, doubt=max(one.doubt - one.varies, mean) + one.varies)
 
 
-def as_doubtful(one: Anchor, *others: Anchor) -> Anchor:
+def as_doubtful(one: Anchor, *others: Anchor, mean: float = 0.0) -> Anchor:
     """A steady state that is known no better than others, and may vary from cycle to cycle as much.
 
-    What those are not known by may be a beat that was not seen to go on: it does not come on top of its own.
+    What those are not known by, but for so much of their `mean`, may be a beat that was not seen to go on: it
+    does not come on top of its own.
     """
     varies = max(a.varies for a in (one, *others))
-    doubt = max(one.doubt - one.varies + varies, *(a.doubt for a in others))
+    doubt = max(max(one.doubt - one.varies, mean) + varies, *(a.doubt for a in others))
     both = vary_between(np.array(one.varies), np.array([a.varies for a in others]))
     return replace(one, doubt=doubt, varies=max(one.varies, float(both.max())))
+
+
+def _beside_a_beat(stepping: Stepping, k: int, found: Found) -> float:
+    """What a mean amplitude is not known by that is no beat about it, relative."""
+    return max(found.doubt - found.varies, stepping.drifts.get(k, 0.0))

@@ -37,7 +37,7 @@ from microslip.pipeline.targets import (
 from microslip.pipeline.walk import may_be_shown
 from microslip.typing import Array
 
-BY_INDEX, INDICES = ("anchors", "found", "lost"), ("fell", "ended", "tried", "finer")
+BY_INDEX, INDICES = ("anchors", "found", "lost"), ("fell", "ended", "tried", "finer", "moving")
 """What is known of each frequency, and of some."""
 
 LEAVES_IT = "the motion leaves its branch when it is marched"
@@ -70,6 +70,7 @@ class Search:
     passed: set[int] = field(default_factory=set)
     anew: set[int] = field(default_factory=set)
     finer: set[int] = field(default_factory=set)
+    moving: set[int] = field(default_factory=set)
     before: tuple[int, float] | None = None
     past: tuple[int, int, float] = (0, 0, 0.0)
     following: float = 0.0
@@ -134,13 +135,13 @@ class Search:
     def settled(self) -> dict[int, Stepped]:
         """Those whose motion repeats, or varies for good, or whose bodies have come to rest.
 
-        And those that were marched on with more steps.
+        And those of which marching on with more steps has told.
         """
-        known = self.stepping.sought_on
+        told = self.moving
         return {
             k: one
             for k, one in self.states.items()
-            if self.anchors[k].change <= TOLERANCE or self.found[k].rest is not None or k in known
+            if self.anchors[k].change <= TOLERANCE or self.found[k].rest is not None or k in told
         }
 
     def steps_at(self, k: int) -> int:
@@ -180,7 +181,8 @@ class Search:
     def march_on(self, joint: PreparedJoint, marks: Sequence[int]) -> None:
         """March anchors with more steps: those that leave are no steady motion."""
         states = self.states
-        self.stepping.march_on(joint, self.base.load, {k: states[k] for k in marks})
+        chosen = {k: states[k] for k in marks}
+        self.moving |= self.stepping.march_on(joint, self.base.load, chosen)
         self.count += len(marks)
         self.passed.update(marks)
         self.take_refined()
@@ -324,7 +326,8 @@ class Search:
     def leaving(self, error: Array) -> list[int]:
         """Where motions may be on their way out: with more steps a branch may end before it does with few."""
         if self.before is None or not self.stepping.sought_on:
-            return leaving(self.anchors, error, self.settled)
+            settled = set(self.settled) - self.moving
+            return leaving(self.anchors, error, settled, self.stepping.staying(self.moving))
         staying = self.stepping.staying(self.settled)
         return leaving(self.anchors, error, self.refined - staying, staying)
 
@@ -435,6 +438,7 @@ class Search:
             for begun in self.origins.values():
                 begun.discard(k)
         self.found[k] = answer
+        self.moving.discard(k)
         self.stepping.forget(k)
         if answer.more is not None:
             self.stepping.keep(k, answer.more)

@@ -106,12 +106,17 @@ class Stepping:
             self.keep(k, more)
             self.cycles += more.cycles * (new[k].steps // self.steps)
 
-    def march_on(self, joint: PreparedJoint, load: float, states: Mapping[int, Stepped]) -> None:
-        """March states with more steps, whether they have settled or not, from where each is."""
-        moving = {k: one._replace(varies=True) for k, one in states.items()}
+    def march_on(
+        self, joint: PreparedJoint, load: float, states: Mapping[int, Stepped]
+    ) -> set[int]:
+        """March states with more steps, whether they have settled or not; of which of them that has told."""
+        moving, told = {k: one._replace(varies=True) for k, one in states.items()}, set[int]()
         for k, more in more_steps(joint, load, moving):
-            self.keep(k, more)
             self.cycles += more.cycles * (states[k].steps // self.steps)
+            if more.amplitude is not None or not np.isfinite(more.strays):
+                self.keep(k, more)
+                told.add(k)
+        return told
 
     def keep(self, k: int, more: More) -> None:
         """What a state has become with more steps."""

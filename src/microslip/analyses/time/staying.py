@@ -161,7 +161,7 @@ def _marched(
     """A motion pushed off to a state, until it has left, or what becomes of it is seen."""
     own, Q, off = steady.amplitude, np.zeros(0, complex), np.zeros(0)
     least = max(LEAST, SETTLES + 2 * turn.part) if turn.whole else LEAST
-    most = SLOWLY if turn.slow else MOST
+    most = MOST if turn.whole and not turn.slow else SLOWLY
     while len(Q) < least or (len(Q) < most and _is_open(off, turn)):
         more, states = watched(scheme, steady.load, state, BLOCK, steady.phase, memory)
         state, Q = states[-1], np.append(Q, more)
