@@ -242,17 +242,28 @@ def test_beside_a_jump_what_has_stayed_is_known_from_the_next_on():
     assert leaving(anchors, bound, {12}, {11, 10}) == [13]
 
 
-def test_motions_at_rest_that_stay_with_more_steps_are_known_beside_a_jump(refined):
-    """They do not settle with these, and stay three thousandths off; the first beside the jump may leave."""
+def beside_a_jump(refined, larger, more, every=8):
+    """A search that knows smaller motions, all steady, and larger ones as given, and what these become."""
     model, table, base = refined
     search = Search(load_surface(model, table, FOLD, 40.0), base, 100)
-    for k in (*range(0, ENDS, 8), ENDS - 1, *range(ENDS, len(FOLD), 8)):
-        Q, drifts = complex(branch("larger" if k >= ENDS else "smaller")[k]), 3e-3 * (k >= ENDS)
-        found = Found(Q, 1e-8, 1e-5, "", 10, scatter=0.0, past=0.0, rest=np.zeros(1))
-        more = More(None, 16, drifts=drifts) if drifts else More(Q, 16)
-        search.keep(Target(k, float(FOLD[k]), 40.0, 0j), replace(found, more=more))
+    steady = replace(larger, change=1e-8, doubt=1e-5)
+    for k in (*range(0, ENDS, 8), ENDS - 1):
+        Q = complex(branch("smaller")[k])
+        found = replace(steady, amplitude=Q, more=More(Q, 16))
+        search.keep(Target(k, float(FOLD[k]), 40.0, 0j), found)
+    for k in range(ENDS, len(FOLD), every):
+        Q = complex(branch("larger")[k])
+        found = replace(larger, amplitude=Q, more=more(Q))
+        search.keep(Target(k, float(FOLD[k]), 40.0, 0j), found)
     search.before = 0, 0.0
     search.take_refined()
+    return search
+
+
+def test_motions_at_rest_that_stay_with_more_steps_are_known_beside_a_jump(refined):
+    """They do not settle with these, and stay three thousandths off; the first beside the jump may leave."""
+    at_rest = Found(0j, 1e-8, 1e-5, "", 10, scatter=0.0, past=0.0, rest=np.zeros(1))
+    search = beside_a_jump(refined, at_rest, lambda Q: More(None, 16, drifts=3e-3))
     error = search.held().error
     assert np.isinf(error[ENDS : ENDS + 8]).all()
     known = error[ENDS + 8 :: 8]
@@ -263,14 +274,9 @@ def test_motions_at_rest_that_stay_with_more_steps_are_known_beside_a_jump(refin
 @pytest.mark.parametrize("end", [0, 20, 36])
 def test_beside_a_jump_motions_are_marched_on_until_two_stay(refined, monkeypatch, end):
     """None of the larger ones has settled; with more steps those within so many of the jump leave."""
-    model, table, base = refined
-    search, asked = Search(load_surface(model, table, FOLD, 40.0), base, 100), []
-    for k in (*range(0, ENDS, 8), ENDS - 1, *range(ENDS, len(FOLD), 4)):
-        larger = k >= ENDS
-        Q, change = complex(branch("larger" if larger else "smaller")[k]), 1e-3 if larger else 1e-8
-        # that few steps settled once, before bodies walked on, says nothing
-        found = Found(Q, change, change, "", 10, scatter=0.0, past=0.0, more=More(Q, 16))
-        search.keep(Target(k, float(FOLD[k]), 40.0, 0j), found)
+    # that few steps settled once, before bodies walked on, says nothing
+    unsettled = Found(0j, 1e-3, 1e-3, "", 10, scatter=0.0, past=0.0)
+    search, asked = beside_a_jump(refined, unsettled, lambda Q: More(Q, 16), every=4), []
 
     def marched(joint, load, states):
         for k, one in states.items():
@@ -280,8 +286,6 @@ def test_beside_a_jump_motions_are_marched_on_until_two_stay(refined, monkeypatc
             yield k, More(one.amplitude, 400, 2e-3, 1e-4) if stays else More(None, 100, np.inf)
 
     monkeypatch.setattr(stepping, "more_steps", marched)
-    search.before = 0, 0.0
-    search.take_refined()
     assert np.isinf(search.held().error[ENDS:]).all()
     while marks := choosing.to_march_on(search):
         search.march_on(None, marks)
@@ -295,18 +299,24 @@ def test_beside_a_jump_motions_are_marched_on_until_two_stay(refined, monkeypatc
     assert (error[stay[1] :: 4] <= 0.01).all()
 
 
+def test_motions_beyond_the_next_jump_are_not_marched_on(refined):
+    """Of three branches none has settled, and one motion of the last is known to leave it: the largest,
+    between two jumps, has its ends looked for."""
+    model, table, base = refined
+    search, ends = Search(load_surface(model, table, FOLD, 40.0), base, 100), (ENDS, ENDS + 24)
+    for k in (*range(0, ENDS, 8), ENDS - 1, *range(ENDS, ENDS + 25, 4), *range(ENDS + 25, 141, 4)):
+        Q = complex(branch("larger")[max(k, ENDS)]) * (1.0 if ends[0] <= k <= ends[1] else 0.5)
+        found = Found(Q, 1e-3, 1e-3, "", 10, scatter=0.0, past=0.0)
+        search.keep(Target(k, float(FOLD[k]), 40.0, 0j), found)
+    search.lost[ENDS + 31] = Lost("it leaves", 10, left=True)
+    search.before = 0, 0.0
+    assert set(choosing.to_march_on(search)) == set(ends)
+
+
 def test_a_march_that_fails_says_nothing(refined, monkeypatch):
     """What was known of the motion stays, and the next one is marched."""
-    model, table, base = refined
-    search = Search(load_surface(model, table, FOLD, 40.0), base, 100)
-    for k in (*range(0, ENDS, 8), ENDS - 1, *range(ENDS, len(FOLD), 8)):
-        larger = k >= ENDS
-        Q = complex(branch("larger" if larger else "smaller")[k])
-        more = More(None, 16, 8e-3) if larger else More(Q, 16)
-        found = Found(Q, 1e-8, 1e-5, "", 10, scatter=0.0, past=0.0, more=more)
-        search.keep(Target(k, float(FOLD[k]), 40.0, 0j), found)
-    search.before = 0, 0.0
-    search.take_refined()
+    settled = Found(0j, 1e-8, 1e-5, "", 10, scatter=0.0, past=0.0)
+    search = beside_a_jump(refined, settled, lambda Q: More(None, 16, 8e-3))
     before, first = search.anchors[ENDS].doubt, choosing.to_march_on(search)
     assert first == [ENDS]
     monkeypatch.setattr(stepping, "more_steps", lambda *of: ((k, More(None, 9)) for k in of[2]))
@@ -888,7 +898,7 @@ def test_what_others_alone_make_unsure_is_sought_beside(refined, beat, between):
     search.take_refined()
     unsure = {k for k in search.anchors if search.held().of_mean[k] > 0.01}
     assert unsure == {beat[0] - 8, *beat, beat[-1] + 8}
-    assert choosing.vague(search, 0.01) == set(beat)
+    assert choosing.vague(search, search.held(), 0.01) == set(beat)
     picks = choosing.between_refined(search, contours(surface, 40.0), 0.01)
     assert between == {one.point for one in picks if min(beat) - 8 <= one.point <= max(beat) + 8}
 

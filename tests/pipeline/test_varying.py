@@ -15,7 +15,7 @@ from microslip.analyses.time.starts import end_of, placed
 from microslip.analyses.time.steady import steady_state
 from microslip.analyses.time.watching import watched
 from microslip.pipeline import more_steps as module
-from microslip.pipeline.doubts import as_doubtful, doubt_with, doubted, variation
+from microslip.pipeline.doubts import as_doubtful, by_themselves, doubt_with, doubted, variation
 from microslip.pipeline.more_steps import with_more_steps
 from microslip.pipeline.stepping import Stepping
 from microslip.pipeline.targets import Found, More, Stepped
@@ -141,5 +141,19 @@ def test_beside_a_jump_a_motion_is_as_well_known_as_those_of_its_own_branch():
     }
     found[2] = replace(found[2], varies=0.03, doubt=0.031)
     anchors[2] = replace(anchors[2], doubt=0.031)
-    known = doubted(anchors, found, set(found), 0.0, Stepping())
+    stepping = Stepping()
+    alone = by_themselves(anchors, found, set(found), 0.0, stepping)
+    known = doubted(alone, found, stepping)
     assert [known[k].doubt for k in range(5)] == pytest.approx([1e-4, 0.031, 0.031, 1e-4, 1e-4])
+
+
+def test_beside_a_mean_that_drifts_one_that_beats_is_no_better_known():
+    """What is off by a beat that was not seen to go on says nothing of a mean; what drifts does."""
+    anchors = {k: Anchor(100.0 + k, 1 + 0j, 0j, 0.0, 0.03) for k in range(2)}
+    found = {k: Found(1 + 0j, 0.0, 1e-3, "", 10, scatter=0.0, rest=np.zeros(1)) for k in range(2)}
+    for strays, drifts, mean in ((0.03, 0.0, 1e-3), (0.03, 0.03, 0.03)):
+        stepping = Stepping()
+        stepping.keep(0, More(1 + 0j, 10, 0.03, varies=0.029))
+        stepping.keep(1, More(1 + 0j, 10, strays, drifts))
+        known = doubted(by_themselves(anchors, found, set(found), 0.0, stepping), found, stepping)
+        assert known[0].doubt - known[0].varies == pytest.approx(mean)

@@ -16,7 +16,6 @@ from microslip.analyses.reduced.surface import Contours
 from microslip.analyses.reduced.through_anchors import Held
 from microslip.analyses.time.starts import Start
 from microslip.describe.requests import MARCHED_EACH
-from microslip.pipeline.doubts import by_themselves
 from microslip.pipeline.neighbours import around, far_between, larger_sides
 from microslip.pipeline.search import Search
 from microslip.pipeline.targets import TOLERANCE, Target
@@ -129,8 +128,8 @@ def between_refined(search: Search, guess: Contours, wanted: float) -> list[Targ
 
     Not between two that are themselves not known as well as is wanted, whatever those beside them are.
     """
-    now, refined, unsure = search.held(), search.refined, vague(search, wanted)
-    doubtful, weighed = ~(now.of_mean <= wanted), []
+    now, refined = search.held(), search.refined
+    unsure, doubtful, weighed = vague(search, now, wanted), ~(now.of_mean <= wanted), []
     for left, right in pairwise(search.marks):
         unknown, middle = int(doubtful[left + 1 : right].sum()), (left + right) // 2
         ends = (left, right)
@@ -142,14 +141,14 @@ def between_refined(search: Search, guess: Contours, wanted: float) -> list[Targ
     return targets[: max(min(AT_A_TIME, search.points - search.count), 0)]
 
 
-def vague(search: Search, wanted: float) -> set[int]:
+def vague(search: Search, now: Held, wanted: float) -> set[int]:
     """Steady states that would not be known as well as is wanted even if those next to them were."""
-    error, known = search.held().of_mean, search.doubted()
-    alone = by_themselves(search.anchors, search.found, search.ended, search.moved, search.stepping)
-    means = {
-        k: (known[k].doubt - known[k].varies, one.doubt - one.varies) for k, one in alone.items()
-    }
-    return {k for k, (mean, own) in means.items() if not error[k] - (mean - own) <= wanted}
+    known, found = search.doubted(), set[int]()
+    for k, one in search.alone().items():
+        others = (known[k].doubt - known[k].varies) - (one.doubt - one.varies)
+        if not now.of_mean[k] - others <= wanted:
+            found.add(k)
+    return found
 
 
 def _middles(
@@ -171,9 +170,10 @@ def to_march_on(search: Search) -> list[int]:
     for way, outward in larger_sides(search.anchors, error):
         branch = next(run for run in branches(search.anchors, ()) if outward[0] in run)
         beside = list(takewhile(unknown.intersection(branch).__contains__, outward))
-        smaller = marks[marks.index(outward[0]) - way]
-        left = [k for k in search.lost if search.lost[k].left and (k - smaller) * way > 0]
-        left = [k for k in left if beside and (beside[-1] - k) * way > 0]
+        if not beside:
+            continue
+        low, high = sorted((marks[marks.index(beside[0]) - way], beside[-1]))
+        left = [k for k, one in search.lost.items() if one.left and low < k < high]
         beyond = [k for k in beside if all((k - j) * way > 0 for j in left)]
         stays = next((i for i, k in enumerate(beyond) if k in staying), len(beyond))
         before, after = (

@@ -15,36 +15,6 @@ from microslip.pipeline.targets import Found
 from microslip.pipeline.walk import FINE
 
 
-def doubted(
-    anchors: Mapping[int, Anchor],
-    found: Mapping[int, Found],
-    ended: Container[int],
-    moved: float,
-    stepping: Stepping,
-) -> dict[int, Anchor]:
-    """Anchors, each with how far its amplitude scatters with its past and varies from cycle to cycle.
-
-    Of motions at rest that beat those beside one may not, and those beside one that does not may: each is
-    known no better than the next are, on its branch.
-
-    Parameters
-    ----------
-    anchors, found, ended, moved, stepping
-        See `by_themselves`.
-    """
-    alone = by_themselves(anchors, found, ended, moved, stepping)
-    known = dict(alone)
-    beside = defaultdict[int, list[int]](list)
-    for run in branches(alone, ()):
-        for left, right in pairwise(int(k) for k in run if found[int(k)].rest is not None):
-            beside[left].append(right)
-            beside[right].append(left)
-    for k, others in beside.items():
-        mean = max(_beside_a_beat(stepping, j, found[j]) for j in others)
-        known[k] = as_doubtful(alone[k], *(alone[j] for j in others), mean=mean)
-    return known
-
-
 def by_themselves(
     anchors: Mapping[int, Anchor],
     found: Mapping[int, Found],
@@ -52,7 +22,7 @@ def by_themselves(
     moved: float,
     stepping: Stepping,
 ) -> dict[int, Anchor]:
-    """The same, whatever is known of those next to each.
+    """Anchors, each with how far its amplitude scatters with its past and varies from cycle to cycle.
 
     Of a motion that has not settled a search cannot tell how far its bodies will walk: as far as others have,
     where that has led.
@@ -77,6 +47,33 @@ def by_themselves(
     return known
 
 
+def doubted(
+    alone: Mapping[int, Anchor], found: Mapping[int, Found], stepping: Stepping
+) -> dict[int, Anchor]:
+    """Anchors as they are known beside the others.
+
+    Of motions at rest that beat those beside one may not, and those beside one that does not may: each is
+    known no better than the next are, on its branch.
+
+    Parameters
+    ----------
+    alone : mapping
+        `by_themselves`.
+    found, stepping
+        See there.
+    """
+    known = dict(alone)
+    beside = defaultdict[int, list[int]](list)
+    for run in branches(alone, ()):
+        for left, right in pairwise(int(k) for k in run if found[int(k)].rest is not None):
+            beside[left].append(right)
+            beside[right].append(left)
+    for k, others in beside.items():
+        mean = max(_but_for_beats(stepping, j, found[j]) for j in others)
+        known[k] = as_doubtful(alone[k], *(alone[j] for j in others), mean=mean)
+    return known
+
+
 def variation(stepping: Stepping, k: int, found: Found | Anchor) -> float:
     """How far the size of a motion varies for good, with more steps where these tell, relative."""
     own = stepping.varies.get(k, 0.0)
@@ -86,7 +83,7 @@ def variation(stepping: Stepping, k: int, found: Found | Anchor) -> float:
 def doubt_with(stepping: Stepping, k: int, found: Found | Anchor) -> float:
     """How well a motion is known with more steps, relative: its mean, and what it varies by."""
     beyond = stepping.strays.get(k, 0.0) - stepping.varies.get(k, 0.0)
-    mean = max(found.doubt - found.varies, beyond, stepping.drifts.get(k, 0.0))
+    mean = max(beyond, _but_for_beats(stepping, k, found))
     return mean + variation(stepping, k, found)
 
 
@@ -107,6 +104,6 @@ def as_doubtful(one: Anchor, *others: Anchor, mean: float = 0.0) -> Anchor:
     return replace(one, doubt=doubt, varies=max(one.varies, float(both.max())))
 
 
-def _beside_a_beat(stepping: Stepping, k: int, found: Found) -> float:
-    """What a mean amplitude is not known by that is no beat about it, relative."""
+def _but_for_beats(stepping: Stepping, k: int, found: Found | Anchor) -> float:
+    """How well a mean amplitude is known but for beats that were not seen to go on, relative."""
     return max(found.doubt - found.varies, stepping.drifts.get(k, 0.0))

@@ -20,7 +20,7 @@ from microslip.analyses.reduced.through_anchors import Held, held
 from microslip.analyses.time.offset import BRANCH
 from microslip.analyses.time.staying import LEAVES
 from microslip.describe.requests import CYCLES_EACH, SECONDS_EACH
-from microslip.pipeline.doubts import doubt_with, doubted
+from microslip.pipeline.doubts import by_themselves, doubt_with, doubted
 from microslip.pipeline.neighbours import around, leaving, within_a_branch
 from microslip.pipeline.stepping import ACCURACY, Stepping, refined_anchors, taken
 from microslip.pipeline.stepping import BY_INDEX as OF_STEPS
@@ -37,7 +37,7 @@ from microslip.pipeline.targets import (
 from microslip.pipeline.walk import may_be_shown
 from microslip.typing import Array
 
-BY_INDEX, INDICES = ("anchors", "found", "lost"), ("fell", "ended", "tried", "finer", "moving")
+BY_INDEX, INDICES = ("anchors", "found", "lost"), ("fell", "ended", "tried", "finer", "marched_on")
 """What is known of each frequency, and of some."""
 
 LEAVES_IT = "the motion leaves its branch when it is marched"
@@ -70,7 +70,7 @@ class Search:
     passed: set[int] = field(default_factory=set)
     anew: set[int] = field(default_factory=set)
     finer: set[int] = field(default_factory=set)
-    moving: set[int] = field(default_factory=set)
+    marched_on: set[int] = field(default_factory=set)
     before: tuple[int, float] | None = None
     past: tuple[int, int, float] = (0, 0, 0.0)
     following: float = 0.0
@@ -137,11 +137,9 @@ class Search:
 
         And those of which marching on with more steps has told.
         """
-        told = self.moving
+        known = {k for k, one in self.anchors.items() if one.change <= TOLERANCE} | self.marched_on
         return {
-            k: one
-            for k, one in self.states.items()
-            if self.anchors[k].change <= TOLERANCE or self.found[k].rest is not None or k in told
+            k: one for k, one in self.states.items() if k in known or self.found[k].rest is not None
         }
 
     def steps_at(self, k: int) -> int:
@@ -180,9 +178,8 @@ class Search:
 
     def march_on(self, joint: PreparedJoint, marks: Sequence[int]) -> None:
         """March anchors with more steps: those that leave are no steady motion."""
-        states = self.states
-        chosen = {k: states[k] for k in marks}
-        self.moving |= self.stepping.march_on(joint, self.base.load, chosen)
+        chosen = {k: one for k, one in self.states.items() if k in marks}
+        self.marched_on |= self.stepping.march_on(joint, self.base.load, chosen)
         self.count += len(marks)
         self.passed.update(marks)
         self.take_refined()
@@ -326,14 +323,18 @@ class Search:
     def leaving(self, error: Array) -> list[int]:
         """Where motions may be on their way out: with more steps a branch may end before it does with few."""
         if self.before is None or not self.stepping.sought_on:
-            settled = set(self.settled) - self.moving
-            return leaving(self.anchors, error, settled, self.stepping.staying(self.moving))
+            settled = set(self.settled) - self.marched_on
+            return leaving(self.anchors, error, settled, self.stepping.staying(self.marched_on))
         staying = self.stepping.staying(self.settled)
         return leaving(self.anchors, error, self.refined - staying, staying)
 
     def doubted(self) -> dict[int, Anchor]:
         """The anchors, each with how well it is known beside the others, `microslip.pipeline.doubts`."""
-        return doubted(self.anchors, self.found, self.ended, self.moved, self.stepping)
+        return doubted(self.alone(), self.found, self.stepping)
+
+    def alone(self) -> dict[int, Anchor]:
+        """The same, whatever is known of those next to each."""
+        return by_themselves(self.anchors, self.found, self.ended, self.moved, self.stepping)
 
     def blurred(self, wanted: float) -> set[int]:
         """Steady states that are themselves not known as well as is wanted."""
@@ -438,7 +439,7 @@ class Search:
             for begun in self.origins.values():
                 begun.discard(k)
         self.found[k] = answer
-        self.moving.discard(k)
+        self.marched_on.discard(k)
         self.stepping.forget(k)
         if answer.more is not None:
             self.stepping.keep(k, answer.more)

@@ -8,7 +8,7 @@ begins anew with four times as many. Between frequencies the larger of two error
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
@@ -102,21 +102,27 @@ class Stepping:
     def seek_on(self, joint: PreparedJoint, load: float, states: Mapping[int, Stepped]) -> None:
         """Seek those states on with more steps that are not yet."""
         new = {k: one for k, one in states.items() if k not in self.sought_on}
-        for k, more in more_steps(joint, load, new):
+        for k, more in self._asked(joint, load, new):
             self.keep(k, more)
-            self.cycles += more.cycles * (new[k].steps // self.steps)
 
     def march_on(
         self, joint: PreparedJoint, load: float, states: Mapping[int, Stepped]
     ) -> set[int]:
         """March states with more steps, whether they have settled or not; of which of them that has told."""
         moving, told = {k: one._replace(varies=True) for k, one in states.items()}, set[int]()
-        for k, more in more_steps(joint, load, moving):
-            self.cycles += more.cycles * (states[k].steps // self.steps)
+        for k, more in self._asked(joint, load, moving):
             if more.amplitude is not None or not np.isfinite(more.strays):
                 self.keep(k, more)
                 told.add(k)
         return told
+
+    def _asked(
+        self, joint: PreparedJoint, load: float, states: Mapping[int, Stepped]
+    ) -> Iterator[tuple[int, More]]:
+        """What states become with more steps, one after the other, and what each has cost."""
+        for k, more in more_steps(joint, load, states):
+            self.cycles += more.cycles * (states[k].steps // self.steps)
+            yield k, more
 
     def keep(self, k: int, more: More) -> None:
         """What a state has become with more steps."""

@@ -48,7 +48,7 @@ def wider(search: Search, surface: LoadSurface, base: Response) -> Search:
         passed=those(search.passed),
         anew=those(search.anew),
         finer=those(search.finer),
-        moving=those(search.moving),
+        marched_on=those(search.marched_on),
         past=search.in_all,
     )
     found.take_refined()
