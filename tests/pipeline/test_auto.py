@@ -25,7 +25,7 @@ from microslip.pipeline import auto as method
 from microslip.pipeline import choosing, stepping
 from microslip.pipeline.forget import known_better_without, left_on_the_way
 from microslip.pipeline.neighbours import leaving
-from microslip.pipeline.search import Search
+from microslip.pipeline.search import LEAVES_IT, Search
 from microslip.pipeline.stepping import ACCURACY, FARTHEST, More
 from microslip.pipeline.targets import STEPS, Found, Lost, Target
 from microslip.pipeline.walk import sought
@@ -294,6 +294,7 @@ def test_beside_a_jump_motions_are_marched_on_until_two_stay(refined, monkeypatc
     print(f"{end}: marched {asked} of {larger}")
     assert len(asked) <= 3 + np.log2(larger)
     assert set(asked) - set(stay) == set(search.lost)
+    assert {one.reason for one in search.lost.values()} <= {LEAVES_IT}
     assert stay[:2] == [ENDS + end, ENDS + end + 4]
     assert np.isinf(error[ENDS : stay[1]]).all()
     assert (error[stay[1] :: 4] <= 0.01).all()

@@ -136,6 +136,19 @@ def test_a_push_that_falls_back_is_not_what_stays(monkeypatch, grows, turn, limi
     assert turning(monkeypatch, grows, turn, limit).strays <= max(3.1 * limit, staying.PUSHES[1])
 
 
+@pytest.mark.parametrize(
+    ("grows", "turn", "limit", "stirred"),
+    [(4e-3, 0.0, 0.03, 0.3), (2.5e-3, 1.1, 0.05, 0.3), (2.5e-3, 0.08, 0.03, 0.1)],
+)
+def test_what_dies_away_does_not_hide_what_is_to_come(monkeypatch, grows, turn, limit, stirred):
+    """Motions come to the circle ever slower; seen next to what the push has stirred, they have stopped."""
+    stay = turning(monkeypatch, grows, turn, limit, 0.0, stirred)
+    sizes = np.abs(
+        size_off(limit * np.exp(1j * (np.linspace(0, 2 * np.pi, 360) if turn else PHASE)), 0)
+    )
+    assert stay.strays >= 0.95 * np.abs(sizes / abs(stay.amplitude) - 1).max()
+
+
 @pytest.mark.parametrize("stirred", [0.1, 0.2])
 def test_what_dies_away_beside_a_motion_is_no_fall(monkeypatch, stirred):
     """Nothing stays: motions leave, but so slowly that it is not seen."""

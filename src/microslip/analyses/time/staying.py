@@ -25,8 +25,9 @@ BLOCK, PART, SETTLES = 20, 40, 60
 off than in as many before; and those after which what else the push stirs has died away."""
 
 LEAST, MOST, SLOWLY = 100, 1000, 300
-"""Cycles marched after the push, and at most where it is ever farther off: with a multiplier of 1.004 a
-thousandth takes so many to become some per cent. And at most where it changes too slowly to tell."""
+"""Cycles marched after the push where less than a turn is seen of it, and at most where it is ever farther
+off: with a multiplier of 1.004 a thousandth takes so many to become some per cent. And at most where it
+changes too slowly to tell."""
 
 TURN, LONGEST = 1.25, 190
 """Turns about the periodic motion that tell where a motion is: with its size that takes more cycles or fewer;
@@ -160,7 +161,8 @@ def _marched(
 ) -> _March:
     """A motion pushed off to a state, until it has left, or what becomes of it is seen."""
     own, Q, off = steady.amplitude, np.zeros(0, complex), np.zeros(0)
-    least = max(LEAST, SETTLES + 2 * turn.part) if turn.whole else LEAST
+    # three parts tell whether it is farther off ever faster, or ever slower
+    least = SETTLES + 3 * turn.part if turn.whole else LEAST
     most = MOST if turn.whole and not turn.slow else SLOWLY
     while len(Q) < least or (len(Q) < most and _is_open(off, turn)):
         more, states = watched(scheme, steady.load, state, BLOCK, steady.phase, memory)
