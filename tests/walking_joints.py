@@ -38,6 +38,30 @@ moment = "2.3224 N*m/m"
 """For 50,000 cycles."""
 
 
+ENDS_ON_THE_WAY = """
+[beams]
+length = "0.147699 m"
+thickness = "0.0138087 m"
+overlap_half_length = "0.0277431 m"
+[material]
+youngs_modulus = "7e10 Pa"
+poissons_ratio = 0.3819
+density = "2700 kg/m^3"
+[contact]
+friction = 0.77119
+pairs = 41
+[clamp]
+force = "136554 N/m"
+half_length = "0.0105607 m"
+[support]
+horizontal_spring = "6.51018e6 N/m/m"
+[damping]
+beta = "3.57e-07 s"
+[load]
+moment = "20.001164763 N*m/m"
+"""
+"""For 5,000 cycles about; its motion is another where bodies are only a little farther apart."""
+
 FALLS = """
 [beams]
 length = "0.0879581 m"

@@ -59,7 +59,8 @@ class Anchored(NamedTuple):
         a pair for each steady state.
     walks_on : tuple of (float, float)
         Of bodies that have not come to rest in the motion that is shown, by how much the amplitude changes
-        until they do, relative, and in how many cycles; a pair for each steady state.
+        until they do, relative, and in how many cycles; a pair for each steady state, nan where that is not
+        found.
     search : Search
         What is known, for a wider band.
     """

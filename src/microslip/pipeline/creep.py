@@ -37,6 +37,7 @@ from microslip.analyses.time.offset import (
     NARROW,
     QUIET,
     Looked,
+    as_far,
     come_to_rest,
     elsewhere,
     walks,
@@ -134,7 +135,8 @@ class Crept(NamedTuple):
         Offset at which bodies that walked past each other have come to rest.
     ahead : float
         Relative change of the amplitude until bodies do that have not by then: after
-        `microslip.analyses.time.offset.HORIZON` cycles.
+        `microslip.analyses.time.offset.HORIZON` cycles. nan where it is not found where they do, but where
+        they are by then.
     varies : float
         How far cycles stray from the amplitude for good, relative; zero where that may end.
     """
@@ -251,17 +253,23 @@ def _walked(
     """
     block, scheme = WINDOW + STEP, space.scheme
     frequency = scheme.frequency
-    spent, last = 0, state
+    spent, last, size, seen = 0, state, abs(begin.amplitude), [begin]
     quiet = QUIET * float(np.linalg.norm(begin.rate.mean(axis=0)))
 
     def look(vector: Array) -> Looked:
-        nonlocal spent, last
-        start = space.state(vector, last)
+        nonlocal last, size
+        found, end = motion_from(space.state(vector, last))
+        seen.append(found)
+        if not elsewhere(abs(found.amplitude), (size, size)):
+            last, size = end, abs(found.amplitude)
+        return found
+
+    def motion_from(start: State) -> tuple[Looked, State]:
+        nonlocal spent
         quick = searched(space, frequency, load, start, memory)
         spent += IN_VAIN if quick is None else quick.cycles
         if quick is not None and quick.looked.uneven <= quiet:
-            last = quick.state
-            return quick.looked
+            return quick.looked, quick.state
         start = watched(scheme, load, start, block, memory=memory)[1][-1]
         spent += block
         for _ in range(TRIES):
@@ -270,11 +278,10 @@ def _walked(
             found = _looked(Q, states, space)
             if found.uneven <= quiet:
                 break
-        last = start
-        return found
+        return found, start
 
     try:
-        rest = come_to_rest(look, begin, offset)
+        rest = come_to_rest(look, begin, offset) or as_far(seen)
         if rest is None:
             return spent
         rest, there, moved = followed(rest, look, max(HORIZON - reached, 0.0))
@@ -282,13 +289,17 @@ def _walked(
     except MicroslipError:
         return spent
     amplitude, start = rest.amplitude, space.state(rest.vector, last)
-    ahead, apart = 0.0, rest.apart + moved
+    ahead, apart, place = 0.0, rest.apart + moved, rest.offset
     if there is not None and one is not None:
         missed = abs(abs(one.amplitude) / abs(there[1]) - 1)
         if missed > DOUBTFUL:
             return spent
         ahead = abs(rest.amplitude) / abs(one.amplitude) - 1
         amplitude, start, apart = one.amplitude, last, apart + missed
+        if rest.speed:  # where they rest is not known
+            ahead, place = np.nan, one.offset.mean(axis=0)
+    elif rest.speed:  # nor where they are by then
+        return spent
     size = abs(amplitude)
     settled, varies = _stable(scheme, load, start, size, memory), 0.0
     if settled is None:
@@ -296,6 +307,11 @@ def _walked(
         amplitude, end, doubt, more, varies = rung_out(
             scheme, load, kicked, memory, amplitude, np.inf
         )
+        # what has rung for long enough may repeat by now
+        settled = None if varies else _stable(scheme, load, end, abs(amplitude), memory)
+        if settled is not None:
+            end, doubt, again = settled
+            more += again
     else:
         end, doubt, more = settled
     return Crept(
@@ -305,7 +321,7 @@ def _walked(
         end,
         spent + more,
         rest.cycles,
-        rest.offset,
+        place,
         ahead,
         varies,
     )

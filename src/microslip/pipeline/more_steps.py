@@ -16,7 +16,7 @@ from microslip.analyses.time.scheme import contact_memory, time_scheme
 from microslip.analyses.time.starts import placed
 from microslip.analyses.time.staying import Stay, stay_of
 from microslip.analyses.time.steady import SteadyState, steady_state
-from microslip.analyses.time.watching import to_come, watched
+from microslip.analyses.time.watching import known_mean, to_come, watched
 from microslip.errors import MicroslipError
 from microslip.numerics.execute import each, threads
 from microslip.pipeline.targets import REFINEMENT, TOLERANCE, More, Stepped
@@ -100,23 +100,25 @@ def _varying(joint: PreparedJoint, load: float, one: Stepped) -> More:
     """What a motion that does not repeat does where it is marched with more steps."""
     f = one.frequency
     scheme = time_scheme(joint, 1 / (f * REFINEMENT * one.steps), frequency=f)
-    state, before, spent = placed(one.state, scheme, f, load), (0.0, np.inf), 0
+    state, before, spent = placed(one.state, scheme, f, load), np.inf, 0
+    sizes = np.zeros(0)
     for _ in range(BLOCKS):
         Q, states = watched(scheme, load, state, BLOCK)
         state, size, spent = states[-1], np.abs(Q), spent + REFINEMENT * BLOCK
-        mean = float(size.mean())
-        if apart(one.amplitude, mean) > FARTHEST:
+        sizes = np.append(sizes, size)
+        own = float(size.mean())
+        if apart(one.amplitude, own) > FARTHEST:
             return More(None, spent, strays=np.inf)
+        mean, drifts = known_mean(sizes)
         strays = float(np.abs(size / mean - 1).max())
-        drifts = abs(before[0] / mean - 1)
-        same = abs(before[1] - strays) <= SAME * strays
+        same = abs(before - strays) <= SAME * strays
         if same or strays <= STEADY:
             break
-        before = mean, strays
+        before = strays
     amplitude = mean * complex(np.exp(1j * np.angle(Q.mean())))
     if strays <= STEADY:  # with more steps it repeats
         return More(amplitude, spent, drifts=strays)
-    if drifts > strays:  # it creeps: a beat has the same mean in every block
+    if drifts > np.abs(size / own - 1).max():  # it creeps: a beat has the same mean for long
         return More(amplitude, spent, strays, drifts + to_come(size) / mean)
     return More(amplitude, spent, strays, drifts, strays if same else 0.0)
 

@@ -235,14 +235,7 @@ def _cautions(settings: ResponseAnalysis, case: Curve, auto: Anchored) -> list[C
         advice = "raise analysis.response.points"
         found.append(Caution("response", place, reason, advice))
     found += _come_to_rest(place, auto.walks)
-    if auto.walks_on:
-        most = max(auto.walks_on, key=lambda one: abs(one[0]))
-        reason = (
-            f"the bodies walk past each other at {len(auto.walks_on)} of the frequencies sought for more "
-            f"than {HORIZON:.0f} cycles, after which the motion is shown: at one they come to rest after "
-            f"about {most[1]:.2g}, where the amplitude is {100 * most[0]:+.2g} % off"
-        )
-        found.append(Caution("response", place, reason, "stiffer supports hold them"))
+    found += _walk_on(place, auto.walks_on)
     elsewhere = other_pasts(curve, settings.error)
     if len(elsewhere):
         reason = (
@@ -272,6 +265,26 @@ def _come_to_rest(place: str, walks: Sequence[tuple[float, float]]) -> list[Caut
     )
     advice = "stiffer supports hold them sooner; [[analysis.history]] marches the motion on the way"
     return [Caution("response", place, reason, advice)]
+
+
+def _walk_on(place: str, walks: Sequence[tuple[float, float]]) -> list[Caution]:
+    """That bodies have not come to rest in the motion that is shown, and what it is then, if that is known."""
+    if not walks:
+        return []
+    reason = (
+        f"the bodies walk past each other at {len(walks)} of the frequencies sought for more "
+        f"than {HORIZON:.0f} cycles, after which the motion is shown: "
+    )
+    known = [one for one in walks if np.isfinite(one[0])]
+    if known:
+        ahead, lasts = max(known, key=lambda one: abs(one[0]))
+        reason += (
+            f"at one they come to rest after about {lasts:.2g}, where the amplitude is "
+            f"{100 * ahead:+.2g} % off"
+        )
+    else:
+        reason += "where they come to rest was not found"
+    return [Caution("response", place, reason, "stiffer supports hold them")]
 
 
 def _cut_off(case: Curve, curve: Response, axis: Axis, low: bool) -> Caution:

@@ -141,7 +141,8 @@ class Found:
         Offset at which bodies that walked past each other have come to rest in it.
     lasts, ahead : float
         Cycles until they do, about; the relative change of the amplitude until then, where they have not
-        within `microslip.analyses.time.offset.HORIZON` cycles: this is the motion after so many.
+        within `microslip.analyses.time.offset.HORIZON` cycles: this is the motion after so many. Infinite and
+        nan where it is not found where they do; `rest` is where they are then.
     own : bool
         Marched from the motion that was known there, as raising the load leads to another branch; where that
         has left its branch too, this is the motion after the load was raised.

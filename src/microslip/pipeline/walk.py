@@ -40,6 +40,7 @@ from microslip.analyses.time.staying import LEAVES
 from microslip.analyses.time.steady import SteadyState, raised_state, steady_state
 from microslip.analyses.time.walking_on import marched_on
 from microslip.analyses.time.watching import to_come, watched
+from microslip.contact.pairs import mean_slip
 from microslip.errors import JointOpensError, MicroslipError
 from microslip.numerics.execute import each, threads
 from microslip.pipeline.more_steps import FARTHEST, apart, with_more_steps
@@ -237,10 +238,13 @@ class _Seeking:
             steady = _searched(scheme, self.target, found.state, TOLERANCE, ANOTHER)
             self.spent += steady.cycles
             there = rested_soon(scheme, steady, found.state)
-            if there is None or there.offset is None:
+            if there is None:
                 return found
             self.spent += there.cycles
             end = end_of(at_phase_0(scheme, there.steady), 0.0, scheme, frequency)
+            offset = there.offset
+            if offset is None:  # where they are by then
+                offset = mean_slip(there.steady.cycle.state.v, scheme.joint.model.dimension)
         except WalksOnError:
             # the vibration repeats, but where it has gone by then is not known: it has to be marched
             return replace(
@@ -254,7 +258,7 @@ class _Seeking:
             change=there.steady.change,
             doubt=there.apart + LASTS * there.steady.change,
             state=end,
-            rest=there.offset,
+            rest=offset,
             lasts=there.lasts,
             ahead=there.ahead,
             varies=0.0,

@@ -4,11 +4,11 @@ import tomllib
 
 import numpy as np
 import pytest
-from walking_joints import WEAKLY_DAMPED
+from walking_joints import ENDS_ON_THE_WAY, WEAKLY_DAMPED
 
 import microslip
 from microslip.analyses.time.deviations import StateSpace
-from microslip.analyses.time.offset import HORIZON, LOOKS, Looked, come_to_rest
+from microslip.analyses.time.offset import HORIZON, LOOKS, Looked, as_far, come_to_rest
 from microslip.analyses.time.point import Request, TimePoint
 from microslip.analyses.time.points import steady_states
 from microslip.analyses.time.resting import followed
@@ -121,6 +121,37 @@ def test_a_fall_to_another_branch_is_no_rest():
     assert come_to_rest(look, look(np.array([0.0])), None) is None
 
 
+@pytest.mark.parametrize("guess", [0.7, 1.4, 4.0])
+@pytest.mark.parametrize("end", [1.02, 1.3])
+def test_rest_beside_the_end_of_a_branch_is_found(guess, end):
+    """Beyond that the motion is another: a guess, or a secant, that leads there is too far."""
+    look = moving(
+        lambda u: 1e-4 * (1 - u) if u < end else 0.0, lambda u: 1 - 0.1 * u if u < end else 0.3
+    )
+    rest = come_to_rest(look, look(np.array([0.0])), np.array([guess]))
+    assert rest is not None
+    assert abs(abs(rest.amplitude) / 0.9 - 1) <= rest.apart <= 1e-3
+
+
+@pytest.mark.parametrize("end", [0.45, 0.9])
+def test_a_branch_that_ends_on_the_way_is_known_as_far_as_it_goes(end):
+    """Looks beyond its end are passed over: where bodies are before they get there is known all the same."""
+    walked, seen = moving(lambda u: 1e-4 * (1 - u), lambda u: 1 - 0.1 * u if u < end else 0.3), []
+
+    def look(vector):
+        seen.append(walked(vector))
+        return seen[-1]
+
+    assert come_to_rest(look, look(np.array([0.0])), np.array([1.4])) is None
+    far = as_far(seen)
+    assert far is not None
+    assert 0.9 * end <= float(far.offset[0]) < end
+    there = far.on_the_way(4000.0)
+    assert there is not None
+    assert abs(there[1]) == pytest.approx(1 - 0.1 * (1 - np.exp(-0.4)), rel=1e-3)
+    assert far.on_the_way(50000.0) is None, "it has fallen by then"
+
+
 def test_bodies_that_rest_behind_where_they_walked_have_not_come_to_rest():
     walked = moving(lambda u: 1e-4 if u < 0.5 else 0.0, lambda u: 1 + 1e-6 * u)
 
@@ -225,6 +256,21 @@ def test_a_long_walk_is_where_marching_alone_is_at_the_horizon(rings):
     assert abs(size[-1] / size[200] - 1) > 0.03, "it walks"
     assert abs(found.amplitude) == pytest.approx(size[-40:].mean(), rel=found.doubt + 5e-4)
     assert found.ahead > 0.1, "and far on"
+
+
+@pytest.mark.validate
+@pytest.mark.parametrize("frequency", [532.38, 533.46])
+def test_a_walk_along_a_branch_that_ends_is_where_marching_alone_is_at_the_horizon(frequency):
+    """Looks farther on lead to a motion of a third of the size."""
+    joint = microslip.prepare(microslip.parse_joint(tomllib.loads(ENDS_ON_THE_WAY)))
+    load, scheme = 20.001164763, time_scheme(joint, 1 / (frequency * STEPS), frequency=frequency)
+    raised = raised_state(scheme, frequency, load, 10)
+    found = crept(scheme, load, raised, walk=Walk())
+    size = np.abs(watched(scheme, load, raised, int(HORIZON))[0])
+    assert size[600:].max() / size[-1] > 1.02, "it walks"
+    assert found.rest is not None
+    assert abs(found.amplitude) == pytest.approx(size[-40:].mean(), rel=found.doubt + 5e-4)
+    assert found.doubt < 5e-3
 
 
 @pytest.mark.validate

@@ -164,5 +164,19 @@ def test_what_grows_slowly_from_little_is_seen_to_where_it_comes(monkeypatch, gr
     assert 0.9 * most <= abs(stay.amplitude) - 1 + stay.strays <= 2 * most
 
 
+@pytest.mark.parametrize("limit", [0.03, 0.06, 0.09])
+@pytest.mark.parametrize("turn", [0.06, 0.08, 0.117, 0.16, 0.5, 1.1])
+def test_the_mean_of_a_slow_beat_is_known(monkeypatch, turn, limit):
+    """Of 6 to 105 cycles a turn: plain means over a turn and a quarter are off by a tenth of the beat."""
+    stay = turning(monkeypatch, 5e-2, turn, limit)
+    sizes = np.abs(size_off(limit * np.exp(1j * np.linspace(0, 2 * np.pi, 3600)), 0.0))
+    mean, strays = sizes[:-1].mean(), np.abs(sizes / sizes.mean() - 1).max()
+    assert (
+        abs(abs(stay.amplitude) / mean - 1) <= min(stay.strays - stay.varies, 0.03 * limit) + 1e-5
+    )
+    assert stay.strays - stay.varies <= 0.1 * limit
+    assert stay.varies == pytest.approx(strays, rel=0.05)
+
+
 def test_what_grows_beyond_every_push_leaves(monkeypatch):
     assert turning(monkeypatch, 2e-2, 1.1, -1e-2).strays == np.inf

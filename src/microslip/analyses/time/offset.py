@@ -61,6 +61,9 @@ the way between them within which that one is close: the next look is then as fa
 NEARLY = 10.0
 """Times `NARROW` that the amplitude may change between two offsets whose speeds tell where between it is."""
 
+SHORTER = 0.5
+"""Share of a move that is made instead where it has led to another branch."""
+
 LOOKS = 20
 """Offsets at most."""
 
@@ -228,7 +231,8 @@ def come_to_rest(
     Returns
     -------
     Rest or None
-        None where the bodies do not come to rest within `LOOKS` offsets, or what moves is no longer a walk.
+        None where the bodies do not come to rest within `LOOKS` offsets, some of them beyond the end of the
+        branch, or what moves is no longer a walk.
     """
     along = begin.along
 
@@ -247,7 +251,10 @@ def come_to_rest(
         last = walking[-1]
         known = [*walking, resting] if back and resting is not None else walking
         one = look(_moved(known[-2:], at(last) + move, at, first))
-        if _of_another_branch(one, last) or one.uneven > RIGID * first:
+        if _of_another_branch(one, last):  # that of the walk may go on less far
+            move *= SHORTER
+            continue
+        if one.uneven > RIGID * first:
             return None
         if _walks_on(one, along, first):
             cycles += max(move, 0.0) / max(speed(last), speed(one))
@@ -284,16 +291,18 @@ def come_to_rest(
 def as_far(looked: Sequence[Looked]) -> Rest | None:
     """What looks at a walk, in their order, say of it where its end is not known: as far as they go.
 
-    None where that is not farther than the first.
+    None where that is not farther than the first. What lies beyond one that does not walk, or that is of
+    another branch, does not count.
     """
     first = looked[0]
-    along, walking = first.along, [first]
+    along, walking, end = first.along, [first], np.inf
     for one in looked[1:]:
-        last = walking[-1]
-        farther = one.at(along) > last.at(along) and _walks_on(one, along, first.speed(along))
+        last, here = walking[-1], one.at(along)
+        farther = here > last.at(along) and _walks_on(one, along, first.speed(along))
         if not farther or _of_another_branch(one, last):
-            break
-        walking.append(one)
+            end = min(end, here)
+        elif here < end:
+            walking.append(one)
     *before, last = walking
     if not before:
         return None

@@ -16,7 +16,7 @@ from microslip.analyses.time.leaving import PUSH, pushed
 from microslip.analyses.time.scheme import ContactMemory, State, TimeScheme
 from microslip.analyses.time.stability import stability_of
 from microslip.analyses.time.steady import SteadyState
-from microslip.analyses.time.watching import watched
+from microslip.analyses.time.watching import known_mean, watched
 from microslip.errors import MicroslipError
 from microslip.typing import Array, Complex
 
@@ -198,14 +198,12 @@ def _is_open(off: Array, turn: _Turn) -> bool:
 def _seen(Q: Complex, off: Array, part: int) -> Stay:
     """What was seen of a motion, by its first harmonics, and how far these are off the periodic one's."""
     last, fallen = Q[-part:], _fallen(off, part)
-    size = float(np.abs(last).mean())
+    size, moved = known_mean(np.abs(Q[SETTLES:]))
     mean = size * complex(np.exp(1j * np.angle(last.mean())))
     strays = _off(last, size)
     if _grows(off, part):
         return Stay(mean, max(strays, OPEN), len(Q))
-    # a mean of so many cycles is one of the motion as far as that before is the same
-    moved = abs(float(np.abs(Q[-2 * part : -part]).mean()) / size - 1) + _to_come(off, part)
-    return Stay(mean, strays + moved, len(Q), 0.0 if fallen else strays)
+    return Stay(mean, strays + moved + _to_come(off, part), len(Q), 0.0 if fallen else strays)
 
 
 def _off(Q: Complex, own: complex) -> float:
