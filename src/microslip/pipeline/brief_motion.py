@@ -189,6 +189,10 @@ def patient_motion(
     marched = BriefMotion(end.amplitude, drift, doubt, end=start, walk=found.walk)
     if end.rest is None:
         return marched
+    if np.isnan(
+        end.ahead
+    ):  # where they are after `offset.HORIZON` cycles: as much again may be to come
+        return marched._replace(doubt=own + apart, moved=apart)
     # what it differs by from what was found is the walk
     far = float(np.linalg.norm(end.rest - mean_slip(begin.v, joint.model.dimension)))
     return marched._replace(doubt=own, walk=0.0, walked=far, lasts=end.reached, moved=apart)

@@ -269,7 +269,8 @@ def _marched_target(search: Search, k: int) -> Target:
 
 def _rest_at(search: Search, k: int) -> Array | None:
     """Offset at which bodies may come to rest at a frequency, from where they have beside it."""
-    rests = {j: one.rest for j, one in search.found.items() if one.rest is not None}
+    found = search.found.items()
+    rests = {j: one.rest for j, one in found if one.rest is not None and not np.isnan(one.ahead)}
     beside = around(rests, k)
     if not beside:
         return None

@@ -132,7 +132,7 @@ class Crept(NamedTuple):
     reached : float
         Cycles that these stand for, leaps among them.
     rest : (d - 1,) array or None
-        Offset at which bodies that walked past each other have come to rest.
+        Offset at which bodies that walked past each other have come to rest, or are by then.
     ahead : float
         Relative change of the amplitude until bodies do that have not by then: after
         `microslip.analyses.time.offset.HORIZON` cycles. nan where it is not found where they do, but where
@@ -253,15 +253,16 @@ def _walked(
     """
     block, scheme = WINDOW + STEP, space.scheme
     frequency = scheme.frequency
-    spent, last, size, seen = 0, state, abs(begin.amplitude), [begin]
+    spent, size, seen = 0, abs(begin.amplitude), [begin]
+    last = latest = state
     quiet = QUIET * float(np.linalg.norm(begin.rate.mean(axis=0)))
 
     def look(vector: Array) -> Looked:
-        nonlocal last, size
-        found, end = motion_from(space.state(vector, last))
+        nonlocal last, latest, size
+        found, latest = motion_from(space.state(vector, last))
         seen.append(found)
         if not elsewhere(abs(found.amplitude), (size, size)):
-            last, size = end, abs(found.amplitude)
+            last, size = latest, abs(found.amplitude)
         return found
 
     def motion_from(start: State) -> tuple[Looked, State]:
@@ -295,7 +296,7 @@ def _walked(
         if missed > DOUBTFUL:
             return spent
         ahead = abs(rest.amplitude) / abs(one.amplitude) - 1
-        amplitude, start, apart = one.amplitude, last, apart + missed
+        amplitude, start, apart = one.amplitude, latest, apart + missed
         if rest.speed:  # where they rest is not known
             ahead, place = np.nan, one.offset.mean(axis=0)
     elif rest.speed:  # nor where they are by then
@@ -307,11 +308,6 @@ def _walked(
         amplitude, end, doubt, more, varies = rung_out(
             scheme, load, kicked, memory, amplitude, np.inf
         )
-        # what has rung for long enough may repeat by now
-        settled = None if varies else _stable(scheme, load, end, abs(amplitude), memory)
-        if settled is not None:
-            end, doubt, again = settled
-            more += again
     else:
         end, doubt, more = settled
     return Crept(

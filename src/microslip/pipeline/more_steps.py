@@ -16,10 +16,11 @@ from microslip.analyses.time.scheme import contact_memory, time_scheme
 from microslip.analyses.time.starts import placed
 from microslip.analyses.time.staying import Stay, stay_of
 from microslip.analyses.time.steady import SteadyState, steady_state
-from microslip.analyses.time.watching import known_mean, to_come, watched
+from microslip.analyses.time.watching import LEAK, TURNS, known_mean, to_come, watched
 from microslip.errors import MicroslipError
 from microslip.numerics.execute import each, threads
 from microslip.pipeline.targets import REFINEMENT, TOLERANCE, More, Stepped
+from microslip.typing import Array
 
 PATIENCE = 100
 """Cycles with `REFINEMENT` times the steps at most."""
@@ -110,17 +111,24 @@ def _varying(joint: PreparedJoint, load: float, one: Stepped) -> More:
         if apart(one.amplitude, own) > FARTHEST:
             return More(None, spent, strays=np.inf)
         mean, drifts = known_mean(sizes)
-        strays = float(np.abs(size / mean - 1).max())
-        same = abs(before - strays) <= SAME * strays
-        if same or strays <= STEADY:
+        strays, beats = (float(np.abs(size / about - 1).max()) for about in (mean, own))
+        same = abs(before - beats) <= SAME * beats
+        seen = _turns(sizes, mean) >= TURNS
+        if (same and seen) or strays <= STEADY:
             break
-        before = strays
+        before = beats
+    drifts = max(drifts, LEAK * beats if seen else abs(own / mean - 1))
     amplitude = mean * complex(np.exp(1j * np.angle(Q.mean())))
     if strays <= STEADY:  # with more steps it repeats
         return More(amplitude, spent, drifts=strays)
-    if drifts > np.abs(size / own - 1).max():  # it creeps: a beat has the same mean for long
+    if drifts > beats:  # it creeps: a beat has the same mean for long
         return More(amplitude, spent, strays, drifts + to_come(size) / mean)
     return More(amplitude, spent, strays, drifts, strays if same else 0.0)
+
+
+def _turns(sizes: Array, mean: float) -> float:
+    """How often the last two thirds of what beats about a mean have gone round."""
+    return np.count_nonzero(np.diff(np.sign(sizes[len(sizes) // 3 :] - mean))) / 2
 
 
 def more_steps(

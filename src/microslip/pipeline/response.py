@@ -268,7 +268,7 @@ def _come_to_rest(place: str, walks: Sequence[tuple[float, float]]) -> list[Caut
 
 
 def _walk_on(place: str, walks: Sequence[tuple[float, float]]) -> list[Caution]:
-    """That bodies have not come to rest in the motion that is shown, and what it is then, if that is known."""
+    """That bodies have not come to rest in the motion that is shown, and what it is then, if known."""
     if not walks:
         return []
     reason = (

@@ -169,7 +169,7 @@ class Search:
             anchor, strays = self.anchors[k], self.stepping.strays.get(k, 0.0)
             varies = self.stepping.varies.get(k, 0.0)
             if not may_be_shown(strays, varies):
-                left = LEAVES_IT if self.states[k].marched or k in self.marched_on else LEFT
+                left = LEAVES_IT if k in self.marched_on | self.ended else LEFT
                 del self.anchors[k], self.found[k]
                 reason = VARIES.format(varies) if varies > LEAVES else left
                 self.lost[k] = Lost(reason, 0, left=True)

@@ -379,7 +379,10 @@ def rested_soon(scheme: TimeScheme, steady: SteadyState, begin: Start) -> Rested
         Where they walk, and that is not found.
     """
     try:
-        return rested(scheme, steady, TOLERANCE, begin=begin)
+        there = rested(scheme, steady, TOLERANCE, begin=begin)
+        if there and (said := opening_of(there.steady.cycle, scheme.joint.model.position)):
+            raise WalksOnError(said)
+        return there
     except WalksOnError as walks:
         if not steady.converged:
             raise

@@ -133,6 +133,21 @@ def test_rest_beside_the_end_of_a_branch_is_found(guess, end):
     assert abs(abs(rest.amplitude) / 0.9 - 1) <= rest.apart <= 1e-3
 
 
+@pytest.mark.parametrize("guess", [0.7, 0.75, 0.9, 1.0, 1.4])
+def test_a_place_of_rest_beyond_where_the_branch_ends_is_none(guess):
+    """The bodies do not get to it: in between the motion is another."""
+    look = moving(lambda u: 1e-4 * (1 - u), lambda u: 0.3 if 0.6 < u < 0.8 else 1 - 0.1 * u)
+    begin, seen = look(np.array([0.0])), []
+
+    def looking(vector):
+        seen.append(look(vector))
+        return seen[-1]
+
+    rest = come_to_rest(looking, begin, np.array([guess]))
+    met = any(abs(one.amplitude) < 0.5 for one in seen)
+    assert rest is None or not met
+
+
 @pytest.mark.parametrize("end", [0.45, 0.9])
 def test_a_branch_that_ends_on_the_way_is_known_as_far_as_it_goes(end):
     """Looks beyond its end are passed over: where bodies are before they get there is known all the same."""
@@ -259,9 +274,9 @@ def test_a_long_walk_is_where_marching_alone_is_at_the_horizon(rings):
 
 
 @pytest.mark.validate
-@pytest.mark.parametrize("frequency", [532.38, 533.46])
-def test_a_walk_along_a_branch_that_ends_is_where_marching_alone_is_at_the_horizon(frequency):
-    """Looks farther on lead to a motion of a third of the size."""
+@pytest.mark.parametrize(("frequency", "ends"), [(532.38, False), (533.46, True)])
+def test_a_walk_along_a_branch_that_ends_is_where_marching_alone_is_at_the_horizon(frequency, ends):
+    """Looks farther on lead to a motion of a third of the size, before bodies rest or beyond that."""
     joint = microslip.prepare(microslip.parse_joint(tomllib.loads(ENDS_ON_THE_WAY)))
     load, scheme = 20.001164763, time_scheme(joint, 1 / (frequency * STEPS), frequency=frequency)
     raised = raised_state(scheme, frequency, load, 10)
@@ -271,6 +286,7 @@ def test_a_walk_along_a_branch_that_ends_is_where_marching_alone_is_at_the_horiz
     assert found.rest is not None
     assert abs(found.amplitude) == pytest.approx(size[-40:].mean(), rel=found.doubt + 5e-4)
     assert found.doubt < 5e-3
+    assert np.isnan(found.ahead) == ends
 
 
 @pytest.mark.validate

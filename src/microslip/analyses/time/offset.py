@@ -244,15 +244,19 @@ def come_to_rest(
 
     first = speed(begin)
     walking, resting, back = [begin], None, False
-    move, cycles = FIRST * first, 0.0
+    move, cycles, end = FIRST * first, 0.0, np.inf
     if guess is not None and guess @ along > at(begin):
         move = SHORT * (float(guess @ along) - at(begin))
     for _ in range(LOOKS):
         last = walking[-1]
         known = [*walking, resting] if back and resting is not None else walking
-        one = look(_moved(known[-2:], at(last) + move, at, first))
-        if _of_another_branch(one, last):  # that of the walk may go on less far
-            move *= SHORTER
+        to = at(last) + move
+        one = look(_moved(known[-2:], to, at, first))
+        if _of_another_branch(one, last):  # that of the walk may go on less far, and no farther
+            end = min(end, to)
+            if resting is not None and at(resting) >= end:
+                resting, back = None, False
+            move = SHORTER * (end - at(last))
             continue
         if one.uneven > RIGID * first:
             return None
@@ -280,8 +284,11 @@ def come_to_rest(
         move = _secant(walking, at, speed)
         if resting is None:
             turn = _turn(walking[-2], walking[-1], at)
+            if turn * (end - at(last)) <= narrow:  # before they rest their branch ends
+                return None
             move *= 1 + BEYOND if move * turn > narrow / CLOSE else CLOSE
             move = min(move, FARTHER * (at(last) - at(walking[-2])), AT_MOST / turn)
+            move = min(move, SHORTER * (end - at(last)))
         else:
             inside = move <= left * (1 + STILL)
             move = float(np.clip(move, *(left * WITHIN))) if inside else 0.5 * left
@@ -289,20 +296,20 @@ def come_to_rest(
 
 
 def as_far(looked: Sequence[Looked]) -> Rest | None:
-    """What looks at a walk, in their order, say of it where its end is not known: as far as they go.
+    """What looks at a walk, the first of them first, say of it where its end is not known: as far as they go.
 
     None where that is not farther than the first. What lies beyond one that does not walk, or that is of
     another branch, does not count.
     """
     first = looked[0]
-    along, walking, end = first.along, [first], np.inf
-    for one in looked[1:]:
-        last, here = walking[-1], one.at(along)
-        farther = here > last.at(along) and _walks_on(one, along, first.speed(along))
-        if not farther or _of_another_branch(one, last):
-            end = min(end, here)
-        elif here < end:
-            walking.append(one)
+    along, walking = first.along, [first]
+    for one in sorted(looked[1:], key=lambda one: one.at(along)):
+        last = walking[-1]
+        if one.at(along) <= last.at(along):
+            continue
+        if not _walks_on(one, along, first.speed(along)) or _of_another_branch(one, last):
+            break
+        walking.append(one)
     *before, last = walking
     if not before:
         return None

@@ -51,8 +51,9 @@ REFINED = 4
 """Times at most that bodies on the way are looked at where they are, and half-way along the part before that
 is known least: how fast they are there tells how far they get."""
 
-FINAL = 50
-"""Cycles at most of the search there."""
+FINAL, MISSED = 50, 0.05
+"""Cycles at most of the search there, and by how much what it finds may differ from what the looks say,
+relative: beside the end of a branch it may fall to another."""
 
 
 class WalksOnError(ContactError):
@@ -203,14 +204,18 @@ def rested(
     if first is None or not walks(first.looked.rate):
         return None
     last, spent, seen = first.state, first.cycles, [first.looked]
+    own = abs(first.looked.amplitude)
 
     def look(vector: Array) -> Looked:
-        nonlocal last, spent
+        nonlocal last, own, spent
         found = searched(space, frequency, load, space.state(vector, last), memory)
         if found is None:
             raise ContactError("no steady motion at this offset")
-        last, spent = found.state, spent + found.cycles
+        spent += found.cycles
         seen.append(found.looked)
+        size = abs(found.looked.amplitude)
+        if not elsewhere(size, (own, own)):
+            last, own = found.state, size
         return found.looked
 
     steps = steady.steps
@@ -222,15 +227,21 @@ def rested(
         if first.change > CLOSE + SURELY * _by_the_walk(space, rest):
             raise WalksOnError("the bodies walk on, and the vibration changes by more than that")
         rest, there, moved = followed(rest, look)
+        if rest.speed and there is None:
+            raise WalksOnError("the bodies walk on, and where they are later is not found")
         vector = rest.vector if there is None else there[0]
         final = sought_there(scheme, steady, space.state(vector, last), tolerance, memory)
     except ContactError as error:
         raise WalksOnError(str(error)) from error
     if not final.converged:
         raise WalksOnError("the bodies walk on, and the vibration where they rest does not settle")
-    size, apart, ahead = abs(final.amplitude), rest.apart + moved, 0.0
+    size, ahead = abs(final.amplitude), 0.0
+    missed = abs(size / abs(rest.amplitude if there is None else there[1]) - 1)
+    if missed > MISSED:
+        raise WalksOnError("the bodies walk on, and where they rest the motion is another")
+    apart = rest.apart + moved + missed
     if there is not None:
-        ahead, apart = abs(rest.amplitude) / size - 1, apart + abs(size / abs(there[1]) - 1)
+        ahead = abs(rest.amplitude) / size - 1
     place = rest.offset
     offset: Array | None = place
     if rest.speed:  # where they rest is not known
@@ -314,7 +325,10 @@ def followed(
         if there is None:
             break
         here = look(there[0])
-        rest = rest.knowing(here, look(rest.widest(here)))
+        more = here, look(rest.widest(here))
+        if any(elsewhere(abs(one.amplitude), (abs(there[1]),) * 2) for one in more):
+            raise ContactError("the motion on the way is of another branch")
+        rest = rest.knowing(*more)
         before, there = there, rest.on_the_way(cycles)
         amplitude = rest.amplitude if there is None else there[1]
         moved = abs(abs(before[1]) / abs(amplitude) - 1)

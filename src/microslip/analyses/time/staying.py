@@ -16,7 +16,7 @@ from microslip.analyses.time.leaving import PUSH, pushed
 from microslip.analyses.time.scheme import ContactMemory, State, TimeScheme
 from microslip.analyses.time.stability import stability_of
 from microslip.analyses.time.steady import SteadyState
-from microslip.analyses.time.watching import known_mean, watched
+from microslip.analyses.time.watching import LEAK, known_mean, watched
 from microslip.errors import MicroslipError
 from microslip.typing import Array, Complex
 
@@ -198,12 +198,20 @@ def _is_open(off: Array, turn: _Turn) -> bool:
 def _seen(Q: Complex, off: Array, part: int) -> Stay:
     """What was seen of a motion, by its first harmonics, and how far these are off the periodic one's."""
     last, fallen = Q[-part:], _fallen(off, part)
-    size, moved = known_mean(np.abs(Q[SETTLES:]))
+    size, moved = known_mean(np.abs(Q[-3 * part :]))
+    end = float(np.abs(last).mean())
+    varies = _off(last, end)
+    if moved > varies:  # it goes from one size to another, and does not beat about a mean
+        size, moved = end, abs(float(np.abs(Q[-2 * part : -part]).mean()) / end - 1)
+    else:
+        moved = max(moved, LEAK * varies)
     mean = size * complex(np.exp(1j * np.angle(last.mean())))
     strays = _off(last, size)
     if _grows(off, part):
         return Stay(mean, max(strays, OPEN), len(Q))
-    return Stay(mean, strays + moved + _to_come(off, part), len(Q), 0.0 if fallen else strays)
+    return Stay(
+        mean, strays + moved + _to_come(off, part), len(Q), 0.0 if fallen else min(varies, strays)
+    )
 
 
 def _off(Q: Complex, own: complex) -> float:
