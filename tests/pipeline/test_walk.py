@@ -90,6 +90,38 @@ def test_bodies_that_walk_to_where_no_rest_is_found_leave_a_motion_unsettled(joi
     assert found.doubt == settled.doubt
 
 
+def test_bodies_that_walk_on_are_shown_where_they_are_by_then(joint, monkeypatch):
+    """Where they come to rest is not found, but where they are after many cycles; unless the joint opens."""
+
+    def walks_on(scheme, steady, tolerance, **options):
+        later = replace(steady, amplitude=1.02 * steady.amplitude)
+        return Rested(later, 1e-3, None, 1e-6, np.inf, np.nan, 400)
+
+    settled = seek(joint, Target(0, 182.0, LOAD, 0.0))
+    monkeypatch.setattr(walk, "rested", walks_on)
+    found = seek(joint, Target(0, 182.0, LOAD, 0.0))
+    assert found.amplitude == pytest.approx(1.02 * settled.amplitude, rel=2e-3)
+    assert found.doubt >= 1e-3
+    assert found.rest is not None
+    assert np.isfinite(found.rest).all()
+    assert np.isnan(found.ahead)
+    assert np.isinf(found.lasts)
+    opening, last = walk.opening_of, []
+
+    def opens(cycle, position):
+        return "it opens" if last else opening(cycle, position)
+
+    def opens_later(*given, **options):
+        last.append(True)
+        return walks_on(*given, **options)
+
+    monkeypatch.setattr(walk, "opening_of", opens)
+    monkeypatch.setattr(walk, "rested", opens_later)
+    found = seek(joint, Target(0, 182.0, LOAD, 0.0))
+    assert found.amplitude == pytest.approx(settled.amplitude, rel=1e-6)
+    assert found.rest is None
+
+
 def test_states_beside_lead_to_the_same_where_nothing_folds(joint, beside):
     """A motion that is expected larger is sought from beside; what is not larger is not taken."""
     rest = seek(joint, Target(0, 182.0, LOAD, 0.0))
