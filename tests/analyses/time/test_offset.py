@@ -274,8 +274,8 @@ def test_a_long_walk_is_where_marching_alone_is_at_the_horizon(rings):
 
 
 @pytest.mark.validate
-@pytest.mark.parametrize(("frequency", "ends"), [(532.38, False), (533.46, True)])
-def test_a_walk_along_a_branch_that_ends_is_where_marching_alone_is_at_the_horizon(frequency, ends):
+@pytest.mark.parametrize("frequency", [532.38, 533.46])
+def test_a_walk_along_a_branch_that_ends_is_where_marching_alone_is_at_the_horizon(frequency):
     """Looks farther on lead to a motion of a third of the size, before bodies rest or beyond that."""
     joint = microslip.prepare(microslip.parse_joint(tomllib.loads(ENDS_ON_THE_WAY)))
     load, scheme = 20.001164763, time_scheme(joint, 1 / (frequency * STEPS), frequency=frequency)
@@ -286,7 +286,6 @@ def test_a_walk_along_a_branch_that_ends_is_where_marching_alone_is_at_the_horiz
     assert found.rest is not None
     assert abs(found.amplitude) == pytest.approx(size[-40:].mean(), rel=found.doubt + 5e-4)
     assert found.doubt < 5e-3
-    assert np.isnan(found.ahead) == ends
 
 
 @pytest.mark.validate
