@@ -25,7 +25,7 @@ from microslip.contact.pairs import mean_slip
 from microslip.errors import MicroslipError
 from microslip.numerics.fourier import harmonic, without_drift
 from microslip.pipeline.creep import Walk, crept
-from microslip.pipeline.targets import STEPS, TOLERANCE
+from microslip.pipeline.targets import STEPS, TOLERANCE, known_rest
 from microslip.pipeline.walk import DOUBTFUL, LONGEST, RAISED, lasting, rested_soon
 from microslip.typing import Complex
 
@@ -189,9 +189,8 @@ def patient_motion(
     marched = BriefMotion(end.amplitude, drift, doubt, end=start, walk=found.walk)
     if end.rest is None:
         return marched
-    if np.isnan(
-        end.ahead
-    ):  # where they are after `offset.HORIZON` cycles: as much again may be to come
+    # where they are after `offset.HORIZON` cycles: as much again may be to come
+    if known_rest(end.rest, end.ahead) is None:
         return marched._replace(doubt=own + apart, moved=apart)
     # what it differs by from what was found is the walk
     far = float(np.linalg.norm(end.rest - mean_slip(begin.v, joint.model.dimension)))

@@ -18,7 +18,7 @@ from microslip.analyses.time.starts import Start
 from microslip.describe.requests import MARCHED_EACH
 from microslip.pipeline.neighbours import around, far_between, larger_sides
 from microslip.pipeline.search import Search
-from microslip.pipeline.targets import TOLERANCE, Target
+from microslip.pipeline.targets import TOLERANCE, Target, known_rest
 from microslip.typing import Array
 
 FIRST = (0.0, -1.2, 1.2)
@@ -269,8 +269,8 @@ def _marched_target(search: Search, k: int) -> Target:
 
 def _rest_at(search: Search, k: int) -> Array | None:
     """Offset at which bodies may come to rest at a frequency, from where they have beside it."""
-    found = search.found.items()
-    rests = {j: one.rest for j, one in found if one.rest is not None and not np.isnan(one.ahead)}
+    known = {j: known_rest(one.rest, one.ahead) for j, one in search.found.items()}
+    rests = {j: rest for j, rest in known.items() if rest is not None}
     beside = around(rests, k)
     if not beside:
         return None

@@ -299,8 +299,6 @@ def _walked(
         amplitude, start, apart = one.amplitude, latest, apart + missed
         if rest.speed:  # where they rest is not known
             ahead, place = np.nan, one.offset.mean(axis=0)
-    elif rest.speed:  # nor where they are by then
-        return spent
     size = abs(amplitude)
     settled, varies = _stable(scheme, load, start, size, memory), 0.0
     if settled is None:

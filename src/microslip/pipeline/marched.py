@@ -20,7 +20,7 @@ from microslip.analyses.time.steady import raised_state
 from microslip.errors import ContactError, JointOpensError, MicroslipError
 from microslip.numerics.execute import each, threads
 from microslip.pipeline.creep import Crept, Walk, crept
-from microslip.pipeline.targets import Found, Lost, Target
+from microslip.pipeline.targets import Found, Lost, Target, known_rest
 from microslip.pipeline.walk import RAISED, RAISED_AGAIN
 
 
@@ -70,7 +70,7 @@ def _ended(joint: PreparedJoint, target: Target, ramps: Sequence[int]) -> Found:
     ends = [one for one in ends if one.rest is not None] or ends
     ends.sort(key=lambda end: end.doubt)
     # where bodies come to rest does not depend on how the load was raised
-    one, scatter = ends[0], 0.0 if _rests(ends[0]) else np.nan
+    one, scatter = ends[0], np.nan if known_rest(ends[0].rest, ends[0].ahead) is None else 0.0
     if len(ends) > 1:
         scatter = abs(abs(ends[1].amplitude) / abs(one.amplitude) - 1)
     return Found(
@@ -94,11 +94,6 @@ def _stays(one: Crept, target: Target) -> bool:
     return one.varies <= LEAVES and not elsewhere(abs(one.amplitude), target.sizes)
 
 
-def _rests(one: Crept) -> bool:
-    """Whether it is known where bodies come to rest."""
-    return one.rest is not None and not np.isnan(one.ahead)
-
-
 def _own_ends(scheme: TimeScheme, target: Target, walk: Walk) -> list[Crept]:
     """From the starts on the branch that is known; an error where none of them ends."""
     ends, reason = list[Crept](), MicroslipError("no start")
@@ -120,7 +115,9 @@ def _raised_ends(
     for ramp in ramps:
         state = raised_state(scheme, target.frequency, target.load, ramp)
         ends.append(crept(scheme, target.load, state, walk=walk, sizes=target.sizes))
-        if _rests(ends[0]) or elsewhere(abs(ends[0].amplitude), target.sizes):
+        first = ends[0]
+        rests = known_rest(first.rest, first.ahead) is not None
+        if rests or elsewhere(abs(first.amplitude), target.sizes):
             break
     return ends
 

@@ -40,6 +40,9 @@ from microslip.pipeline.search import Search
 from microslip.pipeline.unanswered import opening_of, response_failures, two_motions, with_opening
 from microslip.typing import Array
 
+STIFFER = "stiffer supports hold them"
+"""Advice where bodies walk on past each other."""
+
 TABLE_OF = {"printed": "load", "consistent": "mode", "refined": "prescribed"}
 """Drive of the table that each variant uses by default: the paper's, and the dynamic ones."""
 
@@ -271,20 +274,31 @@ def _walk_on(place: str, walks: Sequence[tuple[float, float]]) -> list[Caution]:
     """That bodies have not come to rest in the motion that is shown, and what it is then, if known."""
     if not walks:
         return []
-    reason = (
-        f"the bodies walk past each other at {len(walks)} of the frequencies sought for more "
-        f"than {HORIZON:.0f} cycles, after which the motion is shown: "
-    )
-    known = [one for one in walks if np.isfinite(one[0])]
-    if known:
-        ahead, lasts = max(known, key=lambda one: abs(one[0]))
-        reason += (
-            f"at one they come to rest after about {lasts:.2g}, where the amplitude is "
+    ahead, lasts = max(walks, key=lambda one: np.nan_to_num(abs(one[0])))
+    reason = on_the_way(f"{len(walks)} of the frequencies sought", "at one", ahead, lasts)
+    return [Caution("response", place, reason, STIFFER)]
+
+
+def on_the_way(among: str, where: str, ahead: float, lasts: float) -> str:
+    """That bodies walk on in the motion that is shown, and what it is where they come to rest, if known.
+
+    Parameters
+    ----------
+    among, where : str
+        How many of what, and at which of them the amplitude will change most.
+    ahead, lasts : float
+        By how much, relative, until they rest, and in how many cycles; nan where that is not found.
+    """
+    end = "where they come to rest was not found"
+    if np.isfinite(ahead):
+        end = (
+            f"{where} they come to rest after about {lasts:.2g}, where the amplitude is "
             f"{100 * ahead:+.2g} % off"
         )
-    else:
-        reason += "where they come to rest was not found"
-    return [Caution("response", place, reason, "stiffer supports hold them")]
+    return (
+        f"the bodies walk past each other at {among} for more than {HORIZON:.0f} cycles, after which the "
+        f"motion is shown: {end}"
+    )
 
 
 def _cut_off(case: Curve, curve: Response, axis: Axis, low: bool) -> Caution:

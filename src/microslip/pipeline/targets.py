@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
+import numpy as np
+
 from microslip.analyses.time.starts import Start
 from microslip.analyses.time.steady import SteadyState
 from microslip.typing import Array
@@ -167,6 +169,11 @@ class Found:
     own: bool = False
     varies: float = 0.0
     more: More | None = None
+
+
+def known_rest(rest: Array | None, ahead: float) -> Array | None:
+    """Where bodies come to rest, if that is known, from `Found.rest` and `Found.ahead`."""
+    return None if np.isnan(ahead) else rest
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,6 @@ import numpy as np
 
 from microslip.analyses.harmonic.points import WALKS
 from microslip.analyses.reduced.response import Response
-from microslip.analyses.time.offset import HORIZON
 from microslip.analyses.time.point import Request, TimePoint
 from microslip.analyses.time.points import steady_states
 from microslip.analyses.time.several import coexisting_states
@@ -22,7 +21,7 @@ from microslip.pipeline.loads import loads_of_file
 from microslip.pipeline.outcome import Outcome, until_interrupted, value_of
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.progress import Progress
-from microslip.pipeline.response import Responses
+from microslip.pipeline.response import STIFFER, Responses, on_the_way
 
 STEPS_ERROR = 1e-2
 """Error of the steps, relative, from which on it is worth a word: the one that method "auto" keeps below."""
@@ -76,19 +75,9 @@ def walking(points: Sequence[TimePoint], dimension: int) -> Iterator[Caution]:
     ahead = [p for p in settled if p.ahead]
     if ahead:
         most = max(ahead, key=lambda point: np.nan_to_num(abs(point.ahead)))
-        end = (
-            f"here they come to rest after about {most.lasts:.2g}, where the amplitude is "
-            f"{100 * most.ahead:+.2g} % off"
-            if np.isfinite(most.ahead)
-            else "where they come to rest was not found"
-        )
-        yield Caution(
-            "time",
-            _place(most),
-            f"the bodies walk past each other at {len(ahead)} of {len(points)} points for more than "
-            f"{HORIZON:.0f} cycles, after which the motion is shown: {end}",
-            "stiffer supports hold them",
-        )
+        among = f"{len(ahead)} of {len(points)} points"
+        reason = on_the_way(among, "here", most.ahead, most.lasts)
+        yield Caution("time", _place(most), reason, STIFFER)
     other = [p for p in settled if not p.lasts]
     walks = [abs(walk_of(point.steady, dimension)) for point in other]
     if max(walks, default=0.0) > WALKS:

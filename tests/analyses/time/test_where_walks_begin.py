@@ -196,7 +196,7 @@ def test_where_rest_is_not_found_it_is_as_far_as_was_looked(monkeypatch):
     assert "cycles, after which the motion is shown: where they come to rest was not" in said.reason
 
 
-@pytest.mark.parametrize("last", ["still", "another"])
+@pytest.mark.parametrize("last", ["back", "still", "another"])
 def test_what_is_no_walk_of_the_same_motion_is_not_counted(last):
     def look(u, speed=1e-4, size=1.0):
         rate = np.full((3, 1), speed)

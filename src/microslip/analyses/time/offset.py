@@ -296,20 +296,20 @@ def come_to_rest(
 
 
 def as_far(looked: Sequence[Looked]) -> Rest | None:
-    """What looks at a walk, the first of them first, say of it where its end is not known: as far as they go.
+    """What looks at a walk, in their order, say of it where its end is not known: as far as they go.
 
-    None where that is not farther than the first. What lies beyond one that does not walk, or that is of
-    another branch, does not count.
+    None where that is not farther than the first. After one that does not walk on, or that is of another
+    branch, those beyond it do not count.
     """
     first = looked[0]
-    along, walking = first.along, [first]
-    for one in sorted(looked[1:], key=lambda one: one.at(along)):
-        last = walking[-1]
-        if one.at(along) <= last.at(along):
-            continue
-        if not _walks_on(one, along, first.speed(along)) or _of_another_branch(one, last):
-            break
-        walking.append(one)
+    along, walking, end = first.along, [first], np.inf
+    for one in looked[1:]:
+        last, here = walking[-1], one.at(along)
+        farther = here > last.at(along) and _walks_on(one, along, first.speed(along))
+        if not farther or _of_another_branch(one, last):
+            end = min(end, here)
+        elif here < end:
+            walking.append(one)
     *before, last = walking
     if not before:
         return None

@@ -227,8 +227,6 @@ def rested(
         if first.change > CLOSE + SURELY * _by_the_walk(space, rest):
             raise WalksOnError("the bodies walk on, and the vibration changes by more than that")
         rest, there, moved = followed(rest, look)
-        if rest.speed and there is None:
-            raise WalksOnError("the bodies walk on, and where they are later is not found")
         vector = rest.vector if there is None else there[0]
         final = sought_there(scheme, steady, space.state(vector, last), tolerance, memory)
     except ContactError as error:
@@ -319,6 +317,11 @@ def followed(
         State and amplitude after those cycles; None where the bodies rest by then.
     moved : float
         What the last looks have changed the size there by, relative.
+
+    Raises
+    ------
+    ContactError
+        Where a look is of another branch, or neither where they rest nor where they are by then is known.
     """
     there, moved = rest.on_the_way(cycles), 0.0
     for _ in range(REFINED):
@@ -334,6 +337,8 @@ def followed(
         moved = abs(abs(before[1]) / abs(amplitude) - 1)
         if moved <= NARROW:
             break
+    if there is None and rest.speed:
+        raise ContactError("the bodies walk on, and where they are later is not found")
     return rest, there, moved
 
 
