@@ -66,6 +66,25 @@ def test_what_creeps_does_not_vary_for_good(monkeypatch, beating):
     assert more.drifts > 0.01
 
 
+@pytest.mark.parametrize("phase", np.linspace(0, 2 * np.pi, 12, endpoint=False))
+@pytest.mark.parametrize("period", [60, 100, 130, 160])
+def test_the_mean_of_what_beats_slowly_with_more_steps_is_known(
+    monkeypatch, beating, period, phase
+):
+    """Of a beat of 5 % in so many cycles, wherever it is looked at first."""
+    joint, mean, end = beating
+    blocks = iter(range(module.BLOCKS))
+
+    def slowly(*given):
+        n = np.arange(module.BLOCK) + module.BLOCK * next(blocks)
+        return mean * (1 + 0.05 * np.cos(2 * np.pi * n / period + phase)), ["later"]
+
+    monkeypatch.setattr(module, "watched", slowly)
+    monkeypatch.setattr(module, "placed", lambda *given: end)
+    more = with_more_steps(joint, LOAD, Stepped(FREQUENCY, mean, end, STEPS, varies=True))
+    assert abs(abs(more.amplitude) / abs(mean) - 1) <= more.drifts
+
+
 def test_what_leaves_with_more_steps_has_none(monkeypatch, beating):
     joint, mean, end = beating
     sizes, beat = iter([mean, 0.5 * mean]), 1 + 0.03 * np.cos(0.4 * np.arange(module.BLOCK))

@@ -133,10 +133,11 @@ def test_rest_beside_the_end_of_a_branch_is_found(guess, end):
     assert abs(abs(rest.amplitude) / 0.9 - 1) <= rest.apart <= 1e-3
 
 
+@pytest.mark.parametrize("hole", [(0.6, 0.8), (0.9, 1.05)])
 @pytest.mark.parametrize("guess", [0.7, 0.75, 0.9, 1.0, 1.4])
-def test_a_place_of_rest_beyond_where_the_branch_ends_is_none(guess):
-    """The bodies do not get to it: in between the motion is another."""
-    look = moving(lambda u: 1e-4 * (1 - u), lambda u: 0.3 if 0.6 < u < 0.8 else 1 - 0.1 * u)
+def test_a_place_of_rest_beyond_where_the_branch_ends_is_none(guess, hole):
+    """The bodies do not get to it: in between the motion is another. No look is made there again."""
+    look = moving(lambda u: 1e-4 * (1 - u), lambda u: 0.3 if hole[0] < u < hole[1] else 1 - 0.1 * u)
     begin, seen = look(np.array([0.0])), []
 
     def looking(vector):
@@ -144,8 +145,10 @@ def test_a_place_of_rest_beyond_where_the_branch_ends_is_none(guess):
         return seen[-1]
 
     rest = come_to_rest(looking, begin, np.array([guess]))
-    met = any(abs(one.amplitude) < 0.5 for one in seen)
+    met = [i for i, one in enumerate(seen) if abs(one.amplitude) < 0.5]
     assert rest is None or not met
+    places = [float(one.vector[0]) for one in seen]
+    assert all(max(places[i + 1 :], default=0.0) < places[i] for i in met)
 
 
 @pytest.mark.parametrize("end", [0.45, 0.9])

@@ -13,12 +13,13 @@ from microslip.analyses.time import points, resting, walking_on
 from microslip.analyses.time.offset import Looked, Rest, as_far
 from microslip.analyses.time.point import Request, TimePoint
 from microslip.analyses.time.points import steady_states
-from microslip.analyses.time.resting import WalksOnError, rested
+from microslip.analyses.time.resting import WalksOnError, followed, rested
 from microslip.analyses.time.scheme import prestressed_state, time_scheme
 from microslip.analyses.time.steady import raised_state, steady_state
 from microslip.analyses.time.walking_on import WATCHED, marched_on
 from microslip.analyses.time.watching import watched
 from microslip.contact.pairs import mean_slip
+from microslip.errors import ContactError
 from microslip.pipeline.targets import STEPS
 from microslip.pipeline.time import walking
 
@@ -194,6 +195,58 @@ def test_where_rest_is_not_found_it_is_as_far_as_was_looked(monkeypatch):
     assert np.isinf(found.lasts)
     (said,) = walking([found], 2)
     assert "cycles, after which the motion is shown: where they come to rest was not" in said.reason
+
+
+@pytest.mark.parametrize(
+    ("speed", "size", "said"),
+    [
+        (1e-4, 1.0, ""),
+        (3e-4, 1.0, "where they are later is not found"),
+        (1e-4, 0.5, "another branch"),
+    ],
+)
+def test_bodies_on_the_way_are_where_further_looks_confirm_it(speed, size, said):
+    """By looks at a walk as far as 0.45: by further ones they may be so fast as to be beyond that by then."""
+
+    def look(u, speed=1e-4, size=1.0):
+        rate = np.full((3, 1), speed)
+        return Looked(np.full((3, 1), u), rate, complex(size), np.array([u]), rate[0])
+
+    def further(vector):
+        return look(float(vector[0]), speed, size)
+
+    rest = as_far([look(0.0), look(0.2), look(0.45)])
+    assert rest is not None
+    if said:
+        with pytest.raises(ContactError, match=said):
+            followed(rest, further)
+        return
+    _, there, moved = followed(rest, further)
+    assert there is not None
+    assert there[0][0] == pytest.approx(0.4)
+    assert moved == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("off", [1.0, 1.02, 0.3])
+def test_what_a_search_finds_at_rest_is_held_against_the_looks(monkeypatch, fastest, off):
+    """Beside the end of a branch it may fall to another motion; what it is off is not known of it."""
+    scheme, raised, steady = fastest
+    known, real = rested(scheme, steady, 1e-5, begin=raised), resting.sought_there
+    assert known is not None
+
+    def elsewhere(*given):
+        found = real(*given)
+        return replace(found, amplitude=off * found.amplitude)
+
+    monkeypatch.setattr(resting, "sought_there", elsewhere)
+    if off < 0.5:
+        with pytest.raises(WalksOnError, match="the motion is another"):
+            rested(scheme, steady, 1e-5, begin=raised)
+        return
+    found = rested(scheme, steady, 1e-5, begin=raised)
+    assert found is not None
+    assert abs(found.steady.amplitude) == pytest.approx(off * abs(known.steady.amplitude), rel=1e-9)
+    assert found.apart == pytest.approx(known.apart + off - 1, abs=2 * known.apart)
 
 
 @pytest.mark.parametrize("last", ["back", "still", "another"])

@@ -253,7 +253,7 @@ def come_to_rest(
         to = at(last) + move
         one = look(_moved(known[-2:], to, at, first))
         if _of_another_branch(one, last):  # that of the walk may go on less far, and no farther
-            end = min(end, to)
+            end = to
             if resting is not None and at(resting) >= end:
                 resting, back = None, False
             move = SHORTER * (end - at(last))
