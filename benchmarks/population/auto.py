@@ -14,9 +14,10 @@ is sought on with eight times the steps, pushed off by a hundredth of its size, 
 ones, and marched as well; where none of it is that shown, the branch is swept to by marching. A motion beside
 the one shown that stays there for as long as it is marched, and does not settle, is no truth; how far its
 amplitude then is from that shown is counted apart. At two of the frequencies where motions are said to vary
-from cycle to cycle for good it is asked whether they do. The plain refined model is measured at the same
-points. Lines in FILE (JSON, one a joint) are not computed again: stop it at any time, and go on with the same
-command.
+from cycle to cycle for good it is asked whether they do, and at two without an answer whether what the load
+leads to that is raised from rest settles. The plain refined model
+is measured at the same points. Lines in FILE (JSON, one a joint) are not computed again: stop it at any time,
+and go on with the same command.
 """
 
 from __future__ import annotations
@@ -50,6 +51,7 @@ ASKED = 0.01
 CAUSES = (
     "motion varies from cycle to cycle for good, its mean is known",
     "no periodic motion",
+    "the joint opens",
     "not settled beside a jump",
     "several motions, as the load is raised",
     "amplitude wanders or creeps",
@@ -115,6 +117,9 @@ def measured(done: Run, seconds: float, rng: np.random.Generator) -> dict:
     moving = rng.choice(moving, min(MOVING, len(moving)), replace=False)
     moves = each(lambda k: moving_at(done, curve, int(k)), list(moving), threads())
     answered = curve.flag == CONVERGED
+    silent = np.flatnonzero(~answered)
+    silent = rng.choice(silent, min(MOVING, len(silent)), replace=False)
+    ends = each(lambda k: silent_at(done, curve, int(k)), list(silent), threads())
     return {
         "seconds": seconds,
         "steady_states": len(curve.anchors),
@@ -125,6 +130,7 @@ def measured(done: Run, seconds: float, rng: np.random.Generator) -> dict:
         "checks": [check.error for check in curve.checks],
         "points": points,
         "moving": list(moves),
+        "silent": list(ends),
     }
 
 
@@ -137,6 +143,13 @@ def moving_at(done: Run, curve: Response, k: int) -> dict:
     return found | {"spread": end.spread, "off": end.off(own), "settled": end.settled}
 
 
+def silent_at(done: Run, curve: Response, k: int) -> dict:
+    """What time integration says, from rest, where there is no answer."""
+    end = marched(done.prepared, float(curve.frequency[k]), curve.load, None)
+    found = {"frequency": float(curve.frequency[k]), "settled": end is not None and end.settled}
+    return found | {"spread": None if end is None else end.spread}
+
+
 def causes(curve: Response) -> dict[str, float]:
     """Shares of the frequencies that are flagged, by cause."""
     stated, answered = curve.error_indicator, curve.flag == CONVERGED
@@ -147,9 +160,11 @@ def causes(curve: Response) -> dict[str, float]:
     endless = np.isinf(stated)
     moves = np.isin(curve.frequency, varying(curve, ASKED))
     flagged &= ~moves
+    opens = bool(np.isfinite(curve.opening_load))
     shares = (
         moves,
-        ~answered,
+        ~answered & (not opens),
+        ~answered & opens,
         flagged & sought & endless,
         flagged & sought & ~endless & several,
         flagged & sought & ~endless & ~several,
@@ -177,6 +192,7 @@ def page(rows: dict[str, dict]) -> str:
     otherwise = [row["flagged"] - row["causes"].get(CAUSES[0], 0.0) for row in found]
     moves = [p for row in found for p in row.get("moving", [])]
     seen = [p for p in moves if p["spread"] is not None]
+    silent = [p for row in found for p in row.get("silent", [])]
 
     def share(true: np.ndarray) -> str:
         return f"{100 * np.mean(true):.1f} %" if len(true) else "–"
@@ -211,6 +227,8 @@ def page(rows: dict[str, dict]) -> str:
         f"{sum(p['spread'] > SLIGHT for p in seen)} |",
         f"| of these, all of the last {PART} cycles within what is stated | "
         f"{sum(p['off'] <= p['stated'] for p in seen)} |",
+        f"| looked at where there is no answer: settles from rest | "
+        f"{sum(p['settled'] for p in silent)} of {len(silent)} |",
         f"| joints whose resonance opens the clamp | {sum(row['opens'] for row in found)} |",
         f"| steady states per response, median | "
         f"{np.median([row['steady_states'] for row in found]):.0f} |",

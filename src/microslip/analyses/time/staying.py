@@ -27,7 +27,7 @@ off than in as many before; and those after which what else the push stirs has d
 LEAST, MOST, SLOWLY = 100, 1000, 300
 """Cycles marched after the push where less than a turn is seen of it, and at most where it is ever farther
 off: with a multiplier of 1.004 a thousandth takes so many to become some per cent. And at most where it
-changes too slowly to tell."""
+changes too slowly to tell, unless three parts are more."""
 
 TURN, LONGEST = 1.25, 190
 """Turns about the periodic motion that tell where a motion is: with its size that takes more cycles or fewer;
