@@ -8,21 +8,19 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from coupled_joint import coupled_document
+from folding_response import BEGINS, ENDS, FOLD, branch, folding
 
 import microslip
 from microslip.analyses.reduced.anchors import Anchor
 from microslip.analyses.reduced.missed import NEAREST
-from microslip.analyses.reduced.refined import load_offset, refined_table
 from microslip.analyses.reduced.response import forced_response
 from microslip.analyses.reduced.surface import contours, load_surface
 from microslip.analyses.reduced.sweep import CONVERGED
-from microslip.analyses.reduced.two_mode import two_mode_model
-from microslip.analyses.statics.held import hold_mode
 from microslip.analyses.time.point import Request
 from microslip.analyses.time.points import steady_states
 from microslip.errors import InputError
 from microslip.pipeline import auto as method
-from microslip.pipeline import choosing, stepping
+from microslip.pipeline import choosing, smaller, stepping
 from microslip.pipeline.forget import known_better_without, left_on_the_way
 from microslip.pipeline.neighbours import leaving
 from microslip.pipeline.search import LEAVES_IT, Search
@@ -166,28 +164,9 @@ def test_what_is_known_at_ctrl_c_is_kept(monkeypatch):
     assert 1 <= len(curve.anchors) <= begun[0]
 
 
-FOLD = np.linspace(160.0, 195.0, 141)
-ENDS, BEGINS = 40, 90
-"""The larger branch ends at one frequency, by index, and the smaller begins at another."""
-
-
 @pytest.fixture(scope="module")
 def refined():
-    """Refined model of the reference joint, its table, and its response."""
-    joint = microslip.prepare(microslip.reference_joint(pairs=21))
-    held = hold_mode(joint, 2 * np.pi * 179.0, upper=2)
-    largest = 0.9 * microslip.opening_load(joint, joint.principal().port)
-    largest /= joint.principal().sliding_omega ** 2
-    table, _ = refined_table(held, 1e-4 * largest, largest, 24, steps=80)
-    model = two_mode_model(joint, "refined", load_offset(held, 1e-4 * largest))
-    return model, table, forced_response(model, table, FOLD, 40.0)
-
-
-def branch(name):
-    """Two smooth branches, of which the smaller is a fifth as large."""
-    k = np.arange(len(FOLD))
-    size = {"larger": 1.0, "smaller": 0.2}[name] * 2e-3 * np.exp(-((k - 60) ** 2) / 4000)
-    return size * np.exp(-0.02j * k)
+    return folding()
 
 
 def settled(anchors):
@@ -706,6 +685,7 @@ def held_to(sought, refined, monkeypatch, points, marched=ends_nowhere, more=Non
     model, table, base = refined
     monkeypatch.setattr(method, "sought", sought)
     monkeypatch.setattr(method, "raised_and_marched", marched)
+    monkeypatch.setattr(smaller, "raised_and_marched", ends_nowhere)
     monkeypatch.setattr(method, "OutputsHeld", lambda *of_case: AS_GOOD_AS_THE_AMPLITUDE)
     if more is None:
         monkeypatch.setattr(method.Search, "seek_on", lambda search, joint: None)

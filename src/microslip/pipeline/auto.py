@@ -10,7 +10,8 @@ jump lies where that is. The search ends when the bound holds everywhere, or wit
 Where the first of them show that their time steps err by more than is asked for, all of it begins anew with
 four times as many. What has settled is sought on with four times the steps (`more_steps`), and is none where
 motions leave it then. In the end the response has what these say, further ones are sought where it is unsure,
-and what stays unsure itself is sought anew with more steps.
+and what stays unsure itself is sought anew with more steps. Where the larger motions do not repeat, smaller
+ones that do are shown (`smaller`).
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from microslip.analyses.reduced.response import Response, held_to
+from microslip.analyses.reduced.response import Response, held_to, larger_within
 from microslip.analyses.reduced.surface import Contours, contours, largest, load_surface
 from microslip.analyses.reduced.sweep import CONVERGED
 from microslip.describe.requests import CYCLES_EACH, ResponseAnalysis
@@ -32,6 +33,7 @@ from microslip.pipeline.marched import raised_and_marched
 from microslip.pipeline.outputs_held import OutputsHeld
 from microslip.pipeline.prepare import Assembly
 from microslip.pipeline.search import Search
+from microslip.pipeline.smaller import Outgrown, with_smaller
 from microslip.pipeline.targets import REFINEMENT, STEPS, Found, Lost, Target
 from microslip.pipeline.walk import sought, what_it_is
 from microslip.pipeline.wider import wider
@@ -62,7 +64,9 @@ class Anchored(NamedTuple):
         until they do, relative, and in how many cycles; a pair for each steady state, nan where that is not
         found.
     search : Search
-        What is known, for a wider band.
+        What is known, for a wider band: of the larger motions.
+    outgrown : tuple of Outgrown
+        Where smaller ones are shown, as the larger do not repeat.
     """
 
     response: Response
@@ -72,6 +76,7 @@ class Anchored(NamedTuple):
     walks: tuple[tuple[float, float], ...]
     walks_on: tuple[tuple[float, float], ...]
     search: Search
+    outgrown: tuple[Outgrown, ...] = ()
 
 
 def anchored_response(
@@ -105,6 +110,7 @@ def anchored_response(
     outputs = OutputsHeld(assembly, case.model, case.table)
     first = search = Search(surface, base, settings.points)
     guess = largest(contours(surface, base.load))
+    larger, outgrown = search, tuple[Outgrown, ...]()
     try:
         if known is not None:
             first = search = wider(known, surface, base)
@@ -141,9 +147,11 @@ def anchored_response(
             else:
                 break
             advance(len(picks))
+        larger = search
+        search, outgrown = with_smaller(assembly.prepared, search, guess, settings.error, advance)
     except KeyboardInterrupt:
         stop.set()
-        search = max(first, search, key=lambda one: len(one.anchors))
+        larger = search = max(first, search, key=lambda one: len(one.anchors))
         search.take_refined()
     count, cycles, seconds = search.in_all
     steps = "" if search.steps == STEPS else f" of {search.steps} steps"
@@ -152,7 +160,11 @@ def anchored_response(
     unseen = choosing.unfilled(search) if search.over or stop.is_set() else []
     forget.known_better_without(search, settings.error)
     response = outputs.response(_response(search, unseen), search.states, search.lost)
-    return Anchored(response, said, search.opens, spent, walks, walks_on, search)
+    if outgrown:
+        above = outputs.response(_response(larger), larger.states, larger.lost)
+        within = np.any([one.holds(response.frequency) for one in outgrown], axis=0)
+        response = replace(response, larger=larger_within(above, response.amplitude, within))
+    return Anchored(response, said, search.opens, spent, walks, walks_on, larger, outgrown)
 
 
 def _learn(assembly: Assembly, search: Search, targets: list[Target]) -> int:

@@ -53,14 +53,14 @@ def first(search: Search, guess: Contours) -> list[Target]:
         near = [int(np.argmin(np.abs(np.clip(t, u.min(), u.max()) - u))) for t in FIRST]
         chosen = [int(guess.point[j]) for j in near] + chosen
     now = search.held()
-    return [_target(search, k, guess, now) for k in dict.fromkeys(chosen)]
+    return [target_at(search, k, guess, now) for k in dict.fromkeys(chosen)]
 
 
 def ends(search: Search, guess: Contours) -> list[Target]:
     """The ends of the band, where they have not been sought."""
     now, marks = search.held(), search.marks
     chosen = [k for k in (0, len(search.base.frequency) - 1) if k not in marks]
-    return [_target(search, k, guess, now) for k in chosen]
+    return [target_at(search, k, guess, now) for k in chosen]
 
 
 def least_known(search: Search, guess: Contours, wanted: float, beside: Array) -> list[Target]:
@@ -97,7 +97,7 @@ def beside_larger(search: Search, guess: Contours) -> list[Target]:
     now = search.held()
     # the larger first: what they become is what others start from
     targets = [
-        replace(_target(search, k, guess, now, (beside,)), cold=False)
+        replace(target_at(search, k, guess, now, (beside,)), cold=False)
         for k, beside in chosen.items()
         if beside not in chosen
     ]
@@ -118,7 +118,7 @@ def anew(search: Search, guess: Contours, wanted: float) -> list[Target]:
     unsure.sort(key=lambda k: (not others[k] <= wanted, -now.of_mean[k], k))
     for k in unsure[:ANEW_AT_A_TIME]:
         beside = tuple(around(refined - {k}, k))
-        anew = replace(_target(search, k, guess, now, beside), steps=search.stepping.more)
+        anew = replace(target_at(search, k, guess, now, beside), steps=search.stepping.more)
         targets.append(anew)
     return targets[: max(search.points - search.count, 0)]
 
@@ -156,7 +156,7 @@ def _middles(
 ) -> list[Target]:
     """Targets in the middle of stretches, from their weights, middles and ends; the heaviest first."""
     heaviest = sorted(weighed, reverse=True)
-    return [_target(search, k, guess, now, (left, right)) for _, k, left, right in heaviest]
+    return [target_at(search, k, guess, now, (left, right)) for _, k, left, right in heaviest]
 
 
 def to_march_on(search: Search) -> list[int]:
@@ -249,7 +249,7 @@ def _marched_target(search: Search, k: int) -> Target:
     """
     f, load = search.base.frequency, search.base.load
     beside = (k,) if k in search.found else tuple(around(search.found, k))
-    begin, starts, _ = _from_beside(search, k, beside)
+    begin, starts, _ = from_beside(search, k, beside)
     sizes = [abs(search.found[j].amplitude) for j in beside] or [0.0]
     own = all(search.found[j].own and j not in search.fell for j in beside)
     raised = not (starts and own)
@@ -288,7 +288,7 @@ def _jumps(search: Search) -> list[tuple[int, int]]:
     return [(k, j) for k, j in pairs if np.log(size[j] / size[k]) > JUMP / 2]
 
 
-def _target(
+def target_at(
     search: Search, k: int, guess: Contours, now: Held, beside: tuple[int, ...] = ()
 ) -> Target:
     """A steady state to seek at a frequency, from what is known beside it.
@@ -297,8 +297,9 @@ def _target(
     """
     base = search.base
     own = guess.amplitude[guess.point == k]
-    from_beside, starts, expected = _from_beside(search, k, beside)
-    begin = from_beside if starts else complex(own[-1]) if len(own) else 0j
+    begin, starts, expected = from_beside(search, k, beside)
+    if not starts:
+        begin = complex(own[-1]) if len(own) else 0j
     if now.error[k] < ALIKE:
         begin = complex(now.amplitude[k])
         expected = abs(begin)
@@ -314,7 +315,7 @@ def _target(
     )
 
 
-def _from_beside(
+def from_beside(
     search: Search, k: int, beside: tuple[int, ...]
 ) -> tuple[complex, tuple[tuple[tuple[Start, float], ...], ...], float]:
     """Amplitude, starts and least size of a motion from those beside it, none or the larger first."""

@@ -218,6 +218,7 @@ def _cautions(settings: ResponseAnalysis, case: Curve, auto: Anchored) -> list[C
                 "the error beside them is not bounded; [analysis.time] says what the motion is",
             )
         )
+    found += _smaller(place, auto)
     moving = varying(curve, settings.error)
     if len(moving):
         farthest = max(one.varies for one in curve.anchors)
@@ -251,6 +252,23 @@ def _cautions(settings: ResponseAnalysis, case: Curve, auto: Anchored) -> list[C
         )
         found.append(Caution("response", place, reason, advice))
     return found
+
+
+def _smaller(place: str, auto: Anchored) -> list[Caution]:
+    """That smaller motions are shown where larger ones do not repeat, and how large these are."""
+    if not auto.outgrown:
+        return []
+    spans = ", ".join(f"{one.low:.6g} to {one.high:.6g} Hz" for one in auto.outgrown)
+    times = max(one.times for one in auto.outgrown)
+    reason = (
+        f"larger motions do not repeat, they vary from cycle to cycle for good, or are left: {spans} the "
+        f"smaller ones that raising the load from rest leads to are shown, and the larger are up to "
+        f"{times:.3g} times as large"
+    )
+    advice = (
+        "a joint that vibrates so already may go on; [[analysis.history]] marches such a motion"
+    )
+    return [Caution("response", place, reason, advice)]
 
 
 def _come_to_rest(place: str, walks: Sequence[tuple[float, float]]) -> list[Caution]:

@@ -224,7 +224,7 @@ class Search:
 
         Others say nothing that such anchors do not, and are passed over.
         """
-        before = self._known()
+        before = self.copied()
         for target, answer in answers:
             if isinstance(answer, Found) and answer.change <= TOLERANCE:
                 self.keep(target, answer)
@@ -237,17 +237,17 @@ class Search:
         # with more steps it may be what was known
         again = (points - new).intersection(before.anchors)
         new |= {k for k in again if not before._larger(k, self.anchors[k].amplitude)}
-        self._put_back(new, before)
+        self.put_back(new, before)
         self.take_refined()
 
-    def _known(self) -> Search:
-        """A copy for `_put_back`."""
+    def copied(self) -> Search:
+        """A copy, for `put_back`."""
         own: dict[str, Any] = {name: getattr(self, name).copy() for name in (*BY_INDEX, *INDICES)}
         origins = {k: set(begun) for k, begun in self.origins.items()}
         return replace(self, stepping=self.stepping.copied(), origins=origins, **own)
 
-    def _put_back(self, points: set[int], before: Search) -> None:
-        """What was known at frequencies before."""
+    def put_back(self, points: set[int], before: Search) -> None:
+        """What another search knows at frequencies, in place of what this one does."""
         for one, other, names in (
             (self, before, BY_INDEX),
             (self.stepping, before.stepping, OF_STEPS),
@@ -272,7 +272,7 @@ class Search:
         Of motions that leave their branch when they are marched nothing is learned so, nor of those at rest
         where bodies are not. What was passed over has to settle with still more, as others do.
         """
-        now, before = self.held(), self._known()
+        now, before = self.held(), self.copied()
         ends, marks, known = set(self.leaving(now.error)), self.marks, now.of_mean
         for target, answer in answers:
             k = target.point
@@ -291,7 +291,7 @@ class Search:
         better, refined = self.held().of_mean, self.refined
         for k in self.finer & {target.point for target, _ in answers}:
             if not (better[k] < known[k] if k in marks else k in refined):
-                self._put_back({k}, before)
+                self.put_back({k}, before)
         self.take_refined()
 
     def _may_replace(self, k: int, answer: Found, ends: bool) -> bool:

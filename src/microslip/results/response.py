@@ -207,6 +207,7 @@ def _dataset(run: Run) -> xr.Dataset:
             run, grid, stack([np.abs(r.amplitude) for r in responses]), "amplitude of q"
         ),
         **_smaller(run, grid),
+        **_larger(run, grid),
         **_outputs(run),
         "phase": variable(
             grid, stack([np.angle(r.amplitude) for r in responses]), "rad", "phase of q to the load"
@@ -273,17 +274,42 @@ def _dataset(run: Run) -> xr.Dataset:
 def _smaller(run: Run, dims: tuple[str, ...]) -> dict[str, xr.Variable]:
     """Where folds have two motions, the smaller one."""
     others = [r.smaller for r in run.responses]
+    return _others(run, dims, others, "smaller", "where a fold has two motions, {} of the smaller")
+
+
+def _larger(run: Run, dims: tuple[str, ...]) -> dict[str, xr.Variable]:
+    """Where a smaller motion is shown as the larger does not repeat, the larger, and how it varies."""
+    others = [r.larger for r in run.responses]
+    label = (
+        "where the larger of two motions does not repeat and the smaller is shown, {} of the larger"
+    )
+    data = _others(run, dims, others, "larger", label)
+    if data:
+        none = np.full(len(run.responses[0].frequency), np.nan)
+        varies = [
+            none if r is None or r.varies is None else np.where(r.flag == CONVERGED, r.varies, none)
+            for r in others
+        ]
+        said = label.format("what the amplitude is known to vary by from cycle to cycle,")
+        data["larger_variation"] = variable(dims, np.array(varies), "1", f"{said}; nan elsewhere")
+    return data
+
+
+def _others(
+    run: Run, dims: tuple[str, ...], others: Sequence[Response | None], name: str, label: str
+) -> dict[str, xr.Variable]:
+    """First harmonics of other motions than those shown."""
     if not any(others):
         return {}
     none = np.full(len(run.responses[0].frequency), np.nan)
     values = [
         none if r is None else np.where(r.flag == CONVERGED, r.amplitude, np.nan) for r in others
     ]
-    label = "where a fold has two motions, {} of the smaller; nan elsewhere"
+    label = f"{label}; nan elsewhere"
     amplitude = label.format("amplitude of q")
     return {
-        "smaller_modal_amplitude": modal_variable(run, dims, np.abs(values), amplitude),
-        "smaller_phase": variable(
+        f"{name}_modal_amplitude": modal_variable(run, dims, np.abs(values), amplitude),
+        f"{name}_phase": variable(
             dims, np.angle(values), "rad", label.format("phase of q to the load")
         ),
     }

@@ -111,6 +111,9 @@ class Response(Brief):
         `swept_both_ways`.
     smaller : Response, optional
         Where a fold has two motions, the smaller of them; its other points have no answer.
+    larger : Response, optional
+        Where the larger of two motions does not repeat and the smaller is shown, the mean of the larger, as
+        far as it has one; its other points have no answer.
     anchors : tuple of Anchor
         Steady states that the answers pass through, by frequency, where they put it right.
     checks : tuple of Check
@@ -131,6 +134,7 @@ class Response(Brief):
     varies: Array | None = None
     outgrown: Mask | None = None
     smaller: Response | None = None
+    larger: Response | None = None
     opening_load: float = np.nan
     outputs: Mapping[str, Complex] = field(default_factory=dict)
     output_errors: Mapping[str, Array] = field(default_factory=dict)
@@ -350,6 +354,20 @@ def _below(other: Response | None, sizes: Array) -> Response | None:
         return None
     apart = other.flag == CONVERGED
     apart &= np.abs(other.amplitude) * (1 + APART) < sizes
+    return replace(other, flag=np.where(apart, CONVERGED, OUTSIDE)) if apart.any() else None
+
+
+def larger_within(other: Response, amplitude: Complex, within: Mask) -> Response | None:
+    """Where another response is clearly larger than amplitudes, within some frequencies; None where nowhere.
+
+    Parameters
+    ----------
+    other : Response
+    amplitude : (n,) complex array
+    within : (n,) bool array
+    """
+    apart = within & (other.flag == CONVERGED)
+    apart &= np.abs(other.amplitude) > np.abs(amplitude) * (1 + APART)
     return replace(other, flag=np.where(apart, CONVERGED, OUTSIDE)) if apart.any() else None
 
 

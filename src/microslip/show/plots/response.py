@@ -122,7 +122,8 @@ def draw_response(ax: Axes, run: Run, variant: str) -> None:
 def _draw_motions(
     ax: Axes, run: Run, response: Response, i: int, value: Callable[[Complex], Array]
 ) -> None:
-    """The i-th curve of a figure: a value of the first output, and dashed of the smaller motion."""
+    """The i-th curve of a figure: a value of the first output, dashed of the smaller motion, dotted of the
+    larger one that does not repeat."""
     style, y = SERIES[i % len(SERIES)], value(in_units(run, response.outputs))
     unknown = _unbounded(run, response)
     bounded = np.where(unknown, np.nan, y)
@@ -136,6 +137,9 @@ def _draw_motions(
     if response.smaller is not None:
         low = value(in_units(run, response.smaller.outputs))
         draw_curve(ax, response.smaller, low, style["color"], **SMALLER)
+    if response.larger is not None:
+        high = value(in_units(run, response.larger.outputs))
+        draw_curve(ax, response.larger, high, style["color"], **LARGER)
 
 
 def _error(run: Run, response: Response) -> Array | None:
@@ -218,6 +222,7 @@ FEW = 40
 """More steady states of a curve than this have smaller marks."""
 
 SMALLER: dict[str, Any] = {"ls": (0, (4, 2)), "lw": 0.9}
+LARGER: dict[str, Any] = {"ls": (0, (1, 1.2)), "lw": 1.2}
 ANCHOR: dict[str, Any] = {"marker": "d", "mfc": "white", "ls": "none", "ms": 3.5, "mew": 0.7}
 STEADY: dict[str, Any] = {"marker": "o", "mfc": "none", "ls": "none", "ms": 5, "mew": 0.9}
 NOT_STEADY: dict[str, Any] = {"marker": "s", "mfc": "none", "ls": "none", "ms": 7, "mew": 1.1}
@@ -256,6 +261,8 @@ def handles(run: Run) -> list[Entry]:
 
     if folded := of({r.load for r in run.responses if r.smaller is not None}):
         entries.append(marks(folded, "smaller of two motions", **SMALLER))
+    if larger := of({r.load for r in run.responses if r.larger is not None}):
+        entries.append(marks(larger, "larger motion, does not repeat", **LARGER))
     unanswered = [r for r in run.responses if len(r.unconverged)]
     if bad := of({r.load for r in unanswered}):
         held_to_states = all(r.variant in ("auto", "corrected") for r in unanswered)

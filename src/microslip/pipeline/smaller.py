@@ -1,0 +1,218 @@
+"""Smaller motions that repeat, where the larger of several does not.
+
+A response shows the larger of several motions. Where that varies from cycle to cycle for good, or motions
+leave it, no amplitude is the answer as well as is asked for. Another motion may repeat there: the one that
+raising the load from rest leads to, as it does for a point over time. Where that is another branch it is
+shown instead. It is sought in a search of its own, which does not follow larger motions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from microslip.analyses.prepared.joint import PreparedJoint
+from microslip.analyses.reduced.surface import Contours
+from microslip.analyses.time.offset import BRANCH
+from microslip.pipeline.choosing import AT_A_TIME, target_at, to_march_on
+from microslip.pipeline.marched import raised_and_marched
+from microslip.pipeline.neighbours import around
+from microslip.pipeline.search import Search
+from microslip.pipeline.stepping import Stepping
+from microslip.pipeline.targets import Found, Lost, Target
+from microslip.pipeline.walk import sought
+from microslip.typing import Array, Mask
+
+SHARE = 0.25
+"""Of what a search may cost, what this may on top."""
+
+WIDE = 8
+"""Frequencies between two from which on the load is raised at three of them."""
+
+VARIES = "the motion that raising the load leads to is not known as well as is wanted"
+"""Why there is no smaller motion."""
+
+
+class Outgrown(NamedTuple):
+    """Frequencies where a smaller motion is shown, as larger ones do not repeat.
+
+    Attributes
+    ----------
+    low, high : float
+        The first and the last of them, Hz.
+    times : float
+        How large the larger ones are at most, over that shown.
+    """
+
+    low: float
+    high: float
+    times: float
+
+    def holds(self, frequency: Array) -> Mask:
+        """Which of some frequencies, Hz, are among them."""
+        return (self.low <= frequency) & (frequency <= self.high)
+
+
+def with_smaller(
+    joint: PreparedJoint,
+    search: Search,
+    guess: Contours,
+    wanted: float,
+    advance: Callable[[int], None],
+) -> tuple[Search, tuple[Outgrown, ...]]:
+    """What is known, with smaller motions that repeat where larger ones do not.
+
+    Parameters
+    ----------
+    joint : PreparedJoint
+    search : Search
+        Of the larger motions; it stays as it is.
+    guess : Contours
+        Of the refined model.
+    wanted : float
+        Relative error.
+    advance : callable
+        Told how many points have been sought.
+    """
+    shown, told, sought_here = search, list[Outgrown](), list[Search]()
+
+    def spent() -> bool:
+        count = sum(low.count for low in sought_here)
+        seconds = max((low.seconds for low in sought_here), default=0.0)
+        return count >= SHARE * search.points or seconds >= SHARE * search.may_take
+
+    done = set[tuple[int, int]]()
+    # a larger motion beside a smaller one may turn out to be left
+    while todo := [ends for ends in stretches(shown, wanted) if ends not in done]:
+        for left, right in todo:
+            done.add((left, right))
+            low = Search(search.surface, search.base, search.points, Stepping(search.steps))
+            sought_here.append(low)
+            seeds = (k for k in _seeds(left, right) if not spent())
+            if not any(_begun(joint, shown, low, k, (left, right), wanted) for k in seeds):
+                continue
+            while not spent() and (picks := _unknown(low, left, right, wanted)):
+                _learn(joint, low, picks, guess, wanted)
+                advance(len(picks))
+            instead = _instead(joint, shown, low, (left, right))
+            if _known(instead, wanted) > _known(shown, wanted):
+                shown = instead
+                told.append(_outgrown(search, low, left, right))
+    cycles, count, marched = (
+        sum(getattr(low, name) for low in sought_here) for name in ("cycles", "count", "marched")
+    )
+    shown = replace(
+        shown,
+        count=shown.count + count,
+        spent=shown.spent + cycles,
+        marched=shown.marched + marched,
+    )
+    return shown, tuple(sorted(told))
+
+
+def stretches(search: Search, wanted: float) -> list[tuple[int, int]]:
+    """Pairs of indices between which motions vary for good by more than is wanted, or are left; widest first.
+
+    Those next to them at which the motion is steady, and known as well as is wanted, and not the only one
+    that is between others; before the first and after the last frequency where there is none.
+    """
+    error, known = search.held().error, search.doubted()
+    moving = {k for k, one in known.items() if one.varies > wanted}
+    moving |= {k for k, one in search.lost.items() if one.left}
+    steady = {k for k in set(known) - moving if error[k] <= wanted}
+    marks = [-1, *search.marks, len(error)]
+    sure = {-1, len(error), *steady}
+    alone = {k for a, k, b in zip(marks, marks[1:], marks[2:], strict=False) if not sure & {a, b}}
+    ends = np.array(sorted(sure - alone))
+    after = np.searchsorted(ends, sorted(moving))
+    found = [(int(ends[i - 1]), int(ends[i])) for i in dict.fromkeys(after.tolist())]
+    return sorted(found, key=lambda one: one[0] - one[1])
+
+
+def _seeds(left: int, right: int) -> list[int]:
+    """Where the load is raised between two: raising it may lead to a smaller motion over a part alone."""
+    parts = (0.5, 0.25, 0.75) if right - left > WIDE else (0.5,)
+    return [left + round(part * (right - left)) for part in parts]
+
+
+def _begun(
+    joint: PreparedJoint, search: Search, low: Search, k: int, ends: tuple[int, int], wanted: float
+) -> bool:
+    """Whether raising the load at a frequency leads to a motion that repeats, and to none that varies."""
+    load = search.base.load
+    target = Target(k, float(search.base.frequency[k]), load, 0j, steps=low.steps)
+    (answer,) = raised_and_marched(joint, [target])
+    low.marched += answer.cycles
+    if isinstance(answer, Lost) or not answer.doubt <= wanted:
+        return False
+    size = abs(answer.amplitude)
+    if any(abs(np.log(size / other)) <= BRANCH for other in _sizes(search, *ends)):
+        return False
+    low.keep(target, replace(answer, cycles=0))
+    low.ended.add(k)
+    return True
+
+
+def _sizes(search: Search, left: int, right: int) -> list[float]:
+    """Of what is known between two."""
+    return [abs(one.amplitude) for k, one in search.anchors.items() if left < k < right]
+
+
+def _unknown(low: Search, left: int, right: int, wanted: float) -> list[int]:
+    """What to seek next between two: the first and the last, then the middles where most is not known."""
+    marks = [k for k in low.marks if left < k < right]
+    if beside := [k for k in dict.fromkeys((left + 1, right - 1)) if k not in marks]:
+        return beside
+    doubtful, weighed = ~(low.held().error <= wanted), list[tuple[int, int]]()
+    for one, other in pairwise(marks):
+        count = int(doubtful[one + 1 : other].sum())
+        if count and not low.lost.keys() >= {one, other}:
+            weighed.append((count, (one + other) // 2))
+    return [k for _, k in sorted(weighed, reverse=True)[:AT_A_TIME]]
+
+
+def _learn(
+    joint: PreparedJoint, low: Search, picks: list[int], guess: Contours, wanted: float
+) -> None:
+    """Seek motions from rest, and on with more steps."""
+    now = low.held()
+    targets = [target_at(low, k, guess, now, tuple(around(low.found, k))) for k in picks]
+    for target, answer in zip(targets, sought(joint, targets), strict=True):
+        known = isinstance(answer, Found) and answer.doubt <= wanted
+        low.keep(target, answer if known else Lost(VARIES, answer.cycles))
+    low.refine(joint)
+
+
+def _instead(joint: PreparedJoint, shown: Search, low: Search, ends: tuple[int, int]) -> Search:
+    """What is known with smaller motions between two frequencies, and whether larger ones beside these stay.
+
+    Those are known no better than they were beside what varies.
+    """
+    new = replace(shown.copied(), passed=set(shown.passed), anew=set(shown.anew))
+    new.put_back(set(range(ends[0] + 1, ends[1])), low)
+    before = shown.doubted()
+    for k in before.keys() & set(ends):
+        new.found[k] = replace(new.found[k], doubt=max(new.found[k].doubt, before[k].doubt))
+        new.anchors[k] = replace(new.anchors[k], doubt=max(new.anchors[k].doubt, before[k].doubt))
+    new.take_refined()
+    while moving := to_march_on(new):
+        new.march_on(joint, moving)
+    return new
+
+
+def _known(search: Search, wanted: float) -> int:
+    """Frequencies at which the response is known as well as is wanted."""
+    return int((search.held().error <= wanted).sum())
+
+
+def _outgrown(search: Search, low: Search, left: int, right: int) -> Outgrown:
+    """How large larger motions are, over those shown between two."""
+    f, small = search.base.frequency, {k: one for k, one in low.anchors.items() if left < k < right}
+    larger = [k for k in search.anchors if left <= k <= right]
+    nearest = {k: min(small, key=lambda j: abs(j - k)) for k in larger}
+    times = [abs(search.anchors[k].amplitude) / abs(small[nearest[k]].amplitude) for k in larger]
+    return Outgrown(float(f[left + 1]), float(f[right - 1]), max(times, default=np.nan))

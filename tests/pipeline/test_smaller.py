@@ -1,0 +1,275 @@
+"""Smaller motions that repeat, shown where the larger of two does not."""
+
+import threading
+import tomllib
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from folding_response import FOLD, branch, folding
+from unstable_joint import LOAD, UNSTABLE
+
+import microslip
+from microslip.analyses.reduced.surface import contours, load_surface
+from microslip.analyses.reduced.sweep import CONVERGED
+from microslip.analyses.time.scheme import time_scheme
+from microslip.analyses.time.starts import end_of, placed
+from microslip.analyses.time.steady import raised_state, steady_state
+from microslip.analyses.time.watching import watched
+from microslip.pipeline import auto, smaller
+from microslip.pipeline.search import Search
+from microslip.pipeline.targets import Found, Lost, More, Target
+from microslip.results.dataset import dataset
+from microslip.show.plots.response import response_figure
+
+LOAD_OF_FOLD, EVERY, WANTED = 40.0, 4, 0.01
+
+MOVES = range(60, 81)
+"""Where the larger motion does not repeat, by index."""
+
+
+@pytest.fixture(scope="module")
+def refined():
+    return folding()
+
+
+def known(refined, moves=MOVES, varies=0.05):
+    """A search that knows the larger branch, on which motions vary for good, or by too much to be shown."""
+    model, table, base = refined
+    search = Search(load_surface(model, table, FOLD, LOAD_OF_FOLD), base, 100)
+    for k in range(0, len(FOLD), EVERY):
+        search.keep(target_of(k), steady(k, varies=varies if k in moves and varies else 0.0))
+        if k in moves and not varies:
+            search.anchors.pop(k)
+            search.found.pop(k)
+            search.lost[k] = Lost("it varies too much", 10, left=True)
+    return search
+
+
+def target_of(k):
+    return Target(k, float(FOLD[k]), LOAD_OF_FOLD, 0j)
+
+
+def steady(k, name="larger", varies=0.0):
+    Q = complex(branch(name)[k])
+    return Found(Q, 1e-8, 1e-4 + varies, "", 10, scatter=0.0, past=0.0, varies=varies)
+
+
+def of(name, doubt=0.0):
+    """Motions that a search, or raising the load, leads to."""
+    asked = []
+
+    def ends(joint, targets):
+        for target in targets:
+            asked.append(target.point)
+            found = steady(target.point, name)
+            yield replace(found, doubt=found.doubt + doubt, varies=doubt)
+
+    return ends, asked
+
+
+def with_smaller(search, monkeypatch, raised, sought=None):
+    monkeypatch.setattr(smaller, "raised_and_marched", raised)
+    monkeypatch.setattr(smaller, "sought", sought or raised)
+    monkeypatch.setattr(Search, "seek_on", lambda search, joint: None)
+    guess = contours(search.surface, LOAD_OF_FOLD)
+    return smaller.with_smaller(None, search, guess, WANTED, lambda count: None)
+
+
+@pytest.mark.parametrize("varies", [0.05, 0.0])
+def test_where_the_larger_does_not_repeat_the_smaller_is_shown(refined, monkeypatch, varies):
+    search = known(refined, varies=varies)
+    before = sorted(search.marks)
+    instead, told = with_smaller(search, monkeypatch, of("smaller")[0])
+    held = instead.held()
+    inside = range(MOVES[0] - EVERY + 1, MOVES[-1] + EVERY)
+    true = np.abs(branch("larger"))
+    true[inside] = np.abs(branch("smaller"))[inside]
+    assert (held.error[8:-8] <= WANTED).all()
+    assert (np.abs(np.abs(held.amplitude) / true - 1) <= held.error).all()
+    ((low, high, times),) = told
+    assert [low, high] == [FOLD[inside[0]], FOLD[inside[-1]]]
+    assert times == pytest.approx(5, rel=0.15)
+    assert sorted(search.marks) == before
+    assert not (search.held().error[MOVES] <= WANTED).any()
+
+
+def test_motions_beside_those_that_vary_are_known_no_better_than_before(refined, monkeypatch):
+    """One at rest next to one that varies is no better known than that, and not without it either."""
+    search = known(refined)
+    for k, found in search.found.items():
+        search.found[k] = replace(found, rest=np.zeros(1))
+    search.found[56] = replace(search.found[56], doubt=6e-3)
+    search.anchors[56] = replace(search.anchors[56], doubt=6e-3)
+    ends = smaller.stretches(search, WANTED)
+    before = search.doubted()
+    instead, told = with_smaller(search, monkeypatch, of("smaller")[0])
+    assert len(told) == 1
+    for k in set(ends[0]) & set(before):
+        assert instead.doubted()[k].doubt >= before[k].doubt
+
+
+@pytest.mark.parametrize(
+    ("name", "doubt"), [("larger", 0.05), ("larger", 0.0), ("smaller", 0.02), (None, 0.0)]
+)
+def test_where_raising_leads_to_no_other_that_repeats_nothing_changes(
+    refined, monkeypatch, name, doubt
+):
+    """To the larger itself, whether it seems to repeat or not, to one that is not known, or to none."""
+    ends, asked = of(name or "smaller", doubt)
+    if name is None:
+
+        def ends(joint, targets):
+            return [Lost("not solved", 10) for _ in targets]
+
+    search = known(refined)
+    instead, told = with_smaller(search, monkeypatch, ends)
+    assert not told
+    assert instead.anchors == search.anchors
+    assert len(asked) <= 3
+
+
+def test_where_the_smaller_exists_on_a_part_alone_the_rest_stays(refined, monkeypatch):
+    ends = 75
+
+    def raised(joint, targets):
+        for target in targets:
+            small = target.point < ends
+            yield steady(target.point, "smaller" if small else "larger", 0.0 if small else 0.05)
+
+    search = known(refined)
+    instead, told = with_smaller(search, monkeypatch, raised)
+    error = instead.held().error
+    assert len(told) == 1
+    assert (error[MOVES[0] : ends - 1] <= WANTED).all()
+    assert not (error[ends + 1 : MOVES[-1]] <= WANTED).any()
+
+
+def test_no_more_is_spent_than_a_share_of_the_search(refined, monkeypatch):
+    search, (ends, asked) = known(refined, varies=0.0), of("smaller")
+    monkeypatch.setattr(smaller, "SHARE", 0.03)
+    monkeypatch.setattr(smaller, "_known", lambda search, wanted: len(search.anchors))
+    with_smaller(search, monkeypatch, ends)
+    assert 3 <= len(asked) <= 3 + smaller.AT_A_TIME
+
+
+def test_one_steady_motion_between_others_is_no_end_of_a_stretch(refined):
+    """Of stretches that vary: the widest first, from the last steady motion to the next."""
+    moves = {16, *MOVES} - {68}
+    assert smaller.stretches(known(refined, moves), WANTED) == [(56, 84), (12, 20)]
+    at_the_ends = {0, 4, 136, 140}
+    assert smaller.stretches(known(refined, at_the_ends), WANTED) == [(-1, 8), (132, 141)]
+    assert smaller.stretches(known(refined, ()), WANTED) == []
+
+
+def test_larger_motions_that_turn_out_to_be_left_give_way_as_well(refined, monkeypatch):
+    """Beside the jump that the smaller ones make: what motions leave there is asked for once more."""
+    search, left = known(refined), []
+
+    def march_on(self, joint, marks):
+        left.extend(marks)
+        self.passed.update(marks)
+        for k in marks:
+            del self.anchors[k], self.found[k]
+            self.lost[k] = Lost("it leaves", 10, left=True)
+
+    asked = iter([[56], [], []])
+    monkeypatch.setattr(Search, "march_on", march_on)
+    monkeypatch.setattr(smaller, "to_march_on", lambda search: next(asked, []))
+    instead, told = with_smaller(search, monkeypatch, of("smaller")[0])
+    assert left == [56]
+    sizes = np.abs(instead.held().amplitude)
+    assert sizes[56] == pytest.approx(np.abs(branch("smaller")[56]), rel=0.01)
+    assert (instead.held().error[8:-8] <= WANTED).all()
+    assert min(one.low for one in told) == FOLD[53]
+
+
+@pytest.mark.validate
+def test_smaller_motions_shown_are_those_of_the_raised_load_and_larger_ones_vary():
+    """On a real joint: marched alone, with four times the steps, from rest and about the larger mean."""
+    band = {"method": "auto", "from": "418 Hz", "to": "438 Hz", "count": 41}
+    done = microslip.run(
+        microslip.parse_joint({**tomllib.loads(UNSTABLE), "analysis": {"response": band}})
+    )
+    (curve,) = done.responses
+    assert curve.larger is not None
+    there = np.flatnonzero(curve.larger.flag == CONVERGED)
+    assert len(there) >= 5
+    for k in there[[1, len(there) // 2, -2]]:
+        f = float(curve.frequency[k])
+        scheme = time_scheme(done.prepared, 1 / (f * 600), frequency=f)
+        state = raised_state(scheme, f, LOAD, 30)
+        size = np.abs(watched(scheme, LOAD, state, 400)[0][-20:])
+        assert np.ptp(size) <= 1e-4 * size.mean()
+        assert abs(curve.amplitude[k]) == pytest.approx(
+            size.mean(), rel=float(curve.error_indicator[k]) + 1e-3
+        )
+        mean = curve.larger.amplitude[k]
+        found = steady_state(scheme, f, LOAD, guess=mean, tolerance=1e-5, max_cycles=300)
+        start = placed(end_of(found.end, found.phase, scheme, f), scheme, f, LOAD)
+        beat = np.abs(watched(scheme, LOAD, start, 600)[0][-300:])
+        assert beat.mean() == pytest.approx(abs(mean), rel=0.02)
+        assert np.abs(beat / beat.mean() - 1).max() > WANTED
+    kept = dataset(done)["response"]
+    assert kept["larger_modal_amplitude"][0].notnull().sum() == len(there)
+    assert (kept["larger_variation"][0][there] > 0).any()
+    assert any("larger motions do not repeat" in one.reason for one in done.cautions)
+    (legend,) = response_figure(done).legends
+    assert "larger motion, does not repeat" in [text.get_text() for text in legend.get_texts()]
+
+
+def test_what_a_response_shows_and_what_a_wider_band_begins_with(refined, monkeypatch):
+    """The smaller in the curve, the larger beside it; a search over more of the band knows the larger."""
+    model, table, base = refined
+
+    def sought(joint, targets):
+        for target in targets:
+            yield steady(target.point, varies=0.05 if target.point in MOVES else 0.0)
+
+    monkeypatch.setattr(auto, "sought", sought)
+    monkeypatch.setattr(auto, "raised_and_marched", of("larger", 0.05)[0])
+    monkeypatch.setattr(smaller, "raised_and_marched", of("smaller")[0])
+    monkeypatch.setattr(smaller, "sought", of("smaller")[0])
+    monkeypatch.setattr(
+        "microslip.pipeline.stepping.more_steps",
+        lambda joint, load, states: (
+            (
+                k,
+                More(
+                    one.amplitude, 10, 0.05 if one.varies else 0.0, varies=0.05 if one.varies else 0
+                ),
+            )
+            for k, one in states.items()
+        ),
+    )
+    outputs = SimpleNamespace(
+        response=lambda curve, *known: curve,
+        error_of_first=lambda curve, *known: np.zeros(len(curve.frequency)),
+    )
+    monkeypatch.setattr(auto, "OutputsHeld", lambda *of_case: outputs)
+    found = auto.anchored_response(
+        SimpleNamespace(prepared=None),
+        SimpleNamespace(points=100, error=WANTED),
+        SimpleNamespace(model=model, table=table),
+        base,
+        threading.Event(),
+        lambda count: None,
+    )
+    curve = found.response
+    inside = (curve.frequency >= found.outgrown[0].low) & (
+        curve.frequency <= found.outgrown[-1].high
+    )
+    assert inside[MOVES].all()
+    assert np.abs(curve.amplitude[inside]) == pytest.approx(
+        np.abs(branch("smaller"))[inside], rel=0.01
+    )
+    assert (curve.error_indicator <= WANTED).all()
+    shown = curve.larger.flag == CONVERGED
+    assert (shown == inside).all()
+    assert np.abs(curve.larger.amplitude[shown]) == pytest.approx(
+        np.abs(branch("larger"))[shown], rel=0.01
+    )
+    assert (curve.larger.varies[MOVES[4:-4]] > 0.04).all()
+    larger = [abs(one.amplitude) for k, one in found.search.anchors.items() if k in MOVES]
+    assert min(larger) > 2 * np.abs(branch("smaller")).max()
