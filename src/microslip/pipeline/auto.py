@@ -157,7 +157,8 @@ def anchored_response(
     steps = "" if search.steps == STEPS else f" of {search.steps} steps"
     spent = f"{count} steady states, {cycles} cycles{steps} and {seconds:.0f} s"
     said, (walks, walks_on) = _said(assembly, search, stop), _walks(search)
-    unseen = choosing.unfilled(search) if search.over or stop.is_set() else []
+    whole = not (search.over or stop.is_set() or outgrown)
+    unseen = [] if whole else choosing.unfilled(search)
     forget.known_better_without(search, settings.error)
     response = outputs.response(_response(search, unseen), search.states, search.lost)
     if outgrown:

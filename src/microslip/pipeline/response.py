@@ -259,11 +259,11 @@ def _smaller(place: str, auto: Anchored) -> list[Caution]:
     if not auto.outgrown:
         return []
     spans = ", ".join(f"{one.low:.6g} to {one.high:.6g} Hz" for one in auto.outgrown)
-    times = max(one.times for one in auto.outgrown)
+    sizes = [one.times for one in auto.outgrown if np.isfinite(one.times)]
+    size = f", and the larger are up to {max(sizes):.3g} times as large" if sizes else ""
     reason = (
-        f"larger motions do not repeat, they vary from cycle to cycle for good, or are left: {spans} the "
-        f"smaller ones that raising the load from rest leads to are shown, and the larger are up to "
-        f"{times:.3g} times as large"
+        f"larger motions do not repeat, they vary from cycle to cycle for good, or are left: smaller ones "
+        f"that do are shown, {spans}{size}"
     )
     advice = (
         "a joint that vibrates so already may go on; [[analysis.history]] marches such a motion"

@@ -11,21 +11,22 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
-from typing import NamedTuple
+from typing import NamedTuple, TypeGuard
 
 import numpy as np
 
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.reduced.surface import Contours
 from microslip.analyses.time.offset import BRANCH
-from microslip.pipeline.choosing import AT_A_TIME, target_at, to_march_on
+from microslip.pipeline.choosing import AT_A_TIME, GAP, target_at, to_march_on
+from microslip.pipeline.doubts import variation
 from microslip.pipeline.marched import raised_and_marched
 from microslip.pipeline.neighbours import around
 from microslip.pipeline.search import Search
 from microslip.pipeline.stepping import Stepping
 from microslip.pipeline.targets import Found, Lost, Target
 from microslip.pipeline.walk import sought
-from microslip.typing import Array, Mask
+from microslip.typing import Array, Indices, Mask
 
 SHARE = 0.25
 """Of what a search may cost, what this may on top."""
@@ -33,8 +34,12 @@ SHARE = 0.25
 WIDE = 8
 """Frequencies between two from which on the load is raised at three of them."""
 
-VARIES = "the motion that raising the load leads to is not known as well as is wanted"
-"""Why there is no smaller motion."""
+UNKNOWN = "no smaller motion is known as well as is wanted"
+"""Why there is none."""
+
+
+BETWEEN = "between a smaller motion and a larger one, which does not repeat"
+"""Why there is none where these meet."""
 
 
 class Outgrown(NamedTuple):
@@ -45,7 +50,7 @@ class Outgrown(NamedTuple):
     low, high : float
         The first and the last of them, Hz.
     times : float
-        How large the larger ones are at most, over that shown.
+        How large the larger ones are at most, over that shown; nan where none of them has a size.
     """
 
     low: float
@@ -88,28 +93,33 @@ def with_smaller(
     done = set[tuple[int, int]]()
     # a larger motion beside a smaller one may turn out to be left
     while todo := [ends for ends in stretches(shown, wanted) if ends not in done]:
-        for left, right in todo:
-            done.add((left, right))
-            low = Search(search.surface, search.base, search.points, Stepping(search.steps))
+        for ends in todo:
+            done.add(ends)
+            unknown = search.stepping.unknown
+            low = Search(
+                search.surface, search.base, search.points, Stepping(search.steps, unknown)
+            )
             sought_here.append(low)
-            seeds = (k for k in _seeds(left, right) if not spent())
-            if not any(_begun(joint, shown, low, k, (left, right), wanted) for k in seeds):
+            seeds = (k for k in _seeds(*ends) if not spent())
+            if not any(_begun(joint, shown, low, k, ends, wanted) for k in seeds):
                 continue
-            while not spent() and (picks := _unknown(low, left, right, wanted)):
-                _learn(joint, low, picks, guess, wanted)
+            while not spent() and (picks := _unknown(low, *ends, wanted)):
+                _learn(joint, shown, low, picks, ends, guess, wanted)
                 advance(len(picks))
-            instead = _instead(joint, shown, low, (left, right))
-            if _known(instead, wanted) > _known(shown, wanted):
-                shown = instead
-                told.append(_outgrown(search, low, left, right))
+            for run in _runs(low, *ends, wanted):
+                instead = _instead(joint, shown, low, run, ends)
+                if _known(instead, wanted) > _known(shown, wanted):
+                    shown = instead
+                    told.append(_outgrown(search, low, run))
     cycles, count, marched = (
         sum(getattr(low, name) for low in sought_here) for name in ("cycles", "count", "marched")
     )
     shown = replace(
-        shown,
+        _copied(shown),
         count=shown.count + count,
         spent=shown.spent + cycles,
         marched=shown.marched + marched,
+        opens=shown.opens or any(low.opens for low in sought_here),
     )
     return shown, tuple(sorted(told))
 
@@ -120,10 +130,9 @@ def stretches(search: Search, wanted: float) -> list[tuple[int, int]]:
     Those next to them at which the motion is steady, and known as well as is wanted, and not the only one
     that is between others; before the first and after the last frequency where there is none.
     """
-    error, known = search.held().error, search.doubted()
-    moving = {k for k, one in known.items() if one.varies > wanted}
+    error, moving = search.held().error, _varying(search, wanted)
     moving |= {k for k, one in search.lost.items() if one.left}
-    steady = {k for k in set(known) - moving if error[k] <= wanted}
+    steady = {k for k in set(search.anchors) - moving if error[k] <= wanted}
     marks = [-1, *search.marks, len(error)]
     sure = {-1, len(error), *steady}
     alone = {k for a, k, b in zip(marks, marks[1:], marks[2:], strict=False) if not sure & {a, b}}
@@ -131,6 +140,11 @@ def stretches(search: Search, wanted: float) -> list[tuple[int, int]]:
     after = np.searchsorted(ends, sorted(moving))
     found = [(int(ends[i - 1]), int(ends[i])) for i in dict.fromkeys(after.tolist())]
     return sorted(found, key=lambda one: one[0] - one[1])
+
+
+def _varying(search: Search, wanted: float) -> set[int]:
+    """Where what is shown varies for good by more than is wanted."""
+    return {k for k, one in search.doubted().items() if one.varies > wanted}
 
 
 def _seeds(left: int, right: int) -> list[int]:
@@ -147,19 +161,23 @@ def _begun(
     target = Target(k, float(search.base.frequency[k]), load, 0j, steps=low.steps)
     (answer,) = raised_and_marched(joint, [target])
     low.marched += answer.cycles
-    if isinstance(answer, Lost) or not answer.doubt <= wanted:
-        return False
-    size = abs(answer.amplitude)
-    if any(abs(np.log(size / other)) <= BRANCH for other in _sizes(search, *ends)):
+    if not _is_other(answer, search, ends, wanted):
         return False
     low.keep(target, replace(answer, cycles=0))
     low.ended.add(k)
-    return True
+    low.refine(joint)
+    return k in low.anchors
 
 
-def _sizes(search: Search, left: int, right: int) -> list[float]:
-    """Of what is known between two."""
-    return [abs(one.amplitude) for k, one in search.anchors.items() if left < k < right]
+def _is_other(
+    answer: Found | Lost, search: Search, ends: tuple[int, int], wanted: float
+) -> TypeGuard[Found]:
+    """Whether a motion is known as well as is wanted, and none of those that vary between two."""
+    if isinstance(answer, Lost) or not answer.doubt <= wanted:
+        return False
+    varying = [k for k in _varying(search, wanted) if ends[0] < k < ends[1]]
+    sizes = np.array([abs(search.anchors[k].amplitude) for k in varying])
+    return bool((np.abs(np.log(abs(answer.amplitude) / sizes)) > BRANCH).all())
 
 
 def _unknown(low: Search, left: int, right: int, wanted: float) -> list[int]:
@@ -168,40 +186,77 @@ def _unknown(low: Search, left: int, right: int, wanted: float) -> list[int]:
     if beside := [k for k in dict.fromkeys((left + 1, right - 1)) if k not in marks]:
         return beside
     doubtful, weighed = ~(low.held().error <= wanted), list[tuple[int, int]]()
+    widest = max(GAP * len(doubtful), 1)
     for one, other in pairwise(marks):
         count = int(doubtful[one + 1 : other].sum())
-        if count and not low.lost.keys() >= {one, other}:
+        if (count or other - one > widest) and not low.lost.keys() >= {one, other}:
             weighed.append((count, (one + other) // 2))
     return [k for _, k in sorted(weighed, reverse=True)[:AT_A_TIME]]
 
 
 def _learn(
-    joint: PreparedJoint, low: Search, picks: list[int], guess: Contours, wanted: float
+    joint: PreparedJoint,
+    search: Search,
+    low: Search,
+    picks: list[int],
+    ends: tuple[int, int],
+    guess: Contours,
+    wanted: float,
 ) -> None:
     """Seek motions from rest, and on with more steps."""
     now = low.held()
     targets = [target_at(low, k, guess, now, tuple(around(low.found, k))) for k in picks]
     for target, answer in zip(targets, sought(joint, targets), strict=True):
-        known = isinstance(answer, Found) and answer.doubt <= wanted
-        low.keep(target, answer if known else Lost(VARIES, answer.cycles))
+        if _is_other(answer, search, ends, wanted):
+            low.keep(target, answer)
+        else:
+            low.keep(target, Lost(UNKNOWN, answer.cycles, opens=answer.opens))
     low.refine(joint)
 
 
-def _instead(joint: PreparedJoint, shown: Search, low: Search, ends: tuple[int, int]) -> Search:
-    """What is known with smaller motions between two frequencies, and whether larger ones beside these stay.
+def _runs(low: Search, left: int, right: int, wanted: float) -> list[Indices]:
+    """Frequencies next to each other between two at which smaller motions are known, from the first steady
+    state to the last."""
+    inside = np.arange(left + 1, right)
+    known = inside[low.held().error[inside] <= wanted]
+    runs = np.split(known, np.flatnonzero(np.diff(known) > 1) + 1)
+    marks = [run[np.isin(run, list(low.anchors))] for run in runs]
+    return [np.arange(one[0], one[-1] + 1) for one in marks if len(one)]
 
-    Those are known no better than they were beside what varies.
+
+def _instead(
+    joint: PreparedJoint, shown: Search, low: Search, run: Indices, ends: tuple[int, int]
+) -> Search:
+    """What is known with smaller motions at some frequencies, and whether larger ones beside these stay.
+
+    Others are known no better than they were beside what varies.
     """
-    new = replace(shown.copied(), passed=set(shown.passed), anew=set(shown.anew))
-    new.put_back(set(range(ends[0] + 1, ends[1])), low)
-    before = shown.doubted()
-    for k in before.keys() & set(ends):
-        new.found[k] = replace(new.found[k], doubt=max(new.found[k].doubt, before[k].doubt))
-        new.anchors[k] = replace(new.anchors[k], doubt=max(new.anchors[k].doubt, before[k].doubt))
+    new = _copied(shown)
+    new.put_back(set(run.tolist()), low)
+    for k in (run[0] - 1, run[-1] + 1):  # no branch goes on from one to the other
+        if ends[0] < k < ends[1] and k not in new.anchors:
+            new.lost.setdefault(int(k), Lost(BETWEEN, 0))
+    before, now = shown.doubted(), new.doubted()
+    for k in set(before) & set(now) - set(run.tolist()):
+        if now[k].doubt < before[k].doubt:
+            _doubt(new, k, before[k].doubt)
     new.take_refined()
     while moving := to_march_on(new):
         new.march_on(joint, moving)
     return new
+
+
+def _copied(search: Search) -> Search:
+    """A copy of which nothing is shared that may change."""
+    return replace(search.copied(), passed=set(search.passed), anew=set(search.anew))
+
+
+def _doubt(search: Search, k: int, doubt: float) -> None:
+    """Have a steady state known no better than that."""
+    found, anchor = search.found[k], search.anchors[k]
+    beside = doubt - variation(search.stepping, k, found) + found.varies
+    search.found[k] = replace(found, doubt=max(found.doubt, beside))
+    search.anchors[k] = replace(anchor, doubt=max(anchor.doubt, doubt))
 
 
 def _known(search: Search, wanted: float) -> int:
@@ -209,10 +264,10 @@ def _known(search: Search, wanted: float) -> int:
     return int((search.held().error <= wanted).sum())
 
 
-def _outgrown(search: Search, low: Search, left: int, right: int) -> Outgrown:
-    """How large larger motions are, over those shown between two."""
-    f, small = search.base.frequency, {k: one for k, one in low.anchors.items() if left < k < right}
-    larger = [k for k in search.anchors if left <= k <= right]
+def _outgrown(search: Search, low: Search, run: Indices) -> Outgrown:
+    """How large larger motions are, over those shown at some frequencies."""
+    f, small = search.base.frequency, {k: one for k, one in low.anchors.items() if k in run}
+    larger = [k for k in search.anchors if k in run]
     nearest = {k: min(small, key=lambda j: abs(j - k)) for k in larger}
     times = [abs(search.anchors[k].amplitude) / abs(small[nearest[k]].amplitude) for k in larger]
-    return Outgrown(float(f[left + 1]), float(f[right - 1]), max(times, default=np.nan))
+    return Outgrown(float(f[run[0]]), float(f[run[-1]]), max(times, default=np.nan))

@@ -73,6 +73,7 @@ def _row(run: Run, response: Response) -> dict[str, Any]:
     any_answer, peaks = bool(good.any()), has_peak(response)
     unknown, folded = response.error_indicator, response.frequency[response.folded]
     errors = np.zeros(0) if unknown is None else unknown[good]
+    larger = np.zeros(0) if response.larger is None else _answered(response.larger)
     peak = response.peak_amplitude if peaks else math.nan
     return {
         "variant": response.variant,
@@ -95,6 +96,8 @@ def _row(run: Run, response: Response) -> dict[str, Any]:
         "unconverged_to_hz": bad.max() if len(bad) else None,
         "two_motions_from_hz": folded.min() if len(folded) else None,
         "two_motions_to_hz": folded.max() if len(folded) else None,
+        "larger_does_not_repeat_from_hz": larger.min() if len(larger) else None,
+        "larger_does_not_repeat_to_hz": larger.max() if len(larger) else None,
         "points": len(response.frequency),
         "contraction_max": response.contraction.max(),
         "iterations_max": response.iterations.max(),
@@ -120,6 +123,11 @@ def _row(run: Run, response: Response) -> dict[str, Any]:
         if any_answer
         else {},
     }
+
+
+def _answered(response: Response) -> Array:
+    """Frequencies that have an answer, Hz."""
+    return response.frequency[response.flag == CONVERGED]
 
 
 def peak_outputs(run: Run, response: Response) -> dict[str, float]:
