@@ -110,7 +110,7 @@ def anchored_response(
     outputs = OutputsHeld(assembly, case.model, case.table)
     first = search = Search(surface, base, settings.points)
     guess = largest(contours(surface, base.load))
-    larger, outgrown = search, tuple[Outgrown, ...]()
+    larger, outgrown, over = search, tuple[Outgrown, ...](), False
     try:
         if known is not None:
             first = search = wider(known, surface, base)
@@ -147,7 +147,7 @@ def anchored_response(
             else:
                 break
             advance(len(picks))
-        larger = search
+        larger, over = search, search.over
         search, outgrown = with_smaller(assembly.prepared, search, guess, settings.error, advance)
     except KeyboardInterrupt:
         stop.set()
@@ -157,13 +157,15 @@ def anchored_response(
     steps = "" if search.steps == STEPS else f" of {search.steps} steps"
     spent = f"{count} steady states, {cycles} cycles{steps} and {seconds:.0f} s"
     said, (walks, walks_on) = _said(assembly, search, stop), _walks(search)
-    whole = not (search.over or stop.is_set() or outgrown)
-    unseen = [] if whole else choosing.unfilled(search)
+    within = np.zeros(len(base.frequency), bool)
+    for one in outgrown:
+        within |= one.holds(base.frequency)
+    ended = over or stop.is_set()
+    unseen = [k for k in choosing.unfilled(search) if ended or within[k]]
     forget.known_better_without(search, settings.error)
     response = outputs.response(_response(search, unseen), search.states, search.lost)
     if outgrown:
         above = outputs.response(_response(larger), larger.states, larger.lost)
-        within = np.any([one.holds(response.frequency) for one in outgrown], axis=0)
         response = replace(response, larger=larger_within(above, response.amplitude, within))
     return Anchored(response, said, search.opens, spent, walks, walks_on, larger, outgrown)
 
