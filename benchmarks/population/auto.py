@@ -15,9 +15,8 @@ ones, and marched as well; where none of it is that shown, the branch is swept t
 the one shown that stays there for as long as it is marched, and does not settle, is no truth; how far its
 amplitude then is from that shown is counted apart. At two of the frequencies where motions are said to vary
 from cycle to cycle for good it is asked whether they do, and at two without an answer whether what the load
-leads to that is raised from rest settles. The plain refined model
-is measured at the same points. Lines in FILE (JSON, one a joint) are not computed again: stop it at any time,
-and go on with the same command.
+leads to that is raised from rest settles. The plain refined model is measured at the same points. Lines in
+FILE (JSON, one a joint) are not computed again: stop it at any time, and go on with the same command.
 """
 
 from __future__ import annotations
@@ -113,13 +112,10 @@ def measured(done: Run, seconds: float, rng: np.random.Generator) -> dict:
             model_says = np.abs(plain.amplitude[plain.point == i])
             point["plain"] = float(min(abs(model_says / point["truth"] - 1), default=np.inf))
         points.append(point)
-    moving = np.flatnonzero(np.isin(curve.frequency, varying(curve, ASKED)))
-    moving = rng.choice(moving, min(MOVING, len(moving)), replace=False)
-    moves = each(lambda k: moving_at(done, curve, int(k)), list(moving), threads())
+    moving = some(np.isin(curve.frequency, varying(curve, ASKED)), rng)
+    moves = each(lambda k: moving_at(done, curve, k), moving, threads())
     answered = curve.flag == CONVERGED
-    silent = np.flatnonzero(~answered)
-    silent = rng.choice(silent, min(MOVING, len(silent)), replace=False)
-    ends = each(lambda k: silent_at(done, curve, int(k)), list(silent), threads())
+    silent = each(lambda k: silent_at(done, curve, k), some(~answered, rng), threads())
     return {
         "seconds": seconds,
         "steady_states": len(curve.anchors),
@@ -130,8 +126,14 @@ def measured(done: Run, seconds: float, rng: np.random.Generator) -> dict:
         "checks": [check.error for check in curve.checks],
         "points": points,
         "moving": list(moves),
-        "silent": list(ends),
+        "silent": list(silent),
     }
+
+
+def some(there: np.ndarray, rng: np.random.Generator) -> list[int]:
+    """Of what is there, by index, `MOVING` at random."""
+    every = np.flatnonzero(there)
+    return [int(k) for k in rng.choice(every, min(MOVING, len(every)), replace=False)]
 
 
 def moving_at(done: Run, curve: Response, k: int) -> dict:

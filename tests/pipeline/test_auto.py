@@ -1,14 +1,12 @@
 """Method "auto" of the forced response: what it states against time integration elsewhere."""
 
-import threading
 from dataclasses import astuple, replace
 from itertools import pairwise
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from coupled_joint import coupled_document
-from folding_response import BEGINS, ENDS, FOLD, branch, folding
+from folding_response import BEGINS, ENDS, FOLD, branch, ends_nowhere, folding, held_to
 
 import microslip
 from microslip.analyses.reduced.anchors import Anchor
@@ -20,7 +18,7 @@ from microslip.analyses.time.point import Request
 from microslip.analyses.time.points import steady_states
 from microslip.errors import InputError
 from microslip.pipeline import auto as method
-from microslip.pipeline import choosing, smaller, stepping
+from microslip.pipeline import choosing, stepping
 from microslip.pipeline.forget import known_better_without, left_on_the_way
 from microslip.pipeline.neighbours import leaving
 from microslip.pipeline.search import LEAVES_IT, Search
@@ -663,43 +661,6 @@ def joint_with_a_fold(asked):
             yield Found(complex(branch(name)[k]), 1e-6, 1e-5, name, 10, fell)
 
     return sought
-
-
-def ends_nowhere(joint, targets):
-    """Of motions that cannot be marched."""
-    return [Lost("contact not solved", 10) for _ in targets]
-
-
-AS_GOOD_AS_THE_AMPLITUDE = SimpleNamespace(
-    response=lambda curve, *known: curve,
-    error_of_first=lambda curve, *known: np.zeros(len(curve.frequency)),
-)
-"""Outputs of motions that are numbers alone."""
-
-
-def held_to(sought, refined, monkeypatch, points, marched=ends_nowhere, more=None, known=None):
-    """The response of a joint that has such steady states, and motions that end there.
-
-    `more` gives the states with more steps; left out, they are not sought on.
-    """
-    model, table, base = refined
-    monkeypatch.setattr(method, "sought", sought)
-    monkeypatch.setattr(method, "raised_and_marched", marched)
-    monkeypatch.setattr(smaller, "raised_and_marched", ends_nowhere)
-    monkeypatch.setattr(method, "OutputsHeld", lambda *of_case: AS_GOOD_AS_THE_AMPLITUDE)
-    if more is None:
-        monkeypatch.setattr(method.Search, "seek_on", lambda search, joint: None)
-    else:
-        monkeypatch.setattr("microslip.pipeline.stepping.more_steps", more)
-    return method.anchored_response(
-        SimpleNamespace(prepared=None),
-        SimpleNamespace(points=points, error=0.01),
-        SimpleNamespace(model=model, table=table),
-        base,
-        threading.Event(),
-        lambda count: None,
-        known,
-    )
 
 
 @pytest.mark.parametrize(("scatter", "past"), [(1e-5, 0.03), (0.03, 0.03), (1e-5, 1e-5)])

@@ -1,13 +1,11 @@
 """Smaller motions that repeat, shown where the larger of two does not."""
 
-import threading
 import tomllib
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from folding_response import FOLD, branch, folding
+from folding_response import FOLD, branch, folding, held_to
 from unstable_joint import LOAD, UNSTABLE
 
 import microslip
@@ -17,7 +15,7 @@ from microslip.analyses.time.scheme import prestressed_state, time_scheme
 from microslip.analyses.time.starts import mixed, placed
 from microslip.analyses.time.steady import raised_state, steady_state
 from microslip.analyses.time.watching import watched
-from microslip.pipeline import auto, choosing, smaller
+from microslip.pipeline import choosing, smaller
 from microslip.pipeline.search import Search
 from microslip.pipeline.targets import Found, Lost, More, Target
 from microslip.results.dataset import dataset
@@ -277,41 +275,18 @@ def test_smaller_motions_shown_are_those_of_the_raised_load_and_larger_ones_vary
 
 def test_what_a_response_shows_and_what_a_wider_band_begins_with(refined, monkeypatch):
     """The smaller in the curve, the larger beside it; a search over more of the band knows the larger."""
-    model, table, base = refined
 
     def sought(joint, targets):
         for target in targets:
             yield steady(target.point, varies=0.05 if target.point in MOVES else 0.0)
 
-    monkeypatch.setattr(auto, "sought", sought)
-    monkeypatch.setattr(auto, "raised_and_marched", of("larger", 0.05)[0])
-    monkeypatch.setattr(smaller, "raised_and_marched", of("smaller")[0])
-    monkeypatch.setattr(smaller, "sought", of("smaller")[0])
-    monkeypatch.setattr(
-        "microslip.pipeline.stepping.more_steps",
-        lambda joint, load, states: (
-            (
-                k,
-                More(
-                    one.amplitude, 10, 0.05 if one.varies else 0.0, varies=0.05 if one.varies else 0
-                ),
-            )
-            for k, one in states.items()
-        ),
-    )
-    outputs = SimpleNamespace(
-        response=lambda curve, *known: curve,
-        error_of_first=lambda curve, *known: np.zeros(len(curve.frequency)),
-    )
-    monkeypatch.setattr(auto, "OutputsHeld", lambda *of_case: outputs)
-    found = auto.anchored_response(
-        SimpleNamespace(prepared=None),
-        SimpleNamespace(points=100, error=WANTED),
-        SimpleNamespace(model=model, table=table),
-        base,
-        threading.Event(),
-        lambda count: None,
-    )
+    def more(joint, load, states):
+        for k, one in states.items():
+            strays = 0.05 if one.varies else 0.0
+            yield k, More(one.amplitude, 10, strays, varies=strays)
+
+    larger, small = of("larger", 0.05)[0], of("smaller")[0]
+    found = held_to(sought, refined, monkeypatch, 100, larger, more, raised=small)
     curve = found.response
     inside = (curve.frequency >= found.outgrown[0].low) & (
         curve.frequency <= found.outgrown[-1].high

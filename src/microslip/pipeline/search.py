@@ -241,10 +241,10 @@ class Search:
         self.take_refined()
 
     def copied(self) -> Search:
-        """A copy, for `put_back`."""
-        own: dict[str, Any] = {name: getattr(self, name).copy() for name in (*BY_INDEX, *INDICES)}
-        origins = {k: set(begun) for k, begun in self.origins.items()}
-        return replace(self, stepping=self.stepping.copied(), origins=origins, **own)
+        """A copy that shares nothing that may change."""
+        own: Any = {k: v.copy() for k, v in vars(self).items() if isinstance(v, dict | set)}
+        own["origins"] = {k: set(begun) for k, begun in self.origins.items()}
+        return replace(self, stepping=self.stepping.copied(), **own)
 
     def put_back(self, points: set[int], before: Search) -> None:
         """What another search knows at frequencies, in place of what this one does."""

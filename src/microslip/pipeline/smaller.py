@@ -37,7 +37,6 @@ WIDE = 8
 UNKNOWN = "no smaller motion is known as well as is wanted"
 """Why there is none."""
 
-
 BETWEEN = "between a smaller motion and a larger one, which does not repeat"
 """Why there is none where these meet."""
 
@@ -100,11 +99,12 @@ def with_smaller(
                 search.surface, search.base, search.points, Stepping(search.steps, unknown)
             )
             sought_here.append(low)
+            sizes = _sizes_that_vary(shown, *ends, wanted)
             seeds = (k for k in _seeds(*ends) if not spent())
-            if not any(_begun(joint, shown, low, k, ends, wanted) for k in seeds):
+            if not any(_begun(joint, low, k, sizes, wanted) for k in seeds):
                 continue
             while not spent() and (picks := _unknown(low, *ends, wanted)):
-                _learn(joint, shown, low, picks, ends, guess, wanted)
+                _learn(joint, low, picks, sizes, guess, wanted)
                 advance(len(picks))
             for run in _runs(low, *ends, wanted):
                 instead = _instead(joint, shown, low, run, ends)
@@ -115,7 +115,7 @@ def with_smaller(
         sum(getattr(low, name) for low in sought_here) for name in ("cycles", "count", "marched")
     )
     shown = replace(
-        _copied(shown),
+        shown.copied(),
         count=shown.count + count,
         spent=shown.spent + cycles,
         marched=shown.marched + marched,
@@ -153,15 +153,19 @@ def _seeds(left: int, right: int) -> list[int]:
     return [left + round(part * (right - left)) for part in parts]
 
 
-def _begun(
-    joint: PreparedJoint, search: Search, low: Search, k: int, ends: tuple[int, int], wanted: float
-) -> bool:
+def _sizes_that_vary(search: Search, left: int, right: int, wanted: float) -> Array:
+    """Of motions between two that vary for good by more than is wanted."""
+    varying = [k for k in _varying(search, wanted) if left < k < right]
+    return np.array([abs(search.anchors[k].amplitude) for k in varying])
+
+
+def _begun(joint: PreparedJoint, low: Search, k: int, sizes: Array, wanted: float) -> bool:
     """Whether raising the load at a frequency leads to a motion that repeats, and to none that varies."""
-    load = search.base.load
-    target = Target(k, float(search.base.frequency[k]), load, 0j, steps=low.steps)
+    base = low.base
+    target = Target(k, float(base.frequency[k]), base.load, 0j, steps=low.steps)
     (answer,) = raised_and_marched(joint, [target])
     low.marched += answer.cycles
-    if not _is_other(answer, search, ends, wanted):
+    if not _is_other(answer, sizes, wanted):
         return False
     low.keep(target, replace(answer, cycles=0))
     low.ended.add(k)
@@ -169,14 +173,10 @@ def _begun(
     return k in low.anchors
 
 
-def _is_other(
-    answer: Found | Lost, search: Search, ends: tuple[int, int], wanted: float
-) -> TypeGuard[Found]:
-    """Whether a motion is known as well as is wanted, and none of those that vary between two."""
+def _is_other(answer: Found | Lost, sizes: Array, wanted: float) -> TypeGuard[Found]:
+    """Whether a motion is known as well as is wanted, and none of those that vary, by their sizes."""
     if isinstance(answer, Lost) or not answer.doubt <= wanted:
         return False
-    varying = [k for k in _varying(search, wanted) if ends[0] < k < ends[1]]
-    sizes = np.array([abs(search.anchors[k].amplitude) for k in varying])
     return bool((np.abs(np.log(abs(answer.amplitude) / sizes)) > BRANCH).all())
 
 
@@ -196,10 +196,9 @@ def _unknown(low: Search, left: int, right: int, wanted: float) -> list[int]:
 
 def _learn(
     joint: PreparedJoint,
-    search: Search,
     low: Search,
     picks: list[int],
-    ends: tuple[int, int],
+    sizes: Array,
     guess: Contours,
     wanted: float,
 ) -> None:
@@ -207,7 +206,7 @@ def _learn(
     now = low.held()
     targets = [target_at(low, k, guess, now, tuple(around(low.found, k))) for k in picks]
     for target, answer in zip(targets, sought(joint, targets), strict=True):
-        if _is_other(answer, search, ends, wanted):
+        if _is_other(answer, sizes, wanted):
             low.keep(target, answer)
         else:
             low.keep(target, Lost(UNKNOWN, answer.cycles, opens=answer.opens))
@@ -231,7 +230,7 @@ def _instead(
 
     Others are known no better than they were beside what varies.
     """
-    new = _copied(shown)
+    new = shown.copied()
     new.put_back(set(run.tolist()), low)
     for k in (run[0] - 1, run[-1] + 1):  # no branch goes on from one to the other
         if ends[0] < k < ends[1] and k not in new.anchors:
@@ -244,11 +243,6 @@ def _instead(
     while moving := to_march_on(new):
         new.march_on(joint, moving)
     return new
-
-
-def _copied(search: Search) -> Search:
-    """A copy of which nothing is shared that may change."""
-    return replace(search.copied(), passed=set(search.passed), anew=set(search.anew))
 
 
 def _doubt(search: Search, k: int, doubt: float) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -293,13 +293,9 @@ def _larger(run: Run, dims: tuple[str, ...]) -> dict[str, xr.Variable]:
     )
     data = _others(run, dims, others, "larger", label)
     if data:
-        none = np.full(len(run.responses[0].frequency), np.nan)
-        varies = [
-            none if r is None or r.varies is None else np.where(r.flag == CONVERGED, r.varies, none)
-            for r in others
-        ]
+        varies = _answers_of(run, others, lambda r: np.nan if r.varies is None else r.varies)
         said = label.format("what the amplitude is known to vary by from cycle to cycle,")
-        data["larger_variation"] = variable(dims, np.array(varies), "1", f"{said}; nan elsewhere")
+        data["larger_variation"] = variable(dims, varies, "1", f"{said}; nan elsewhere")
     return data
 
 
@@ -309,10 +305,7 @@ def _others(
     """First harmonics of other motions than those shown."""
     if not any(others):
         return {}
-    none = np.full(len(run.responses[0].frequency), np.nan)
-    values = [
-        none if r is None else np.where(r.flag == CONVERGED, r.amplitude, np.nan) for r in others
-    ]
+    values = _answers_of(run, others, lambda r: r.amplitude)
     label = f"{label}; nan elsewhere"
     amplitude = label.format("amplitude of q")
     return {
@@ -321,6 +314,16 @@ def _others(
             dims, np.angle(values), "rad", label.format("phase of q to the load")
         ),
     }
+
+
+def _answers_of(
+    run: Run, others: Sequence[Response | None], value: Callable[[Response], Any]
+) -> Array:
+    """A value of other motions than those shown, curve by curve; nan where there is none."""
+    none = np.full(len(run.responses[0].frequency), np.nan)
+    return np.array(
+        [none if r is None else np.where(r.flag == CONVERGED, value(r), none) for r in others]
+    )
 
 
 def _outputs(run: Run) -> dict[str, xr.Variable]:

@@ -352,9 +352,13 @@ def _below(other: Response | None, sizes: Array) -> Response | None:
     """Where another response is clearly smaller than amplitudes; None where it nowhere is."""
     if other is None:
         return None
-    apart = other.flag == CONVERGED
-    apart &= np.abs(other.amplitude) * (1 + APART) < sizes
-    return replace(other, flag=np.where(apart, CONVERGED, OUTSIDE)) if apart.any() else None
+    return _answers_within(other, np.abs(other.amplitude) * (1 + APART) < sizes)
+
+
+def _answers_within(other: Response, within: Mask) -> Response | None:
+    """Another response without its answers elsewhere; None where it has none within."""
+    kept = within & (other.flag == CONVERGED)
+    return replace(other, flag=np.where(kept, CONVERGED, OUTSIDE)) if kept.any() else None
 
 
 def larger_within(other: Response, amplitude: Complex, within: Mask) -> Response | None:
@@ -366,9 +370,8 @@ def larger_within(other: Response, amplitude: Complex, within: Mask) -> Response
     amplitude : (n,) complex array
     within : (n,) bool array
     """
-    apart = within & (other.flag == CONVERGED)
-    apart &= np.abs(other.amplitude) > np.abs(amplitude) * (1 + APART)
-    return replace(other, flag=np.where(apart, CONVERGED, OUTSIDE)) if apart.any() else None
+    larger = np.abs(other.amplitude) > np.abs(amplitude) * (1 + APART)
+    return _answers_within(other, within & larger)
 
 
 def all_amplitudes(
