@@ -2,6 +2,7 @@
 
 import tomllib
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from folding_response import FOLD, branch, folding, held_to
 from unstable_joint import LOAD, UNSTABLE
 
 import microslip
+from microslip.analyses.reduced.response import larger_within
 from microslip.analyses.reduced.surface import contours, load_surface
 from microslip.analyses.reduced.sweep import CONVERGED
 from microslip.analyses.time.scheme import prestressed_state, time_scheme
@@ -159,6 +161,26 @@ def test_where_the_smaller_exists_on_a_part_alone_the_rest_stays(refined, monkey
     assert (now.error[rest] > WANTED).all()
 
 
+def test_between_smaller_motions_what_is_not_known_of_them_stays_the_larger(refined, monkeypatch):
+    """Three of them in the middle of the stretch are not found: the mean of the larger is shown there."""
+    gap = range(66, 75)
+
+    def raised(joint, targets):
+        for target in targets:
+            away = target.point in gap
+            yield Lost("not solved", 10) if away else steady(target.point, "smaller")
+
+    monkeypatch.setattr(smaller, "_seeds", lambda *ends: [60])
+    search = known(refined)
+    instead, told = with_smaller(search, monkeypatch, raised)
+    assert len(told) == 2
+    middle = [k for k in search.anchors if k in gap]
+    assert middle
+    sizes = np.abs(instead.held().amplitude[middle])
+    assert sizes == pytest.approx(np.abs(branch("larger"))[middle], rel=1e-3)
+    assert not any((one.low <= FOLD[70]) & (FOLD[70] <= one.high) for one in told)
+
+
 def test_what_is_lost_between_smaller_motions_keeps_its_reason(refined, monkeypatch):
     def raised(joint, targets):
         for target in targets:
@@ -196,11 +218,35 @@ def test_a_seed_that_motions_leave_with_more_steps_begins_nothing(refined, monke
 
 
 def test_no_more_is_spent_than_a_share_of_the_search(refined, monkeypatch):
-    search, (ends, asked) = known(refined, varies=0.0), of("smaller")
-    monkeypatch.setattr(smaller, "SHARE", 0.03)
-    monkeypatch.setattr(smaller, "_known", lambda search, wanted: len(search.anchors))
-    with_smaller(search, monkeypatch, ends)
-    assert 3 <= len(asked) <= 3 + smaller.AT_A_TIME
+    """Where sizes scatter so that nothing between them is known, all would be asked for."""
+    asked = []
+
+    def scattered(joint, targets):
+        for target in targets:
+            asked.append(target.point)
+            found = steady(target.point, "smaller")
+            yield replace(found, amplitude=found.amplitude * (1 + 0.05 * np.cos(target.point**2)))
+
+    monkeypatch.setattr(smaller, "SHARE", 0.06)
+    with_smaller(known(refined, varies=0.0), monkeypatch, scattered)
+    assert 6 <= len(asked) <= 6 + smaller.AT_A_TIME
+
+
+def test_smaller_motions_are_not_shown_at_the_cost_of_more_that_is_known(refined, monkeypatch):
+    """Beside the jump that they would make the larger branch is left, farther than they reach."""
+    search, asked = known(refined), iter([[56]])
+
+    def march_on(self, joint, marks):
+        for k in [k for k in self.anchors if k <= 56]:
+            del self.anchors[k], self.found[k]
+            self.lost[k] = Lost("it leaves", 10, left=True)
+
+    monkeypatch.setattr(Search, "march_on", march_on)
+    monkeypatch.setattr(smaller, "to_march_on", lambda search: next(asked, []))
+    instead, told = with_smaller(search, monkeypatch, of("smaller")[0])
+    assert not told
+    assert instead.anchors == search.anchors
+    assert instead.lost == search.lost
 
 
 def test_one_steady_motion_between_others_is_no_end_of_a_stretch(refined):
@@ -232,6 +278,32 @@ def test_larger_motions_that_turn_out_to_be_left_give_way_as_well(refined, monke
     assert sizes[56] == pytest.approx(np.abs(branch("smaller")[56]), rel=0.01)
     assert (instead.held().error[8:-8] <= WANTED).all()
     assert min(one.low for one in told) == FOLD[53]
+
+
+def test_a_copy_of_a_search_shares_nothing_that_changes(refined):
+    search = known(refined)
+    search.origins = {60: {56}}
+    other = search.copied()
+    for name, value in vars(search).items():
+        if isinstance(value, dict | set):
+            assert getattr(other, name) == value
+            assert getattr(other, name) is not value
+    assert other.origins[60] is not search.origins[60]
+    assert other.stepping is not search.stepping
+
+
+def test_larger_motions_are_told_where_smaller_ones_are_shown_alone(refined):
+    """By one in a hundred at least; where nothing is shown because they are left they are not."""
+    _, _, base = refined
+    amplitude, within = base.amplitude.copy(), np.zeros(len(FOLD), bool)
+    amplitude[40:60] *= 0.2
+    amplitude[60:70] = 0.0
+    within[45:60] = True
+    found = larger_within(base, amplitude, within)
+    answered = base.flag == CONVERGED
+    assert answered[45:60].any()
+    assert ((found.flag == CONVERGED) == (within & answered)).all()
+    assert larger_within(base, base.amplitude * 0.995, within) is None
 
 
 @pytest.mark.validate
@@ -304,3 +376,22 @@ def test_what_a_response_shows_and_what_a_wider_band_begins_with(refined, monkey
     assert (curve.larger.varies[MOVES[4:-4]] > 0.04).all()
     larger = [abs(one.amplitude) for k, one in found.search.anchors.items() if k in MOVES]
     assert min(larger) > 2 * np.abs(branch("smaller")).max()
+
+
+def test_what_all_is_spent_before_is_not_bounded_between_smaller_motions(refined, monkeypatch):
+    """However well they agree: between those farther apart than a sixteenth of the band."""
+    moves = range(28, 113)
+
+    def sought(joint, targets):
+        for target in targets:
+            yield steady(target.point, varies=0.05 if target.point in moves else 0.0)
+
+    monkeypatch.setattr(smaller, "SHARE", 0.08)
+    larger, small = of("larger", 0.05)[0], of("smaller")[0]
+    found = held_to(sought, refined, monkeypatch, 100, larger, raised=small)
+    own = np.searchsorted(FOLD, [one.frequency for one in found.response.anchors])
+    pairs = [p for one in found.outgrown for p in pairwise(k for k in own if one.holds(FOLD[k]))]
+    wide = [(a, b) for a, b in pairs if b - a > choosing.GAP * len(FOLD)]
+    assert wide
+    for a, b in wide:
+        assert np.isinf(found.response.error_indicator[a + 1 : b]).all()

@@ -110,7 +110,7 @@ def anchored_response(
     outputs = OutputsHeld(assembly, case.model, case.table)
     first = search = Search(surface, base, settings.points)
     guess = largest(contours(surface, base.load))
-    larger, outgrown, over = search, tuple[Outgrown, ...](), False
+    outgrown, over = tuple[Outgrown, ...](), False
     try:
         if known is not None:
             first = search = wider(known, surface, base)
