@@ -14,7 +14,7 @@ from microslip.analyses.time.starts import mixed, placed
 from microslip.analyses.time.steady import raised_state, steady_state
 from microslip.analyses.time.watching import watched
 from microslip.errors import ContactError
-from microslip.pipeline import walk
+from microslip.pipeline import walk, walked
 from microslip.pipeline.targets import STEPS, TOLERANCE, More
 from microslip.pipeline.walk import (
     DOUBTFUL,
@@ -62,7 +62,7 @@ def test_bodies_that_walk_to_where_no_rest_is_found_leave_a_motion_unsettled(joi
         return fails
 
     def found_with(error):
-        monkeypatch.setattr(walk, "rested", failing(error))
+        monkeypatch.setattr(walked, "rested", failing(error))
         return seek(joint, Target(0, 182.0, LOAD, 0.0))
 
     found = found_with(WalksOnError("on"))
@@ -79,7 +79,7 @@ def test_bodies_that_walk_to_where_no_rest_is_found_leave_a_motion_unsettled(joi
         return Rested(fallen, 0.0, np.zeros(1), 1e-6, 400.0, 0.0, 400)
 
     for marches in (walks_on, falls, failing(ContactError("not solved"))):
-        monkeypatch.setattr(walk, "marched_on", marches)
+        monkeypatch.setattr(walked, "marched_on", marches)
         found = found_with(WalksOnError("on"))
         assert found.amplitude == settled.amplitude
         assert found.change > TOLERANCE
@@ -98,7 +98,7 @@ def test_bodies_that_walk_on_are_shown_where_they_are_by_then(joint, monkeypatch
         return Rested(later, 1e-3, None, 1e-6, np.inf, np.nan, 400)
 
     settled = seek(joint, Target(0, 182.0, LOAD, 0.0))
-    monkeypatch.setattr(walk, "rested", walks_on)
+    monkeypatch.setattr(walked, "rested", walks_on)
     found = seek(joint, Target(0, 182.0, LOAD, 0.0))
     assert found.amplitude == pytest.approx(1.02 * settled.amplitude, rel=2e-3)
     assert found.doubt >= 1e-3
@@ -106,7 +106,7 @@ def test_bodies_that_walk_on_are_shown_where_they_are_by_then(joint, monkeypatch
     assert np.isfinite(found.rest).all()
     assert np.isnan(found.ahead)
     assert np.isinf(found.lasts)
-    opening, last = walk.opening_of, []
+    opening, last = walked.opening_of, []
 
     def opens(cycle, position):
         return "it opens" if last else opening(cycle, position)
@@ -115,8 +115,8 @@ def test_bodies_that_walk_on_are_shown_where_they_are_by_then(joint, monkeypatch
         last.append(True)
         return walks_on(*given, **options)
 
-    monkeypatch.setattr(walk, "opening_of", opens)
-    monkeypatch.setattr(walk, "rested", opens_later)
+    monkeypatch.setattr(walked, "opening_of", opens)
+    monkeypatch.setattr(walked, "rested", opens_later)
     found = seek(joint, Target(0, 182.0, LOAD, 0.0))
     assert found.amplitude == pytest.approx(settled.amplitude, rel=1e-6)
     assert found.rest is None

@@ -26,7 +26,8 @@ from microslip.errors import MicroslipError
 from microslip.numerics.fourier import harmonic, without_drift
 from microslip.pipeline.creep import Walk, crept
 from microslip.pipeline.targets import STEPS, TOLERANCE, known_rest
-from microslip.pipeline.walk import DOUBTFUL, LONGEST, RAISED, lasting, rested_soon
+from microslip.pipeline.walk import DOUBTFUL, LONGEST, lasting
+from microslip.pipeline.walked import RAISED, rested_soon
 from microslip.typing import Complex
 
 CYCLES = 30

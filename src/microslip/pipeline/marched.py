@@ -21,7 +21,8 @@ from microslip.errors import ContactError, JointOpensError, MicroslipError
 from microslip.numerics.execute import each, threads
 from microslip.pipeline.creep import Crept, Walk, crept
 from microslip.pipeline.targets import Found, Lost, Target, known_rest
-from microslip.pipeline.walk import RAISED, RAISED_AGAIN
+from microslip.pipeline.walk import RAISED_AGAIN
+from microslip.pipeline.walked import RAISED
 
 
 def raised_and_marched(joint: PreparedJoint, targets: Sequence[Target]) -> Iterator[Found | Lost]:

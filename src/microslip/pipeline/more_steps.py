@@ -7,20 +7,23 @@ state, with `REFINEMENT` times its steps.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
 from microslip.analyses.prepared.joint import PreparedJoint
-from microslip.analyses.time.scheme import contact_memory, time_scheme
+from microslip.analyses.time.offset import HORIZON
+from microslip.analyses.time.scheme import State, contact_memory, time_scheme
 from microslip.analyses.time.starts import placed
 from microslip.analyses.time.staying import Stay, stay_of
 from microslip.analyses.time.steady import SteadyState, steady_state
 from microslip.analyses.time.watching import LEAK, TURNS, known_mean, to_come, watched
+from microslip.contact.pairs import mean_slip
 from microslip.errors import MicroslipError
 from microslip.numerics.execute import each, threads
 from microslip.pipeline.targets import REFINEMENT, TOLERANCE, More, Stepped
-from microslip.typing import Array
+from microslip.pipeline.walked import RAISED, SOUGHT, after_raising, counted_from
+from microslip.typing import Array, Complex
 
 PATIENCE = 100
 """Cycles with `REFINEMENT` times the steps at most."""
@@ -28,6 +31,13 @@ PATIENCE = 100
 BLOCK, BLOCKS, SAME = 100, 6, 0.1
 """Cycles and most blocks of them for which what varies for good, or does not settle where its bodies rest, is
 marched with more steps, until it strays as far in one as in that before, to this share."""
+
+SPAN, ALIKE = 50, 3e-4
+"""Cycles between which what the steps do to a motion is compared where its bodies are on their way to rest,
+for as many as it varies for at most; and what it may change by from one to the next where that is known."""
+
+SURE = 2e-3
+"""What a walk is not known by, relative, above which it is sought with more steps from its beginning."""
 
 STEADY = 1e-4
 """What a motion strays by that repeats, relative."""
@@ -42,12 +52,29 @@ def with_more_steps(joint: PreparedJoint, load: float, one: Stepped) -> More:
     Where it does not settle with these, or elsewhere, its own steps say what motions do. Bodies that walk are
     not brought to rest again: with more steps they may be a little way from where they rest then. What does
     not settle and stays with its own is marched with more there: its mean over so many cycles is known then,
-    and what it varies by.
+    and what it varies by. Where bodies are on the way a search, which moves them, is no measure: there both
+    are marched.
     """
-    amplitude, spent = None, 0
+    more = More(None, 0)
     try:
         if one.varies:
             return _varying(joint, load, one)
+        more = _sought_on(joint, load, one)
+        if not (one.walks and np.isfinite(more.strays)):
+            return more
+        marched = _on_the_way(joint, load, one)
+        if marched.drifts > SURE:
+            marched = _walked_anew(joint, load, one, marched)
+    except MicroslipError:
+        return more._replace(amplitude=None)
+    strays, spent = max(more.strays, marched.strays), more.cycles + marched.cycles
+    return marched._replace(strays=strays, varies=more.varies, cycles=spent)
+
+
+def _sought_on(joint: PreparedJoint, load: float, one: Stepped) -> More:
+    """A steady state with more steps by a search, and what motions do beside it; see `with_more_steps`."""
+    amplitude, spent = None, 0
+    try:
         found, stay = _settled(joint, load, one, REFINEMENT * one.steps)
         spent = REFINEMENT * found.cycles
         if stay is not None:
@@ -57,7 +84,7 @@ def with_more_steps(joint: PreparedJoint, load: float, one: Stepped) -> More:
             found, stay = _settled(joint, load, one, one.steps)
             spent += found.cycles + (stay.cycles if stay else 0)
             more = _with_stay(amplitude, spent, stay)
-            if unsettled and one.marched and np.isfinite(more.strays):
+            if unsettled and one.marched and not one.walks and np.isfinite(more.strays):
                 more = _varying(joint, load, one)
                 more = more._replace(cycles=more.cycles + spent)
             return more
@@ -124,6 +151,63 @@ def _varying(joint: PreparedJoint, load: float, one: Stepped) -> More:
     if drifts > beats:  # it creeps: a beat has the same mean for long
         return More(amplitude, spent, strays, drifts + to_come(size) / mean)
     return More(amplitude, spent, strays, drifts, strays if same else 0.0)
+
+
+def _on_the_way(joint: PreparedJoint, load: float, one: Stepped) -> More:
+    """What more steps make of a motion whose bodies are on their way to rest after `HORIZON` cycles.
+
+    Marched from its state with its own steps and with more, so that what it has walked meanwhile is in both.
+    Where bodies walk by so much more or less in a cycle with more steps, they are elsewhere after those
+    cycles by `HORIZON` times that: what that changes the amplitude by, as the walk does, is not known.
+    """
+    f, dimension = one.frequency, joint.model.dimension
+    schemes = [time_scheme(joint, 1 / (f * n), frequency=f) for n in _both(one)]
+    ends = [placed(one.state, scheme, f, load) for scheme in schemes]
+    places, means = [_places(ends, dimension)], list[Complex]()
+    for _ in range(BLOCKS * BLOCK // SPAN):
+        seen = [watched(s, load, end, SPAN) for s, end in zip(schemes, ends, strict=True)]
+        ends = [states[-1] for _, states in seen]
+        means.append(np.array([Q.mean() for Q, _ in seen]))
+        places.append(_places(ends, dimension))
+        times = [complex(more / few) for few, more in means[-2:]]
+        if apart(1.0, times[-1]) > FARTHEST:
+            break
+        if len(times) > 1 and abs(times[1] - times[0]) <= ALIKE:
+            break
+    spent = (1 + REFINEMENT) * SPAN * len(means)
+    if apart(1.0, times[-1]) > FARTHEST:
+        return More(None, spent, strays=np.inf)
+    faster = places[-1] - places[-2]
+    far = float(np.linalg.norm(faster[1] - faster[0])) / SPAN * HORIZON
+    walked = float(np.linalg.norm(places[-1][0] - places[1][0]))
+    # by few steps, as what more begin with has to die away
+    changes = apart(means[0][0], means[-1][0]) / max(walked, 1e-300)
+    return More(one.amplitude * times[-1], spent, drifts=abs(times[1] - times[0]) + changes * far)
+
+
+def _walked_anew(joint: PreparedJoint, load: float, one: Stepped, marched: More) -> More:
+    """Where bodies are with more steps from the beginning, if the load raised from rest leads there."""
+    f = one.frequency
+    scheme = time_scheme(joint, 1 / (f * REFINEMENT * one.steps), frequency=f)
+    spent = REFINEMENT * (RAISED + SOUGHT) + marched.cycles
+    try:
+        there = counted_from(scheme, *after_raising(scheme, load), abs(one.amplitude))
+    except MicroslipError:
+        return marched._replace(cycles=spent)
+    if there is None or apart(one.amplitude, there.steady.amplitude) > FARTHEST:
+        return marched._replace(cycles=spent)
+    spent += REFINEMENT * there.cycles
+    return marched._replace(amplitude=there.steady.amplitude, drifts=there.apart, cycles=spent)
+
+
+def _both(one: Stepped) -> tuple[int, int]:
+    """Steps per cycle of a state, and `REFINEMENT` times as many."""
+    return one.steps, REFINEMENT * one.steps
+
+
+def _places(ends: Sequence[State], dimension: int) -> Array:
+    """Where bodies stand past each other in states, rows."""
+    return np.array([mean_slip(end.v, dimension) for end in ends])
 
 
 def _turns(sizes: Array, mean: float) -> float:

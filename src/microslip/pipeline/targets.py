@@ -84,6 +84,9 @@ class Stepped(NamedTuple):
         Where it does not settle with more steps it is marched with these.
     varies : bool
         It does not repeat, but varies from cycle to cycle for good, and the amplitude is its mean.
+    walks : bool
+        It is one of bodies that are on their way to where they rest, after
+        `microslip.analyses.time.offset.HORIZON` cycles.
     """
 
     frequency: float
@@ -92,6 +95,7 @@ class Stepped(NamedTuple):
     steps: int
     marched: bool = False
     varies: bool = False
+    walks: bool = False
 
 
 class More(NamedTuple):
@@ -198,3 +202,9 @@ class Lost:
     steady: SteadyState | None = None
     opens: bool = False
     left: bool = False
+
+
+def stepped(frequency: float, found: Found, steps: int) -> Stepped:
+    """A steady state of so many steps per cycle, to be sought on with more."""
+    rests, varies, walks = found.rest is not None, found.varies > 0, found.ahead != 0
+    return Stepped(frequency, found.amplitude, found.state, steps, rests, varies, walks)

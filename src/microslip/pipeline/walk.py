@@ -31,20 +31,19 @@ import numpy as np
 
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.time.classify import motion_of
-from microslip.analyses.time.offset import elsewhere
 from microslip.analyses.time.readings import opening_of
-from microslip.analyses.time.resting import Rested, WalksOnError, at_phase_0, rested
+from microslip.analyses.time.resting import WalksOnError, at_phase_0
 from microslip.analyses.time.scheme import State, TimeScheme, time_scheme
 from microslip.analyses.time.starts import Start, end_of, mixed
 from microslip.analyses.time.staying import LEAVES
 from microslip.analyses.time.steady import SteadyState, raised_state, steady_state
-from microslip.analyses.time.walking_on import marched_on
 from microslip.analyses.time.watching import to_come, watched
 from microslip.contact.pairs import mean_slip
 from microslip.errors import JointOpensError, MicroslipError
 from microslip.numerics.execute import each, threads
 from microslip.pipeline.more_steps import FARTHEST, apart, with_more_steps
 from microslip.pipeline.targets import LEFT, TOLERANCE, Found, Lost, More, Stepped, Target
+from microslip.pipeline.walked import RAISED, after_raising, counted_from, rested_soon
 
 WARM, COLD, ANOTHER = 50, 100, 50
 """Cycles at most: from states beside; from rest, and after the load was raised where that leads to nothing;
@@ -75,9 +74,6 @@ WALKING = 1e-4
 """Change over a cycle that is said of a motion whose bodies walk to a place that is not found: it has not
 settled, though its vibration repeats, and may fall from its branch on the way."""
 
-SOON = 400
-"""Cycles after which a motion is at rest or left to that, where that place is not found."""
-
 OTHER = 0.1
 """Motions whose sizes differ by more, in logarithm, are not the same one with another past."""
 
@@ -85,9 +81,8 @@ VARIED = 1.05 * np.exp(0.05j)
 """Where the load raised from rest ends in another motion, the other past starts with so many times the
 velocity."""
 
-RAISED, RAISED_AGAIN, SAME = 10, 16, 5e-4
-"""Cycles over which the load is raised, and over which it is raised once more where that ends in an amplitude
-that differs by more."""
+RAISED_AGAIN, SAME = 16, 5e-4
+"""Cycles over which the load is raised once more where that ends in an amplitude that differs by more."""
 
 TELLS = 3e-4
 """Change over a cycle below which a motion from another past tells of it, though it may not have settled."""
@@ -159,6 +154,7 @@ class _Seeking:
         self.spent, self.reason = 0, ""
         self.ended: SteadyState | None = None
         self.larger, self.opened, self.left = 0.0, False, False
+        self.after_raising: tuple[State, SteadyState] | None = None
 
     def attempt(self, start: Start | None, guess: complex, cycles: int) -> Found | None:
         """As `motion`, if motions stay beside it."""
@@ -241,6 +237,10 @@ class _Seeking:
             if there is None:
                 return found
             self.spent += there.cycles
+            if self.after_raising is not None:
+                own = counted_from(scheme, *self.after_raising, abs(there.steady.amplitude))
+                there = there if own is None else own
+                self.spent += 0 if own is None else own.cycles
             end = end_of(at_phase_0(scheme, there.steady), 0.0, scheme, frequency)
             offset = there.offset
             if offset is None:  # where they are by then
@@ -278,14 +278,13 @@ class _Seeking:
 
     def raised(self, found: Found, cycles: int) -> SteadyState | None:
         """The motion after the load was raised over so many cycles; None where that is another."""
-        target = self.target
         try:
-            start = raised_state(self.scheme, target.frequency, target.load, cycles)
             self.spent += cycles
-            other = _searched(self.scheme, target, start, TOLERANCE, ANOTHER)
+            start, other = after_raising(self.scheme, self.target.load, cycles)
         except MicroslipError:
             return None
         self.spent += other.cycles
+        self.after_raising = self.after_raising or (start, other)
         return other if _tells(other, found) else None
 
     def varied(self, found: Found) -> float:
@@ -368,34 +367,6 @@ def _searched(
         start=start,
         halves=halves,
     )
-
-
-def rested_soon(scheme: TimeScheme, steady: SteadyState, begin: Start) -> Rested | None:
-    """Where bodies come to rest, soon by marching where that is not found otherwise.
-
-    Raises
-    ------
-    WalksOnError
-        Where they walk, and that is not found.
-    """
-    try:
-        there = rested(scheme, steady, TOLERANCE, begin=begin)
-        if there and (said := opening_of(there.steady.cycle, scheme.joint.model.position)):
-            raise WalksOnError(said)
-        return there
-    except WalksOnError as walks:
-        if not steady.converged:
-            raise
-        try:
-            there = marched_on(scheme, steady, TOLERANCE, begin=begin, most=SOON)
-        except MicroslipError:
-            raise walks from None
-        size = abs(steady.amplitude)
-        opens = opening_of(there.steady.cycle, scheme.joint.model.position)
-        falls = elsewhere(abs(there.steady.amplitude), (size, size))
-        if there.offset is None or not there.steady.converged or opens or falls:
-            raise
-        return there
 
 
 def _weighed(scheme: TimeScheme, target: Target, steady: SteadyState) -> Found:

@@ -188,7 +188,8 @@ def rested(
         As for `steady_state`.
     begin : State or Start, optional
         What the search has started from (a state is one at phase 0 of the load). A long one moves the bodies,
-        by as much as hundreds of cycles do; then the walk is counted from where a short one leads.
+        by as much as hundreds of cycles do; then the walk is counted from where a short one leads. Where that
+        has moved them by more than it lasts as well, from where they were.
 
     Raises
     ------
@@ -223,7 +224,11 @@ def rested(
     try:
         after = march(scheme, last, wave, memory=memory).state
         way = space.vector(after) - first.looked.vector
-        rest = _end(first.looked._replace(way=way), look, seen)
+        start = first.looked._replace(way=way)
+        before = None if begin is None else _before_the_search(start, begin, look)
+        if before is not None:
+            start, seen = before, [before]
+        rest = _end(start, look, seen)
         if first.change > CLOSE + SURELY * _by_the_walk(space, rest):
             raise WalksOnError("the bodies walk on, and the vibration changes by more than that")
         rest, there, moved = followed(rest, look)
@@ -245,7 +250,7 @@ def rested(
     if rest.speed:  # where they rest is not known
         place = mean_slip(final.cycle.state.v, scheme.joint.model.dimension)
         offset, ahead = None, np.nan
-    walked = float(np.linalg.norm(place - first.looked.offset.mean(axis=0)))
+    walked = float(np.linalg.norm(place - start.offset.mean(axis=0)))
     spent += final.cycles + 1
     return Rested(final, float(apart), offset, walked, rest.cycles, ahead, spent)
 
@@ -280,6 +285,28 @@ def begun(
     if short is None or (own and elsewhere(abs(short.looked.amplitude), (size, size))):
         return own
     return short
+
+
+def _before_the_search(
+    after: Looked, begin: State | Start, look: Callable[[Array], Looked]
+) -> Looked | None:
+    """The motion where bodies were that a search has moved by more than they walk in as many cycles.
+
+    None where it has not, and where none is found that walks there.
+    """
+    along, dimension = after.along, after.offset.shape[1] + 1
+    speed = after.speed(along)
+    cycles = (after.at(along) - float(mean_slip(begin.v, dimension) @ along)) / speed
+    if abs(cycles) <= IN_VAIN:
+        return None
+    try:
+        before = look(after.vector - cycles * after.way)
+    except ContactError:
+        return None
+    rate = before.speed(along)
+    if rate <= 0 or not walks(before.rate):
+        return None
+    return before._replace(way=rate / speed * after.way)
 
 
 def _end(begin: Looked, look: Callable[[Array], Looked], seen: list[Looked]) -> Rest:

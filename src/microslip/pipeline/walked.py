@@ -1,0 +1,97 @@
+"""Where bodies that walk are when a motion counts: where they rest, or after so many cycles from the start.
+
+A search moves bodies by as much as hundreds of cycles do, and one that begins beside another motion by what
+those of that have walked. What raising the load from rest leads to is what is meant: from there a walk is
+counted, where that is on the same branch.
+"""
+
+from __future__ import annotations
+
+from microslip.analyses.time.offset import elsewhere
+from microslip.analyses.time.readings import opening_of
+from microslip.analyses.time.resting import Rested, WalksOnError, rested
+from microslip.analyses.time.scheme import State, TimeScheme
+from microslip.analyses.time.starts import Start
+from microslip.analyses.time.steady import SteadyState, raised_state, steady_state
+from microslip.analyses.time.walking_on import marched_on
+from microslip.errors import MicroslipError
+from microslip.pipeline.targets import TOLERANCE
+
+RAISED, SOUGHT = 10, 50
+"""Cycles over which the load is raised, and of a search after that at most."""
+
+SOON = 400
+"""Cycles after which a motion is at rest or left to that, where that place is not found."""
+
+
+def rested_soon(scheme: TimeScheme, steady: SteadyState, begin: State | Start) -> Rested | None:
+    """Where bodies come to rest, soon by marching where that is not found otherwise.
+
+    Raises
+    ------
+    WalksOnError
+        Where they walk, and that is not found.
+    """
+    try:
+        there = rested(scheme, steady, TOLERANCE, begin=begin)
+        if there and (said := opening_of(there.steady.cycle, scheme.joint.model.position)):
+            raise WalksOnError(said)
+        return there
+    except WalksOnError as walks:
+        if not steady.converged:
+            raise
+        try:
+            there = marched_on(scheme, steady, TOLERANCE, begin=begin, most=SOON)
+        except MicroslipError:
+            raise walks from None
+        size = abs(steady.amplitude)
+        opens = opening_of(there.steady.cycle, scheme.joint.model.position)
+        falls = elsewhere(abs(there.steady.amplitude), (size, size))
+        if there.offset is None or not there.steady.converged or opens or falls:
+            raise
+        return there
+
+
+def after_raising(
+    scheme: TimeScheme, load: float, cycles: int = RAISED
+) -> tuple[State, SteadyState]:
+    """The state after the load was raised from rest over so many cycles, and what a search from it ends in.
+
+    It need not have settled.
+    """
+    start = raised_state(scheme, scheme.frequency, load, cycles)
+    steady = steady_state(
+        scheme, scheme.frequency, load, start=start, tolerance=TOLERANCE, max_cycles=SOUGHT
+    )
+    return start, steady
+
+
+def counted_from(
+    scheme: TimeScheme, start: State, steady: SteadyState, size: float
+) -> Rested | None:
+    """Where bodies are that walk, counted from a start; None where they do not, or on another branch.
+
+    Parameters
+    ----------
+    scheme : TimeScheme
+    start : State
+        After the load was raised from rest, at phase 0.
+    steady : SteadyState
+        What a search from there has ended with.
+    size : float
+        Of a motion of the branch, anywhere on the walk.
+
+    Raises
+    ------
+    WalksOnError
+        Where it leads to the same branch, and it is not found where the bodies are then.
+    """
+    try:
+        there = rested_soon(scheme, steady, start)
+    except WalksOnError:
+        if elsewhere(abs(steady.amplitude), (size, size)):
+            return None
+        raise
+    if there is None or elsewhere(abs(there.steady.amplitude), (size, size)):
+        return None
+    return there

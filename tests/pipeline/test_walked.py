@@ -1,0 +1,177 @@
+"""Where bodies that walk are when a motion counts, against the motion marched alone."""
+
+import tomllib
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import microslip
+from microslip.analyses.time import resting
+from microslip.analyses.time.offset import Looked
+from microslip.analyses.time.scheme import time_scheme
+from microslip.analyses.time.starts import end_of
+from microslip.analyses.time.steady import raised_state
+from microslip.analyses.time.watching import watched
+from microslip.errors import ContactError
+from microslip.pipeline import walked
+from microslip.pipeline.more_steps import with_more_steps
+from microslip.pipeline.targets import Stepped
+from microslip.pipeline.walked import RAISED, after_raising, counted_from
+
+WALKS = """
+[beams]
+length = "0.0327643 m"
+thickness = "0.00381777 m"
+overlap_half_length = "0.00990151 m"
+[material]
+youngs_modulus = "7e+10 Pa"
+poissons_ratio = 0.3606
+density = "2700 kg/m^3"
+[contact]
+friction = 0.77730
+pairs = 11
+[clamp]
+force = "31589.4 N/m"
+half_length = "0.00496613 m"
+[support]
+horizontal_spring = "4.39156e+06 N/m/m"
+[damping]
+beta = "2.6425e-07 s"
+[load]
+moment = 5.4323
+"""
+"""A joint drawn at random whose bodies walk for thousands of cycles."""
+
+FREQUENCY, LOAD, STEPS = 3840.0, 5.4323, 150
+
+
+@pytest.fixture(scope="module")
+def joint():
+    return microslip.prepare(microslip.parse_joint(tomllib.loads(WALKS)))
+
+
+def scheme_of(joint, steps=STEPS):
+    return time_scheme(joint, 1 / (FREQUENCY * steps), frequency=FREQUENCY)
+
+
+def marched(joint, cycles, steps=STEPS):
+    """First harmonics of a motion after the load was raised, and its last state."""
+    scheme = scheme_of(joint, steps)
+    Q, states = watched(scheme, LOAD, raised_state(scheme, FREQUENCY, LOAD, RAISED), cycles)
+    return Q, end_of(states[-1], 0.0, scheme, FREQUENCY)
+
+
+@pytest.fixture(scope="module")
+def on_the_way(joint):
+    return marched(joint, 600)
+
+
+def test_a_walk_is_counted_from_where_the_load_was_raised(joint):
+    """Its first motion is a tenth smaller than that after 4000 cycles, which the search leads to alone."""
+    Q, _ = marched(joint, 4000)
+    scheme, size = scheme_of(joint), float(np.abs(Q[-100:]).mean())
+    assert np.abs(Q[200:300]).mean() < 0.9 * size
+    there = counted_from(scheme, *after_raising(scheme, LOAD), size)
+    print(f"{abs(there.steady.amplitude) / size - 1:+.1e}, stated {there.apart:.1e}")
+    assert abs(there.steady.amplitude) == pytest.approx(size, rel=1e-3)
+
+
+def test_a_walk_on_another_branch_is_none(joint, monkeypatch):
+    """Nor is one that is not found; on the same branch that is an error."""
+    start, steady = "after raising", SimpleNamespace(amplitude=1.0)
+    there = SimpleNamespace(steady=SimpleNamespace(amplitude=1.1))
+    monkeypatch.setattr(walked, "rested_soon", lambda *known: there)
+    assert counted_from(None, start, steady, 1.0) is there
+    assert counted_from(None, start, steady, 3.0) is None
+    monkeypatch.setattr(walked, "rested_soon", lambda *known: None)
+    assert counted_from(None, start, steady, 1.0) is None
+
+    def walks_on(*known):
+        raise resting.WalksOnError("on")
+
+    monkeypatch.setattr(walked, "rested_soon", walks_on)
+    assert counted_from(None, start, steady, 3.0) is None
+    with pytest.raises(resting.WalksOnError):
+        counted_from(None, start, steady, 1.0)
+
+
+def looked(place, speed, size=1.0):
+    offset, rate = np.full((3, 1), place), np.full((3, 1), speed)
+    return Looked(offset, rate, size, np.array([place, 1.0]), np.array([speed, 0.0]))
+
+
+@pytest.mark.parametrize("moved", [2.0, -2.0])
+def test_what_a_search_has_moved_bodies_by_is_taken_back(moved):
+    """To where they were before it; the way there is as fast as they are."""
+    after, asked = looked(5.0, 0.01), []
+
+    def look(vector):
+        asked.append(vector)
+        return looked(vector[0], 0.02)
+
+    start = SimpleNamespace(v=np.array([0.0, 5.0 - moved] * 3))
+    before = resting._before_the_search(after, start, look)
+    assert before.offset.mean() == pytest.approx(5.0 - moved)
+    assert before.way == pytest.approx([0.02, 0.0])
+    assert len(asked) == 1
+
+
+def test_what_they_walk_meanwhile_is_not_taken_back():
+    """Nor is it where no motion is found there, or none that walks the same way."""
+    after = looked(5.0, 0.01)
+
+    def at(place, look):
+        return resting._before_the_search(
+            after, SimpleNamespace(v=np.array([0.0, place] * 3)), look
+        )
+
+    def fails(vector):
+        raise ContactError("no steady motion at this offset")
+
+    assert at(5.0 - 0.01 * resting.IN_VAIN * 0.99, fails) is None
+    assert at(3.0, fails) is None
+    assert at(3.0, lambda vector: looked(vector[0], -0.02)) is None
+    uneven = looked(3.0, 0.02)._replace(rate=np.array([[0.0], [0.02], [0.04]]))
+    assert at(3.0, lambda vector: uneven) is None
+
+
+def test_what_more_steps_do_to_a_walk_is_what_marching_says(joint, on_the_way):
+    """A search moves the bodies: it leads to a motion that is 3 % larger, which marching does not."""
+    Q, end = on_the_way
+    one = Stepped(FREQUENCY, complex(Q[-1]), end, STEPS, marched=True, walks=True)
+    more = with_more_steps(joint, LOAD, one)
+    finer, _ = marched(joint, 600, 4 * STEPS)
+    true = np.abs(finer[-50:]).mean() / np.abs(Q[-50:]).mean()
+    own = abs(more.amplitude) / abs(Q[-1])
+    print(f"{own - 1:+.1e} for {true - 1:+.1e}, stated {more.drifts:.1e}")
+    assert abs(own / true - 1) <= more.drifts
+    assert more.drifts <= 5e-3
+    assert more.strays == 0.0
+    sought = with_more_steps(joint, LOAD, one._replace(walks=False))
+    assert sought.drifts + abs(abs(sought.amplitude) / abs(Q[-1]) - true) > 0.03
+
+
+def test_what_falls_on_the_way_with_more_steps_leaves(joint, on_the_way, monkeypatch):
+    """And where a step does not solve nothing is known of it but what motions do beside it."""
+    Q, end = on_the_way
+    one = Stepped(FREQUENCY, complex(Q[-1]), end, STEPS, marched=True, walks=True)
+    method = "microslip.pipeline.more_steps."
+    found = SimpleNamespace(amplitude=one.amplitude, cycles=9)
+    stay = SimpleNamespace(amplitude=one.amplitude, strays=0.02, varies=0.01, cycles=9)
+    monkeypatch.setattr(method + "_settled", lambda *known: (found, stay))
+
+    def falls(scheme, load, state, cycles):
+        few = scheme.steps == STEPS
+        return np.full(cycles, 1.0 if few else 0.85, complex), [state] * cycles
+
+    monkeypatch.setattr(method + "watched", falls)
+    assert np.isinf(with_more_steps(joint, LOAD, one).strays)
+
+    def fails(*known):
+        raise ContactError("not solved")
+
+    monkeypatch.setattr(method + "watched", fails)
+    more = with_more_steps(joint, LOAD, one)
+    assert more.amplitude is None
+    assert (more.strays, more.varies) == (0.02, 0.01)
