@@ -57,11 +57,13 @@ def held_to(
     more=None,
     known=None,
     raised=ends_nowhere,
+    ends=False,
 ):
     """The response of a joint that has such steady states, and motions that end there.
 
     `more` gives the states with more steps; left out, they are not sought on. From rest there are those that
-    `raised` gives, where larger ones do not repeat.
+    `raised` gives, where larger ones do not repeat. With `ends` the last ones of a branch are marched, which
+    asks `more` for them once more.
     """
     model, table, base = refined
     monkeypatch.setattr(auto, "sought", sought)
@@ -69,6 +71,8 @@ def held_to(
     for name in ("raised_and_marched", "sought"):
         monkeypatch.setattr(smaller, name, raised)
     monkeypatch.setattr(auto, "OutputsHeld", lambda *of_case: AS_GOOD_AS_THE_AMPLITUDE)
+    if not ends:
+        monkeypatch.setattr(auto.choosing, "ends_to_march", lambda *known: [])
     if more is None:
         monkeypatch.setattr(auto.Search, "seek_on", lambda search, joint: None)
     else:

@@ -291,6 +291,33 @@ def test_motions_beyond_the_next_jump_are_not_marched_on(refined):
     assert set(choosing.to_march_on(search)) == set(ends)
 
 
+@pytest.mark.parametrize("stay", [0, 1, 3, 99])
+def test_the_last_motions_of_a_branch_are_marched_until_one_stays(refined, monkeypatch, stay):
+    """All have settled with more steps; with still more the first so many leave. Not more than some are."""
+    settled = Found(0j, 1e-8, 1e-5, "", 10, scatter=0.0, past=0.0)
+    search, asked = beside_a_jump(refined, settled, lambda Q: More(Q, 16), every=2), []
+
+    def marched(joint, load, states):
+        for k, one in states.items():
+            asked.append(k)
+            leaves = k < ENDS + 2 * stay
+            yield k, More(None, 100, np.inf) if leaves else More(one.amplitude, 400)
+
+    monkeypatch.setattr(stepping, "more_steps", marched)
+    assert (search.held().error[search.marks] <= 0.01).all()
+    while marks := choosing.ends_to_march(search, 0.01):
+        search.march_on(None, marks, ends=True)
+    expected = [ENDS + 2 * i for i in range(min(stay + 1, choosing.ENDS))]
+    assert asked == expected[: 1 if stay == 0 else len(expected)]
+    left = [k for k in asked if k < ENDS + 2 * stay]
+    assert set(search.lost) == set(left)
+    assert all(one.left for one in search.lost.values())
+    assert search.steps == STEPS
+    search.stepping.steps *= 4
+    search.firm.clear()
+    assert choosing.ends_to_march(search, 0.01) == []
+
+
 def test_a_march_that_fails_says_nothing(refined, monkeypatch):
     """What was known of the motion stays, and the next one is marched."""
     settled = Found(0j, 1e-8, 1e-5, "", 10, scatter=0.0, past=0.0)

@@ -226,3 +226,24 @@ def test_a_joint_file_says_whether_points_are_sought_on(refinement):
     assert np.isfinite(point.steps_error) == refinement
     assert group["steps_error"].values == pytest.approx(point.steps_error, nan_ok=True)
     assert not any("time steps" in caution.reason for caution in run.cautions)
+
+
+def test_of_ends_that_are_marched_only_those_that_leave_are_learned(monkeypatch):
+    """With twice as many steps still, whatever they have; what stays is known as it was."""
+    asked = {}
+
+    def more(joint, load, states):
+        asked.update(states)
+        for k in states:
+            yield k, More(None, 9, strays=np.inf) if k else More(1.1 + 0j, 9, strays=0.05)
+
+    monkeypatch.setattr("microslip.pipeline.stepping.more_steps", more)
+    known = Stepping()
+    known.keep(0, More(1.0 + 0j, 0))
+    states = {0: Stepped(1.0, 1 + 0j, None, STEPS), 1: Stepped(1.0, 1 + 0j, None, 4 * STEPS)}
+    assert known.march_ends(None, 1.0, states) == {1}
+    assert {one.steps for one in asked.values()} == {2 * STEPS}
+    assert all(one.varies for one in asked.values())
+    assert known.sought_on == {0: 1.0, 1: None}
+    assert np.isinf(known.strays[1])
+    assert known.strays[0] == 0.0

@@ -134,19 +134,8 @@ def anchored_response(
         _to_their_ends(assembly, search, guess, settings.error, advance)
         search.refine(assembly.prepared)
         # with more steps there may be more to see than there was with fewer
-        while not search.over:
-            if moving := choosing.to_march_on(search):
-                search.march_on(assembly.prepared, moving)
-                advance(len(moving))
-                continue
-            picks = choosing.beside_larger(search, guess)
-            if picks := picks or choosing.between_refined(search, guess, settings.error):
-                search.keep_refined(assembly.prepared, _answers(assembly, picks))
-            elif picks := choosing.anew(search, guess, settings.error):
-                search.keep_anew(assembly.prepared, _answers(assembly, picks))
-            else:
-                break
-            advance(len(picks))
+        while sought_more := _sought_on(assembly, search, guess, settings.error):
+            advance(sought_more)
         larger, over = search, search.over
         search, outgrown = with_smaller(assembly.prepared, search, guess, settings.error, advance)
     except KeyboardInterrupt:
@@ -227,6 +216,28 @@ def _to_their_ends(
         began = search.seconds
         advance(_learn(assembly, search, picks))
         search.following += search.seconds - began
+
+
+def _sought_on(assembly: Assembly, search: Search, guess: Contours, wanted: float) -> int:
+    """Learn more of what has been sought on with more steps; how many were sought or marched, none if enough.
+
+    At last where branches end: also when all that a search may cost is spent.
+    """
+    joint = assembly.prepared
+    if not search.over:
+        if moving := choosing.to_march_on(search):
+            search.march_on(joint, moving)
+            return len(moving)
+        picks = choosing.beside_larger(search, guess)
+        if picks := picks or choosing.between_refined(search, guess, wanted):
+            search.keep_refined(joint, _answers(assembly, picks))
+            return len(picks)
+        if picks := choosing.anew(search, guess, wanted):
+            search.keep_anew(joint, _answers(assembly, picks))
+            return len(picks)
+    ends = choosing.ends_to_march(search, wanted)
+    search.march_on(joint, ends, ends=True)
+    return len(ends)
 
 
 def _said(assembly: Assembly, search: Search, stop: threading.Event) -> tuple[str, ...]:

@@ -18,7 +18,7 @@ from microslip.analyses.time.starts import Start
 from microslip.describe.requests import MARCHED_EACH
 from microslip.pipeline.neighbours import around, far_between, larger_sides
 from microslip.pipeline.search import Search
-from microslip.pipeline.targets import TOLERANCE, Target, known_rest
+from microslip.pipeline.targets import STEPS, TOLERANCE, Target, known_rest
 from microslip.typing import Array
 
 FIRST = (0.0, -1.2, 1.2)
@@ -39,6 +39,10 @@ ALIKE = 0.25
 GAP, UNSEEN = 1 / 16, 0.25
 """Share of the frequencies without a steady state among them that is not left so, whatever the bound says: a
 resonance of an upper mode may hide there. They count for so much of those whose bound is too wide."""
+
+NEXT, ENDS = 3, 8
+"""Frequencies from one steady state to the next between which a jump is where a branch ends; and how many
+such ends are marched at most."""
 
 WALKING = 4
 """Motions that have not settled of which two are marched at once, before others are sought: how far they go
@@ -186,6 +190,19 @@ def to_march_on(search: Search) -> list[int]:
         else:
             chosen += after[:1]
     return list(dict.fromkeys(chosen))[: max(search.points - search.count, 0)]
+
+
+def ends_to_march(search: Search, wanted: float) -> list[int]:
+    """The last motions of branches that end, by index, each once: where they are known as well as is wanted.
+
+    Few steps may have a branch go on where more do not; not where there were more from the beginning.
+    """
+    if search.steps > STEPS:
+        return []
+    error = search.held().error
+    sides = larger_sides(search.anchors, error, NEXT)
+    last = {outward[0] for _, outward in sides if error[outward[0]] <= wanted} - search.firm
+    return sorted(last)[: max(ENDS - len(search.firm), 0)]
 
 
 def unfilled(search: Search) -> list[int]:

@@ -115,17 +115,21 @@ def beside_unsteady(
     return sorted(found)
 
 
-def larger_sides(anchors: Mapping[int, Anchor], error: Array) -> Iterator[tuple[int, list[int]]]:
+def larger_sides(
+    anchors: Mapping[int, Anchor], error: Array, within: int = 1
+) -> Iterator[tuple[int, list[int]]]:
     """The larger motions beside every jump, from it outward, and which way that is, 1 or -1.
 
     Parameters
     ----------
     anchors, error
         See `leaving`.
+    within : int
+        Frequencies from one to the next at most where something bounds what lies between.
     """
     marks = sorted(anchors)
     for i, (left, right) in enumerate(pairwise(marks)):
-        near = right == left + 1 or not np.isfinite(error[left + 1 : right]).all()
+        near = right <= left + within or not np.isfinite(error[left + 1 : right]).all()
         if not near or step_of(anchors[left], anchors[right]) <= JUMP:
             continue
         rises = abs(anchors[right].amplitude) > abs(anchors[left].amplitude)

@@ -33,11 +33,13 @@ from microslip.pipeline.targets import (
     Lost,
     Stepped,
     Target,
+    stepped,
 )
 from microslip.pipeline.walk import may_be_shown
 from microslip.typing import Array
 
-BY_INDEX, INDICES = ("anchors", "found", "lost"), ("fell", "ended", "tried", "finer", "marched_on")
+BY_INDEX = ("anchors", "found", "lost")
+INDICES = ("fell", "ended", "tried", "finer", "marched_on", "firm")
 """What is known of each frequency, and of some."""
 
 LEAVES_IT = "the motion leaves its branch when it is marched"
@@ -71,6 +73,7 @@ class Search:
     anew: set[int] = field(default_factory=set)
     finer: set[int] = field(default_factory=set)
     marched_on: set[int] = field(default_factory=set)
+    firm: set[int] = field(default_factory=set)
     before: tuple[int, float] | None = None
     past: tuple[int, int, float] = (0, 0, 0.0)
     following: float = 0.0
@@ -118,18 +121,8 @@ class Search:
     @property
     def states(self) -> dict[int, Stepped]:
         """Steady states by index of their frequency."""
-        return {
-            k: Stepped(
-                float(self.base.frequency[k]),
-                found.amplitude,
-                found.state,
-                self.steps_at(k),
-                found.rest is not None,
-                found.varies > 0,
-            )
-            for k in self.anchors
-            if (found := self.found.get(k)) is not None
-        }
+        f, known = self.base.frequency, self.found.keys() & self.anchors.keys()
+        return {k: stepped(float(f[k]), self.found[k], self.steps_at(k)) for k in known}
 
     @property
     def settled(self) -> dict[int, Stepped]:
@@ -177,12 +170,14 @@ class Search:
                 doubt = doubt_with(self.stepping, k, self.found[k])
                 self.anchors[k] = replace(anchor, doubt=doubt)
 
-    def march_on(self, joint: PreparedJoint, marks: Sequence[int]) -> None:
-        """March anchors with more steps: those that leave are no steady motion."""
+    def march_on(self, joint: PreparedJoint, marks: Sequence[int], ends: bool = False) -> None:
+        """March anchors with more steps, ends of branches with still more; what leaves is none."""
         chosen = {k: one for k, one in self.states.items() if k in marks}
-        self.marched_on |= self.stepping.march_on(joint, self.base.load, chosen)
+        march = self.stepping.march_ends if ends else self.stepping.march_on
+        self.marched_on |= march(joint, self.base.load, chosen)
         self.count += len(marks)
         self.passed.update(marks)
+        self.firm.update(marks if ends else ())
         self.take_refined()
 
     def steps_tell(self, joint: PreparedJoint, wanted: float) -> bool:
@@ -440,7 +435,8 @@ class Search:
             for begun in self.origins.values():
                 begun.discard(k)
         self.found[k] = answer
-        self.marched_on.discard(k)
+        for told in (self.marched_on, self.firm):
+            told.discard(k)
         self.stepping.forget(k)
         if answer.more is not None:
             self.stepping.keep(k, answer.more)

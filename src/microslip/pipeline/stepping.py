@@ -29,6 +29,9 @@ BEFORE = REFINEMENT / (REFINEMENT - 1)
 than with the number of steps."""
 
 
+BEYOND = 2
+"""Times `Stepping.more` steps with which the last motions of a branch are marched, where it ends."""
+
 BY_INDEX = ("sought_on", "strays", "drifts", "varies", "off")
 """What is known of each state, by index of its frequency."""
 
@@ -115,6 +118,17 @@ class Stepping:
                 self.keep(k, more)
                 told.add(k)
         return told
+
+    def march_ends(
+        self, joint: PreparedJoint, load: float, states: Mapping[int, Stepped]
+    ) -> set[int]:
+        """March states with `BEYOND` times `more` steps; those that leave then."""
+        steps = BEYOND * self.steps
+        finer = {k: one._replace(steps=steps, varies=True) for k, one in states.items()}
+        left = {k: m for k, m in self._asked(joint, load, finer) if not np.isfinite(m.strays)}
+        for k, more in left.items():
+            self.keep(k, more)
+        return set(left)
 
     def _asked(
         self, joint: PreparedJoint, load: float, states: Mapping[int, Stepped]
