@@ -228,22 +228,31 @@ def test_a_joint_file_says_whether_points_are_sought_on(refinement):
     assert not any("time steps" in caution.reason for caution in run.cautions)
 
 
-def test_of_ends_that_are_marched_only_those_that_leave_are_learned(monkeypatch):
-    """With twice as many steps still, whatever they have; what stays is known as it was."""
-    asked = {}
+def test_ends_that_are_marched_leave_or_are_off_by_what_is_seen(monkeypatch):
+    """With twice as many steps still, whatever they have; what fails tells nothing."""
+    asked, becomes = (
+        {},
+        {
+            0: More(1.1 + 0j, 9, strays=0.05, varies=0.04),
+            1: More(None, 9, strays=np.inf),
+            2: More(1.0005 + 0j, 9),
+            3: More(None, 9),
+        },
+    )
 
     def more(joint, load, states):
         asked.update(states)
-        for k in states:
-            yield k, More(None, 9, strays=np.inf) if k else More(1.1 + 0j, 9, strays=0.05)
+        yield from ((k, becomes[k]) for k in states)
 
     monkeypatch.setattr("microslip.pipeline.stepping.more_steps", more)
     known = Stepping()
-    known.keep(0, More(1.0 + 0j, 0))
-    states = {0: Stepped(1.0, 1 + 0j, None, STEPS), 1: Stepped(1.0, 1 + 0j, None, 4 * STEPS)}
+    for k in becomes:
+        known.keep(k, More(1.0 + 0j, 0))
+    steps = {0: STEPS, 1: 4 * STEPS, 2: STEPS, 3: STEPS}
+    states = {k: Stepped(1.0, 0.9 + 0j, None, n) for k, n in steps.items()}
     assert known.march_ends(None, 1.0, states) == {1}
     assert {one.steps for one in asked.values()} == {2 * STEPS}
     assert all(one.varies for one in asked.values())
-    assert known.sought_on == {0: 1.0, 1: None}
-    assert np.isinf(known.strays[1])
-    assert known.strays[0] == 0.0
+    assert known.sought_on == {0: 1.0, 1: None, 2: 1.0, 3: 1.0}
+    assert known.strays == pytest.approx({0: 0.15, 1: np.inf, 2: 0.0, 3: 0.0})
+    assert known.varies == {0: 0.04, 1: 0.0, 2: 0.0, 3: 0.0}

@@ -79,13 +79,17 @@ def test_a_walk_is_counted_from_where_the_load_was_raised(joint):
 
 def test_a_walk_on_another_branch_is_none(joint, monkeypatch):
     """Nor is one that is not found; on the same branch that is an error."""
-    start, steady = "after raising", SimpleNamespace(amplitude=1.0)
+    start, steady = "after raising", SimpleNamespace(amplitude=1.0, converged=True)
     there = SimpleNamespace(steady=SimpleNamespace(amplitude=1.1))
     monkeypatch.setattr(walked, "rested_soon", lambda *known: there)
     assert counted_from(None, start, steady, 1.0) is there
     assert counted_from(None, start, steady, 3.0) is None
     monkeypatch.setattr(walked, "rested_soon", lambda *known: None)
     assert counted_from(None, start, steady, 1.0) is None
+    steady.converged = False
+    assert counted_from(None, start, steady, 3.0) is None
+    with pytest.raises(resting.WalksOnError):
+        counted_from(None, start, steady, 1.0)
 
     def walks_on(*known):
         raise resting.WalksOnError("on")
@@ -101,6 +105,14 @@ def looked(place, speed, size=1.0):
     return Looked(offset, rate, size, np.array([place, 1.0]), np.array([speed, 0.0]))
 
 
+def moved_by(after, place, swing=0.0):
+    """Of a search that has begun with the bodies at a place, and in whose last cycle they swing so far."""
+    v = np.zeros((3, 6))
+    v[1, 1::2] = swing
+    steady = SimpleNamespace(cycle=SimpleNamespace(v=v))
+    return resting._moved_by(steady, after, SimpleNamespace(v=np.array([0.0, place] * 3)))
+
+
 @pytest.mark.parametrize("moved", [2.0, -2.0])
 def test_what_a_search_has_moved_bodies_by_is_taken_back(moved):
     """To where they were before it; the way there is as fast as they are."""
@@ -110,30 +122,34 @@ def test_what_a_search_has_moved_bodies_by_is_taken_back(moved):
         asked.append(vector)
         return looked(vector[0], 0.02)
 
-    start = SimpleNamespace(v=np.array([0.0, 5.0 - moved] * 3))
-    before = resting._before_the_search(after, start, look)
+    cycles = moved_by(after, 5.0 - moved)
+    assert cycles == pytest.approx(moved / 0.01)
+    before = resting._before_the_search(after, cycles, look)
     assert before.offset.mean() == pytest.approx(5.0 - moved)
     assert before.way == pytest.approx([0.02, 0.0])
     assert len(asked) == 1
 
 
-def test_what_they_walk_meanwhile_is_not_taken_back():
-    """Nor is it where no motion is found there, or none that walks the same way."""
-    after = looked(5.0, 0.01)
+def test_what_they_walk_or_swing_meanwhile_is_not_taken_back():
+    after, way = looked(5.0, 0.01), 0.01 * resting.IN_VAIN
+    assert moved_by(after, 5.0 - 0.99 * way) == 0.0
+    assert moved_by(after, 5.0 - 1.01 * way) > 0.0
+    assert moved_by(after, 3.0, swing=2.1) == 0.0
+    assert moved_by(after, 3.0, swing=1.9) > 0.0
 
-    def at(place, look):
-        return resting._before_the_search(
-            after, SimpleNamespace(v=np.array([0.0, place] * 3)), look
-        )
+
+def test_bodies_are_not_taken_back_to_another_motion():
+    """Nor to where none is found, or none that walks the same way."""
+    after = looked(5.0, 0.01)
 
     def fails(vector):
         raise ContactError("no steady motion at this offset")
 
-    assert at(5.0 - 0.01 * resting.IN_VAIN * 0.99, fails) is None
-    assert at(3.0, fails) is None
-    assert at(3.0, lambda vector: looked(vector[0], -0.02)) is None
     uneven = looked(3.0, 0.02)._replace(rate=np.array([[0.0], [0.02], [0.04]]))
-    assert at(3.0, lambda vector: uneven) is None
+    others = (looked(3.0, -0.02), looked(3.0, 0.02, size=0.5), uneven)
+    for look in (fails, *((lambda vector, other=other: other) for other in others)):
+        assert resting._before_the_search(after, 200.0, look) is None
+    assert resting._before_the_search(after, 200.0, lambda vector: looked(3.0, 0.02)) is not None
 
 
 def test_what_more_steps_do_to_a_walk_is_what_marching_says(joint, on_the_way):

@@ -36,6 +36,10 @@ SPAN, ALIKE = 50, 3e-4
 """Cycles between which what the steps do to a motion is compared where its bodies are on their way to rest,
 for as many as it varies for at most; and what it may change by from one to the next where that is known."""
 
+DECAYS = 4.0
+"""Times that a walk may have fallen to a third of its speed after `HORIZON` cycles, where the motion on it is
+shown: what has decayed more often is within a fiftieth of the way of where it rests."""
+
 SURE = 2e-3
 """What a walk is not known by, relative, above which it is sought with more steps from its beginning."""
 
@@ -58,7 +62,8 @@ def with_more_steps(joint: PreparedJoint, load: float, one: Stepped) -> More:
     more = More(None, 0)
     try:
         if one.varies:
-            return _varying(joint, load, one)
+            alone = _on_the_way if one.walks else _varying
+            return alone(joint, load, one)
         more = _sought_on(joint, load, one)
         if not (one.walks and np.isfinite(more.strays)):
             return more
@@ -158,7 +163,7 @@ def _on_the_way(joint: PreparedJoint, load: float, one: Stepped) -> More:
 
     Marched from its state with its own steps and with more, so that what it has walked meanwhile is in both.
     Where bodies walk by so much more or less in a cycle with more steps, they are elsewhere after those
-    cycles by `HORIZON` times that: what that changes the amplitude by, as the walk does, is not known.
+    cycles by `_farther` times that: what that changes the amplitude by, as the walk does, is not known.
     """
     f, dimension = one.frequency, joint.model.dimension
     schemes = [time_scheme(joint, 1 / (f * n), frequency=f) for n in _both(one)]
@@ -177,12 +182,30 @@ def _on_the_way(joint: PreparedJoint, load: float, one: Stepped) -> More:
     spent = (1 + REFINEMENT) * SPAN * len(means)
     if apart(1.0, times[-1]) > FARTHEST:
         return More(None, spent, strays=np.inf)
-    faster = places[-1] - places[-2]
-    far = float(np.linalg.norm(faster[1] - faster[0])) / SPAN * HORIZON
+    few, more = (places[-1] - places[-2]) / SPAN
+    far = float(np.linalg.norm(more - few)) * _farther(few, more)
     walked = float(np.linalg.norm(places[-1][0] - places[1][0]))
     # by few steps, as what more begin with has to die away
     changes = apart(means[0][0], means[-1][0]) / max(walked, 1e-300)
     return More(one.amplitude * times[-1], spent, drifts=abs(times[1] - times[0]) + changes * far)
+
+
+def _farther(few: Array, more: Array) -> float:
+    """Times the difference of two walks per cycle that bodies are apart for it after `HORIZON` cycles.
+
+    As many as there are, where a walk goes on as it is. One that decays, ``exp(-c n)``, was faster before:
+    at a share r of it bodies are behind by ``(exp((1 - r) c n) - 1)/((1 - r) c n)`` times as much.
+
+    Examples
+    --------
+    >>> round(_farther(np.array([1.0]), np.array([1.2])) / HORIZON, 2)
+    1.0
+    >>> round(_farther(np.array([1.0]), np.array([0.6])) / HORIZON, 2)
+    2.47
+    """
+    share = float(np.clip(more @ few / max(float(few @ few), 1e-300), 0.0, 1.0))
+    exponent = max((1 - share) * DECAYS, 1e-9)
+    return HORIZON * float(np.expm1(exponent)) / exponent
 
 
 def _walked_anew(joint: PreparedJoint, load: float, one: Stepped, marched: More) -> More:

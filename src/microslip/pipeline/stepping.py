@@ -122,13 +122,22 @@ class Stepping:
     def march_ends(
         self, joint: PreparedJoint, load: float, states: Mapping[int, Stepped]
     ) -> set[int]:
-        """March states with `BEYOND` times `more` steps; those that leave then."""
-        steps = BEYOND * self.steps
+        """March states with `BEYOND` times `more` steps; those that leave then.
+
+        What stays is what it was with fewer, and strays from that by as much as it is off.
+        """
+        steps, left = BEYOND * self.steps, set[int]()
         finer = {k: one._replace(steps=steps, varies=True) for k, one in states.items()}
-        left = {k: m for k, m in self._asked(joint, load, finer) if not np.isfinite(m.strays)}
-        for k, more in left.items():
-            self.keep(k, more)
-        return set(left)
+        for k, more in self._asked(joint, load, finer):
+            own = self.sought_on.get(k) or states[k].amplitude
+            off = 0.0 if more.amplitude is None else apart(own, more.amplitude) + more.strays
+            if not np.isfinite(more.strays):
+                self.keep(k, more)
+                left.add(k)
+            elif off > ACCURACY:
+                self.strays[k] = max(self.strays.get(k, 0.0), off)
+                self.varies[k] = max(self.varies.get(k, 0.0), more.varies)
+        return left
 
     def _asked(
         self, joint: PreparedJoint, load: float, states: Mapping[int, Stepped]

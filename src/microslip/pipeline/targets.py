@@ -83,7 +83,8 @@ class Stepped(NamedTuple):
     marched : bool
         Where it does not settle with more steps it is marched with these.
     varies : bool
-        It does not repeat, but varies from cycle to cycle for good, and the amplitude is its mean.
+        It does not repeat, but varies from cycle to cycle for good, and the amplitude is its mean; or it is
+        to be marched as one that does.
     walks : bool
         It is one of bodies that are on their way to where they rest, after
         `microslip.analyses.time.offset.HORIZON` cycles.
@@ -206,5 +207,6 @@ class Lost:
 
 def stepped(frequency: float, found: Found, steps: int) -> Stepped:
     """A steady state of so many steps per cycle, to be sought on with more."""
-    rests, varies, walks = found.rest is not None, found.varies > 0, found.ahead != 0
+    rests, varies = found.rest is not None, found.varies > 0
+    walks = found.ahead != 0 and not varies
     return Stepped(frequency, found.amplitude, found.state, steps, rests, varies, walks)

@@ -238,7 +238,7 @@ class _Seeking:
                 return found
             self.spent += there.cycles
             if self.after_raising is not None:
-                own = counted_from(scheme, *self.after_raising, abs(there.steady.amplitude))
+                own = counted_from(scheme, *self.after_raising, abs(found.amplitude))
                 there = there if own is None else own
                 self.spent += 0 if own is None else own.cycles
             end = end_of(at_phase_0(scheme, there.steady), 0.0, scheme, frequency)

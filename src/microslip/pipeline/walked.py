@@ -84,14 +84,17 @@ def counted_from(
     Raises
     ------
     WalksOnError
-        Where it leads to the same branch, and it is not found where the bodies are then.
+        Where it leads to the same branch, and it is not found where the bodies are then, or nothing settles.
     """
+    other = elsewhere(abs(steady.amplitude), (size, size))
     try:
         there = rested_soon(scheme, steady, start)
     except WalksOnError:
-        if elsewhere(abs(steady.amplitude), (size, size)):
+        if other:
             return None
         raise
-    if there is None or elsewhere(abs(there.steady.amplitude), (size, size)):
-        return None
-    return there
+    if there is None:
+        if steady.converged or other:
+            return None
+        raise WalksOnError("after the load was raised no vibration settles")
+    return None if elsewhere(abs(there.steady.amplitude), (size, size)) else there

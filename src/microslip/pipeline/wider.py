@@ -49,6 +49,7 @@ def wider(search: Search, surface: LoadSurface, base: Response) -> Search:
         anew=those(search.anew),
         finer=those(search.finer),
         marched_on=those(search.marched_on),
+        firm=those(search.firm),
         past=search.in_all,
     )
     found.take_refined()

@@ -225,13 +225,16 @@ def rested(
         after = march(scheme, last, wave, memory=memory).state
         way = space.vector(after) - first.looked.vector
         start = first.looked._replace(way=way)
-        before = None if begin is None else _before_the_search(start, begin, look)
+        cycles = 0.0 if begin is None else _moved_by(steady, start, begin)
+        before = _before_the_search(start, cycles, look) if cycles else None
         if before is not None:
             start, seen = before, [before]
         rest = _end(start, look, seen)
         if first.change > CLOSE + SURELY * _by_the_walk(space, rest):
             raise WalksOnError("the bodies walk on, and the vibration changes by more than that")
         rest, there, moved = followed(rest, look)
+        if there is not None and cycles and before is None:
+            raise WalksOnError("the bodies walk on, and from where they began no motion is found")
         vector = rest.vector if there is None else there[0]
         final = sought_there(scheme, steady, space.state(vector, last), tolerance, memory)
     except ContactError as error:
@@ -287,26 +290,34 @@ def begun(
     return short
 
 
-def _before_the_search(
-    after: Looked, begin: State | Start, look: Callable[[Array], Looked]
-) -> Looked | None:
-    """The motion where bodies were that a search has moved by more than they walk in as many cycles.
+def _moved_by(steady: SteadyState, after: Looked, begin: State | Start) -> float:
+    """Cycles of the walk, as fast as it is now, by which a search has moved bodies; else zero.
 
-    None where it has not, and where none is found that walks there.
+    So it is where they walk as far in as many cycles as it lasts, or swing as far in one.
     """
     along, dimension = after.along, after.offset.shape[1] + 1
     speed = after.speed(along)
-    cycles = (after.at(along) - float(mean_slip(begin.v, dimension) @ along)) / speed
-    if abs(cycles) <= IN_VAIN:
-        return None
+    way = after.at(along) - float(mean_slip(begin.v, dimension) @ along)
+    swing = float(np.ptp(tangential_vectors(steady.cycle.v, dimension).mean(axis=1) @ along))
+    return way / speed if abs(way) > max(IN_VAIN * speed, swing) else 0.0
+
+
+def _before_the_search(
+    after: Looked, cycles: float, look: Callable[[Array], Looked]
+) -> Looked | None:
+    """The motion where bodies were so many cycles of the walk before, as fast as it is now.
+
+    None where none of the same branch is found that walks that way.
+    """
+    along, size = after.along, abs(after.amplitude)
     try:
         before = look(after.vector - cycles * after.way)
     except ContactError:
         return None
     rate = before.speed(along)
-    if rate <= 0 or not walks(before.rate):
+    if rate <= 0 or not walks(before.rate) or elsewhere(abs(before.amplitude), (size, size)):
         return None
-    return before._replace(way=rate / speed * after.way)
+    return before._replace(way=rate / after.speed(along) * after.way)
 
 
 def _end(begin: Looked, look: Callable[[Array], Looked], seen: list[Looked]) -> Rest:
