@@ -308,7 +308,7 @@ def test_the_last_motions_of_a_branch_are_marched_until_one_stays(refined, monke
     while marks := choosing.ends_to_march(search, 0.01):
         search.march_on(None, marks, ends=True)
     expected = [ENDS + 2 * i for i in range(min(stay + 1, choosing.ENDS))]
-    assert asked == expected[: 1 if stay == 0 else len(expected)]
+    assert asked == expected
     left = [k for k in asked if k < ENDS + 2 * stay]
     assert set(search.lost) == set(left)
     assert all(one.left for one in search.lost.values())
@@ -316,6 +316,29 @@ def test_the_last_motions_of_a_branch_are_marched_until_one_stays(refined, monke
     search.stepping.steps *= 4
     search.firm.clear()
     assert choosing.ends_to_march(search, 0.01) == []
+
+
+@pytest.mark.parametrize("points", [100, 12])
+def test_a_branch_ends_where_its_last_motions_leave_with_still_more_steps(
+    refined, monkeypatch, points
+):
+    """Few steps and more have it begin at one frequency, still more four later; also where all is spent."""
+    few, marched = branch("larger").copy(), []
+    few[:ENDS] = branch("smaller")[:ENDS]
+
+    def more(joint, load, states):
+        for k, one in states.items():
+            ends = one.steps > STEPS
+            marched.extend([k] if ends else [])
+            leaves = ends and ENDS <= k < ENDS + 4
+            yield k, More(None, 100, np.inf) if leaves else More(complex(few[k]), 16)
+
+    sought, _ = smooth(few)
+    found = held_to(sought, refined, monkeypatch, points, more=more, ends=True).response
+    known = (found.flag == CONVERGED) & (found.error_indicator <= 0.01)
+    print(f"marched {marched}, {known.sum()} known of {len(known)}")
+    assert marched[0] in range(ENDS, ENDS + 4)
+    assert not (known & (np.abs(found.amplitude) > 1e-3))[ENDS : marched[-1]].any()
 
 
 def test_a_march_that_fails_says_nothing(refined, monkeypatch):

@@ -122,6 +122,39 @@ def test_bodies_that_walk_on_are_shown_where_they_are_by_then(joint, monkeypatch
     assert found.rest is None
 
 
+def test_bodies_that_walk_are_where_the_raised_load_leads_them(joint, monkeypatch):
+    """Not where those of the motion that was found are; where nothing is counted from there, these."""
+    settled = seek(joint, Target(0, 182.0, LOAD, 0.0))
+    shares = {"found": 1.04, "raised": 0.97}
+
+    def rests(share, steady):
+        later = replace(steady, amplitude=share * settled.amplitude)
+        return Rested(later, 1e-3, np.zeros(1), 1e-6, 400.0, 0.02, 400)
+
+    def counted(scheme, start, steady, size):
+        assert size == pytest.approx(abs(settled.amplitude), rel=2e-3)
+        return shares["raised"] and rests(shares["raised"], steady)
+
+    monkeypatch.setattr(
+        walk, "rested_soon", lambda _, steady, begin: rests(shares["found"], steady)
+    )
+    monkeypatch.setattr(walk, "counted_from", counted)
+    for share in (0.97, None):
+        shares["raised"] = share
+        found = seek(joint, Target(0, 182.0, LOAD, 0.0))
+        expected = (share or shares["found"]) * abs(settled.amplitude)
+        assert abs(found.amplitude) == pytest.approx(expected, rel=1e-9)
+        assert found.ahead == 0.02
+
+    def walks_on(*known):
+        raise WalksOnError("on")
+
+    monkeypatch.setattr(walk, "counted_from", walks_on)
+    found = seek(joint, Target(0, 182.0, LOAD, 0.0))
+    assert found.change > TOLERANCE
+    assert found.doubt == DOUBTFUL
+
+
 def test_states_beside_lead_to_the_same_where_nothing_folds(joint, beside):
     """A motion that is expected larger is sought from beside; what is not larger is not taken."""
     rest = seek(joint, Target(0, 182.0, LOAD, 0.0))
