@@ -125,12 +125,16 @@ def larger_sides(
     anchors, error
         See `leaving`.
     within : int
-        Frequencies from one to the next at most where something bounds what lies between.
+        Frequencies from one to the next at most where something bounds what lies between; of more than one
+        those alone whose sizes are of other branches.
     """
     marks = sorted(anchors)
     for i, (left, right) in enumerate(pairwise(marks)):
         near = right <= left + within or not np.isfinite(error[left + 1 : right]).all()
-        if not near or step_of(anchors[left], anchors[right]) <= JUMP:
+        apart = step_of(anchors[left], anchors[right])
+        if not near or apart <= JUMP:
+            continue
+        if right > left + 1 and np.isfinite(error[left + 1 : right]).all() and apart <= BRANCH:
             continue
         rises = abs(anchors[right].amplitude) > abs(anchors[left].amplitude)
         yield (1, marks[i + 1 :]) if rises else (-1, marks[i::-1])
