@@ -22,9 +22,9 @@ from microslip import prepare, reference_joint
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.time import half_period, stability, steady
 from microslip.analyses.time.point import Request, TimePoint
-from microslip.analyses.time.points import RAISED
 from microslip.analyses.time.scheme import March, contact_memory, march, time_scheme
 from microslip.analyses.time.stability import settling_error
+from microslip.analyses.time.steady import RAISED
 from microslip.analyses.time.step_refinement import REFINEMENT, with_finer_steps
 
 LOADS, FREQUENCIES, STEPS = (1e-4, 1.5e-4, 3e-4), (170.0, 176.0, 181.0, 190.0), 150

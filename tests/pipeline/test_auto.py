@@ -237,6 +237,20 @@ def beside_a_jump(refined, larger, more, every=8):
     return search
 
 
+def marched_alone(monkeypatch, becomes):
+    """Have motions marched with more steps become what is given, by index; which were asked for."""
+    asked = []
+
+    def marched(joint, load, states):
+        for k, one in states.items():
+            asked.append(k)
+            assert one.varies
+            yield k, becomes(k, one)
+
+    monkeypatch.setattr(stepping, "more_steps", marched)
+    return asked
+
+
 def test_motions_at_rest_that_stay_with_more_steps_are_known_beside_a_jump(refined):
     """They do not settle with these, and stay three thousandths off; the first beside the jump may leave."""
     at_rest = Found(0j, 1e-8, 1e-5, "", 10, scatter=0.0, past=0.0, rest=np.zeros(1))
@@ -253,16 +267,13 @@ def test_beside_a_jump_motions_are_marched_on_until_two_stay(refined, monkeypatc
     """None of the larger ones has settled; with more steps those within so many of the jump leave."""
     # that few steps settled once, before bodies walked on, says nothing
     unsettled = Found(0j, 1e-3, 1e-3, "", 10, scatter=0.0, past=0.0)
-    search, asked = beside_a_jump(refined, unsettled, lambda Q: More(Q, 16), every=4), []
+    search = beside_a_jump(refined, unsettled, lambda Q: More(Q, 16), every=4)
 
-    def marched(joint, load, states):
-        for k, one in states.items():
-            asked.append(k)
-            assert one.varies
-            stays = k >= ENDS + end
-            yield k, More(one.amplitude, 400, 2e-3, 1e-4) if stays else More(None, 100, np.inf)
+    def becomes(k, one):
+        stays = k >= ENDS + end
+        return More(one.amplitude, 400, 2e-3, 1e-4) if stays else More(None, 100, np.inf)
 
-    monkeypatch.setattr(stepping, "more_steps", marched)
+    asked = marched_alone(monkeypatch, becomes)
     assert np.isinf(search.held().error[ENDS:]).all()
     while marks := choosing.to_march_on(search):
         search.march_on(None, marks)
@@ -295,15 +306,13 @@ def test_motions_beyond_the_next_jump_are_not_marched_on(refined):
 def test_the_last_motions_of_a_branch_are_marched_until_one_stays(refined, monkeypatch, stay):
     """All have settled with more steps; with still more the first so many leave. Not more than some are."""
     settled = Found(0j, 1e-8, 1e-5, "", 10, scatter=0.0, past=0.0)
-    search, asked = beside_a_jump(refined, settled, lambda Q: More(Q, 16), every=2), []
+    search = beside_a_jump(refined, settled, lambda Q: More(Q, 16), every=2)
 
-    def marched(joint, load, states):
-        for k, one in states.items():
-            asked.append(k)
-            leaves = k < ENDS + 2 * stay
-            yield k, More(None, 100, np.inf) if leaves else More(one.amplitude, 400)
+    def becomes(k, one):
+        leaves = k < ENDS + 2 * stay
+        return More(None, 100, np.inf) if leaves else More(one.amplitude, 400)
 
-    monkeypatch.setattr(stepping, "more_steps", marched)
+    asked = marched_alone(monkeypatch, becomes)
     assert (search.held().error[search.marks] <= 0.01).all()
     while marks := choosing.ends_to_march(search, 0.01):
         search.march_on(None, marks, ends=True)

@@ -11,14 +11,13 @@ import microslip
 from microslip.analyses.time.resting import Rested, WalksOnError
 from microslip.analyses.time.scheme import march, time_scheme
 from microslip.analyses.time.starts import mixed, placed
-from microslip.analyses.time.steady import raised_state, steady_state
+from microslip.analyses.time.steady import RAISED, raised_state, steady_state
 from microslip.analyses.time.watching import watched
 from microslip.errors import ContactError
 from microslip.pipeline import walk, walked
 from microslip.pipeline.targets import STEPS, TOLERANCE, More
 from microslip.pipeline.walk import (
     DOUBTFUL,
-    RAISED,
     RAISED_AGAIN,
     Found,
     Lost,

@@ -12,13 +12,13 @@ from microslip.analyses.time.offset import Looked
 from microslip.analyses.time.resting import rested
 from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.starts import end_of
-from microslip.analyses.time.steady import raised_state, steady_state
+from microslip.analyses.time.steady import RAISED, raised_state, steady_state
 from microslip.analyses.time.watching import watched
 from microslip.errors import ContactError
 from microslip.pipeline import walked
 from microslip.pipeline.more_steps import with_more_steps
 from microslip.pipeline.targets import TOLERANCE, Stepped
-from microslip.pipeline.walked import RAISED, after_raising, counted_from
+from microslip.pipeline.walked import after_raising, counted_from
 
 WALKS = """
 [beams]

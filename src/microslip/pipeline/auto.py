@@ -134,7 +134,7 @@ def anchored_response(
         _to_their_ends(assembly, search, guess, settings.error, advance)
         search.refine(assembly.prepared)
         # with more steps there may be more to see than there was with fewer
-        while sought_more := _sought_on(assembly, search, guess, settings.error):
+        while sought_more := _refine_on(assembly, search, guess, settings.error):
             advance(sought_more)
         larger, over = search, search.over
         search, outgrown = with_smaller(assembly.prepared, search, guess, settings.error, advance)
@@ -218,7 +218,7 @@ def _to_their_ends(
         search.following += search.seconds - began
 
 
-def _sought_on(assembly: Assembly, search: Search, guess: Contours, wanted: float) -> int:
+def _refine_on(assembly: Assembly, search: Search, guess: Contours, wanted: float) -> int:
     """Learn more of what has been sought on with more steps; how many were sought or marched, none if enough.
 
     At last where branches end: also when all that a search may cost is spent.
@@ -235,8 +235,8 @@ def _sought_on(assembly: Assembly, search: Search, guess: Contours, wanted: floa
         if picks := choosing.anew(search, guess, wanted):
             search.keep_anew(joint, _answers(assembly, picks))
             return len(picks)
-    ends = choosing.ends_to_march(search, wanted)
-    search.march_on(joint, ends, ends=True)
+    if ends := choosing.ends_to_march(search, wanted):
+        search.march_on(joint, ends, ends=True)
     return len(ends)
 
 

@@ -19,7 +19,13 @@ from microslip.analyses.time.readings import opening_of
 from microslip.analyses.time.resting import WalksOnError, at_phase_0
 from microslip.analyses.time.scheme import TimeScheme, time_scheme
 from microslip.analyses.time.starts import Start, end_of
-from microslip.analyses.time.steady import SteadyState, raised_state, steady_state, walk_of
+from microslip.analyses.time.steady import (
+    RAISED,
+    SteadyState,
+    raised_state,
+    steady_state,
+    walk_of,
+)
 from microslip.analyses.time.watching import watched
 from microslip.contact.pairs import mean_slip
 from microslip.errors import MicroslipError
@@ -27,7 +33,7 @@ from microslip.numerics.fourier import harmonic, without_drift
 from microslip.pipeline.creep import Walk, crept
 from microslip.pipeline.targets import STEPS, TOLERANCE, known_rest
 from microslip.pipeline.walk import DOUBTFUL, LONGEST, lasting
-from microslip.pipeline.walked import RAISED, rested_soon
+from microslip.pipeline.walked import rested_soon
 from microslip.typing import Complex
 
 CYCLES = 30

@@ -16,13 +16,12 @@ from microslip.analyses.time.offset import elsewhere
 from microslip.analyses.time.scheme import State, TimeScheme, march, prestressed_state, time_scheme
 from microslip.analyses.time.starts import end_of, mixed, placed
 from microslip.analyses.time.staying import LEAVES
-from microslip.analyses.time.steady import raised_state
+from microslip.analyses.time.steady import RAISED, raised_state
 from microslip.errors import ContactError, JointOpensError, MicroslipError
 from microslip.numerics.execute import each, threads
 from microslip.pipeline.creep import Crept, Walk, crept
 from microslip.pipeline.targets import Found, Lost, Target, known_rest
 from microslip.pipeline.walk import RAISED_AGAIN
-from microslip.pipeline.walked import RAISED
 
 
 def raised_and_marched(joint: PreparedJoint, targets: Sequence[Target]) -> Iterator[Found | Lost]:

@@ -16,13 +16,13 @@ from microslip.analyses.time.offset import HORIZON
 from microslip.analyses.time.scheme import State, contact_memory, time_scheme
 from microslip.analyses.time.starts import placed
 from microslip.analyses.time.staying import Stay, stay_of
-from microslip.analyses.time.steady import SteadyState, steady_state
+from microslip.analyses.time.steady import RAISED, SteadyState, steady_state
 from microslip.analyses.time.watching import LEAK, TURNS, known_mean, to_come, watched
 from microslip.contact.pairs import mean_slip
 from microslip.errors import MicroslipError
 from microslip.numerics.execute import each, threads
 from microslip.pipeline.targets import REFINEMENT, TOLERANCE, More, Stepped
-from microslip.pipeline.walked import RAISED, SOUGHT, after_raising, counted_from
+from microslip.pipeline.walked import SOUGHT, after_raising, counted_from
 from microslip.typing import Array, Complex
 
 PATIENCE = 100
@@ -166,22 +166,21 @@ def _on_the_way(joint: PreparedJoint, load: float, one: Stepped) -> More:
     cycles by `_farther` times that: what that changes the amplitude by, as the walk does, is not known.
     """
     f, dimension = one.frequency, joint.model.dimension
-    schemes = [time_scheme(joint, 1 / (f * n), frequency=f) for n in _both(one)]
+    both = one.steps, REFINEMENT * one.steps
+    schemes = [time_scheme(joint, 1 / (f * steps), frequency=f) for steps in both]
     ends = [placed(one.state, scheme, f, load) for scheme in schemes]
-    places, means = [_places(ends, dimension)], list[Complex]()
+    places, means, spent = [_places(ends, dimension)], list[Complex](), 0
     for _ in range(BLOCKS * BLOCK // SPAN):
         seen = [watched(s, load, end, SPAN) for s, end in zip(schemes, ends, strict=True)]
         ends = [states[-1] for _, states in seen]
         means.append(np.array([Q.mean() for Q, _ in seen]))
         places.append(_places(ends, dimension))
+        spent += (1 + REFINEMENT) * SPAN
         times = [complex(more / few) for few, more in means[-2:]]
         if apart(1.0, times[-1]) > FARTHEST:
-            break
+            return More(None, spent, strays=np.inf)
         if len(times) > 1 and abs(times[1] - times[0]) <= ALIKE:
             break
-    spent = (1 + REFINEMENT) * SPAN * len(means)
-    if apart(1.0, times[-1]) > FARTHEST:
-        return More(None, spent, strays=np.inf)
     few, more = (places[-1] - places[-2]) / SPAN
     far = float(np.linalg.norm(more - few)) * _farther(few, more)
     walked = float(np.linalg.norm(places[-1][0] - places[1][0]))
@@ -221,11 +220,6 @@ def _walked_anew(joint: PreparedJoint, load: float, one: Stepped, marched: More)
         return marched._replace(cycles=spent)
     spent += REFINEMENT * there.cycles
     return marched._replace(amplitude=there.steady.amplitude, drifts=there.apart, cycles=spent)
-
-
-def _both(one: Stepped) -> tuple[int, int]:
-    """Steps per cycle of a state, and `REFINEMENT` times as many."""
-    return one.steps, REFINEMENT * one.steps
 
 
 def _places(ends: Sequence[State], dimension: int) -> Array:

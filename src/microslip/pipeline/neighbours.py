@@ -130,11 +130,12 @@ def larger_sides(
     """
     marks = sorted(anchors)
     for i, (left, right) in enumerate(pairwise(marks)):
-        near = right <= left + within or not np.isfinite(error[left + 1 : right]).all()
         apart = step_of(anchors[left], anchors[right])
-        if not near or apart <= JUMP:
-            continue
-        if right > left + 1 and np.isfinite(error[left + 1 : right]).all() and apart <= BRANCH:
+        if right > left + 1 and np.isfinite(error[left + 1 : right]).all():
+            jumps = right <= left + within and apart > BRANCH
+        else:
+            jumps = apart > JUMP
+        if not jumps:
             continue
         rises = abs(anchors[right].amplitude) > abs(anchors[left].amplitude)
         yield (1, marks[i + 1 :]) if rises else (-1, marks[i::-1])

@@ -36,18 +36,17 @@ from microslip.analyses.time.resting import WalksOnError, at_phase_0
 from microslip.analyses.time.scheme import State, TimeScheme, time_scheme
 from microslip.analyses.time.starts import Start, end_of, mixed
 from microslip.analyses.time.staying import LEAVES
-from microslip.analyses.time.steady import SteadyState, raised_state, steady_state
+from microslip.analyses.time.steady import RAISED, SteadyState, raised_state, steady_state
 from microslip.analyses.time.watching import to_come, watched
 from microslip.contact.pairs import mean_slip
 from microslip.errors import JointOpensError, MicroslipError
 from microslip.numerics.execute import each, threads
 from microslip.pipeline.more_steps import FARTHEST, apart, with_more_steps
 from microslip.pipeline.targets import LEFT, TOLERANCE, Found, Lost, More, Stepped, Target
-from microslip.pipeline.walked import RAISED, after_raising, counted_from, rested_soon
+from microslip.pipeline.walked import SOUGHT, after_raising, counted_from, rested_soon
 
-WARM, COLD, ANOTHER = 50, 100, 50
-"""Cycles at most: from states beside; from rest, and after the load was raised where that leads to nothing;
-and of what is known with another past."""
+WARM, COLD = 50, 100
+"""Cycles at most: from states beside; from rest, and after the load was raised if that leads to nothing."""
 
 FINE, FINER = 1e-7, 30
 """Relative change over a cycle to which the search goes on from a steady state, for so many cycles at most:
@@ -231,7 +230,7 @@ class _Seeking:
         """The same where bodies that walk have come to rest, or are after `offset.HORIZON` cycles."""
         scheme, frequency = self.scheme, self.target.frequency
         try:
-            steady = _searched(scheme, self.target, found.state, TOLERANCE, ANOTHER)
+            steady = _searched(scheme, self.target, found.state, TOLERANCE, SOUGHT)
             self.spent += steady.cycles
             there = rested_soon(scheme, steady, found.state)
             if there is None:
@@ -239,8 +238,9 @@ class _Seeking:
             self.spent += there.cycles
             if self.after_raising is not None:
                 own = counted_from(scheme, *self.after_raising, abs(found.amplitude))
-                there = there if own is None else own
-                self.spent += 0 if own is None else own.cycles
+                if own is not None:
+                    there = own
+                    self.spent += own.cycles
             end = end_of(at_phase_0(scheme, there.steady), 0.0, scheme, frequency)
             offset = there.offset
             if offset is None:  # where they are by then
@@ -291,7 +291,7 @@ class _Seeking:
         """Relative difference to the amplitude after another velocity; nan where that is another motion."""
         guess = VARIED * found.amplitude
         try:
-            other = _searched(self.scheme, self.target, None, TOLERANCE, ANOTHER, guess)
+            other = _searched(self.scheme, self.target, None, TOLERANCE, SOUGHT, guess)
         except MicroslipError:
             return float("nan")
         self.spent += other.cycles

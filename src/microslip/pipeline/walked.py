@@ -12,13 +12,13 @@ from microslip.analyses.time.readings import opening_of
 from microslip.analyses.time.resting import Rested, WalksOnError, rested
 from microslip.analyses.time.scheme import State, TimeScheme
 from microslip.analyses.time.starts import Start
-from microslip.analyses.time.steady import SteadyState, raised_state, steady_state
+from microslip.analyses.time.steady import RAISED, SteadyState, raised_state, steady_state
 from microslip.analyses.time.walking_on import marched_on
 from microslip.errors import MicroslipError
 from microslip.pipeline.targets import TOLERANCE
 
-RAISED, SOUGHT = 10, 50
-"""Cycles over which the load is raised, and of a search after that at most."""
+SOUGHT = 50
+"""Cycles at most of a search for what is known with another past."""
 
 SOON = 400
 """Cycles after which a motion is at rest or left to that, where that place is not found."""

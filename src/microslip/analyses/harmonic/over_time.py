@@ -38,15 +38,15 @@ from microslip.analyses.time.scheme import (
     time_scheme,
 )
 from microslip.analyses.time.starts import Start, end_of
-from microslip.analyses.time.steady import SteadyState, raised_state, steady_state
+from microslip.analyses.time.steady import RAISED, SteadyState, raised_state, steady_state
 from microslip.brief import Brief
 from microslip.contact.pairs import mean_slip
 from microslip.errors import ContactError
 from microslip.numerics.fourier import to_complex
 from microslip.typing import Array, Complex
 
-STEPS, RAISED = 300, 10
-"""Steps per cycle from rest, and cycles over which the load is raised."""
+STEPS = 300
+"""Steps per cycle from rest."""
 
 FEWEST, MOST_STEPS = 150, 2400
 """Steps per cycle beside a response, at first and at most."""

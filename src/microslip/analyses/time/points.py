@@ -33,6 +33,7 @@ from microslip.analyses.time.stability import closer, settling_error, stability_
 from microslip.analyses.time.starts import Start, end_of, placed
 from microslip.analyses.time.steady import (
     CONFIRMED,
+    RAISED,
     SteadyState,
     linearised_state,
     raised_state,
@@ -43,9 +44,6 @@ from microslip.analyses.time.step_refinement import with_finer_steps
 from microslip.analyses.time.walking_on import marched_on
 from microslip.errors import ContactError, Failure, JointOpensError, MicroslipError
 from microslip.numerics.execute import Executor, each, threads
-
-RAISED = 10
-"""Cycles over which a load is raised."""
 
 MORE, FEW = (4, 8), 80
 """So many times the steps, and cycles at most with them, where a motion does not settle or is unstable."""

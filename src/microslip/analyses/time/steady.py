@@ -35,6 +35,7 @@ from microslip.numerics.fourier import harmonic
 from microslip.typing import Array, Complex
 
 __all__ = [
+    "RAISED",
     "SteadyState",
     "drift_of",
     "linearised_state",
@@ -43,6 +44,9 @@ __all__ = [
     "vibration_weight",
     "walk_of",
 ]
+
+RAISED = 10
+"""Cycles over which the load is raised from rest: the past that is meant where none is given."""
 
 CONFIRMED = 3.0
 """The cycle after the search may change by this many times the tolerance."""
