@@ -122,7 +122,7 @@ def test_bodies_that_walk_on_are_shown_where_they_are_by_then(joint, monkeypatch
 
 
 def test_bodies_that_walk_are_where_the_raised_load_leads_them(joint, monkeypatch):
-    """Not where those of the motion that was found are; where nothing is counted from there, these."""
+    """Not where those of the motion that was found are, found or not; where nothing is counted, these."""
     settled = seek(joint, Target(0, 182.0, LOAD, 0.0))
     shares = {"found": 1.04, "raised": 0.97}
 
@@ -148,6 +148,10 @@ def test_bodies_that_walk_are_where_the_raised_load_leads_them(joint, monkeypatc
     def walks_on(*known):
         raise WalksOnError("on")
 
+    monkeypatch.setattr(walk, "rested_soon", walks_on)
+    shares["raised"] = 0.97
+    found = seek(joint, Target(0, 182.0, LOAD, 0.0))
+    assert abs(found.amplitude) == pytest.approx(0.97 * abs(settled.amplitude), rel=1e-9)
     monkeypatch.setattr(walk, "counted_from", walks_on)
     found = seek(joint, Target(0, 182.0, LOAD, 0.0))
     assert found.change > TOLERANCE

@@ -32,7 +32,7 @@ import numpy as np
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.time.classify import motion_of
 from microslip.analyses.time.readings import opening_of
-from microslip.analyses.time.resting import WalksOnError, at_phase_0
+from microslip.analyses.time.resting import Rested, WalksOnError, at_phase_0
 from microslip.analyses.time.scheme import State, TimeScheme, time_scheme
 from microslip.analyses.time.starts import Start, end_of, mixed
 from microslip.analyses.time.staying import LEAVES
@@ -230,17 +230,10 @@ class _Seeking:
         """The same where bodies that walk have come to rest, or are after `offset.HORIZON` cycles."""
         scheme, frequency = self.scheme, self.target.frequency
         try:
-            steady = _searched(scheme, self.target, found.state, TOLERANCE, SOUGHT)
-            self.spent += steady.cycles
-            there = rested_soon(scheme, steady, found.state)
+            there = self._walked(found)
             if there is None:
                 return found
             self.spent += there.cycles
-            if self.after_raising is not None:
-                own = counted_from(scheme, *self.after_raising, abs(found.amplitude))
-                if own is not None:
-                    there = own
-                    self.spent += own.cycles
             end = end_of(at_phase_0(scheme, there.steady), 0.0, scheme, frequency)
             offset = there.offset
             if offset is None:  # where they are by then
@@ -264,6 +257,16 @@ class _Seeking:
             varies=0.0,
             more=None,
         )
+
+    def _walked(self, found: Found) -> Rested | None:
+        """Counted from the raised load where that leads to the same branch, else from where they are."""
+        if self.after_raising is not None:
+            own = counted_from(self.scheme, *self.after_raising, abs(found.amplitude))
+            if own is not None:
+                return own
+        steady = _searched(self.scheme, self.target, found.state, TOLERANCE, SOUGHT)
+        self.spent += steady.cycles
+        return rested_soon(self.scheme, steady, found.state)
 
     def from_raised(self) -> Found | None:
         """The motion after the load was raised."""
