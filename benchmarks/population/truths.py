@@ -95,8 +95,9 @@ def marched(
 ) -> End | None:
     """Where a motion ends, marched from a state at a phase of the load; None where a step does not solve.
 
-    Without a state from rest, after the load was raised. What has settled is marched on with more steps;
-    where it does not settle with these, and stays, it is the truth as well as that.
+    Without a state from rest, after the load was raised. Then it is marched on with more steps: what few have
+    beat for good may repeat. Where it has settled with few and does not with more, and stays, it is the truth
+    as well as that.
     """
     scheme, finer = _scheme(joint, f), _scheme(joint, f, FINER)
     try:
@@ -104,14 +105,12 @@ def marched(
         end, state, cycles = to_its_end(scheme, load, state, phase, HORIZON)
     except MicroslipError:
         return None
-    if not end.settled:
-        return end
     try:
         state = placed(end_of(state, phase, scheme, f), finer, f, load)
         better = to_its_end(finer, load, state, phase, MOST_FINER, cycles).end
     except MicroslipError:
         return end
-    if better.settled or not better.near(end.most):
+    if better.settled or not end.settled or not better.near(end.most):
         return better
     return end._replace(left=max(end.left, better.off(end.most)))
 

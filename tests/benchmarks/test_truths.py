@@ -9,7 +9,7 @@ sys.path.insert(0, str(ROOT / "benchmarks" / "population"))
 import numpy as np
 import pytest
 import truths
-from truths import HORIZON, PART, SETTLED, End, judged, to_its_end
+from truths import HORIZON, PART, SETTLED, End, Marched, judged, to_its_end
 
 SMALL = End(0.1, 0.1, True)
 
@@ -92,3 +92,26 @@ def test_with_more_steps_what_was_marched_before_counts(monkeypatch):
     assert later.cycles == 2 * PART
     assert sooner.end.settled
     assert abs(sooner.end.least - (1 + 2e-7 * HORIZON)) <= sooner.end.left
+
+
+@pytest.mark.parametrize(
+    ("few", "more", "expected"),
+    [
+        (End(0.98, 1.02, False), SMALL, SMALL),
+        (End(0.98, 1.02, False), End(0.97, 1.03, False), End(0.97, 1.03, False)),
+        (SMALL, End(0.101, 0.101, True), End(0.101, 0.101, True)),
+        (SMALL, End(0.2, 0.2, False), End(0.2, 0.2, False)),
+        (SMALL, End(0.1, 0.104, False), SMALL._replace(left=0.1 / 0.1 - 0.1 / 0.104)),
+    ],
+    ids=["few beat", "both do", "both settle", "more lead elsewhere", "more beat"],
+)
+def test_a_motion_is_what_more_steps_make_of_it(monkeypatch, few, more, expected):
+    """What beats with few steps may repeat with more, or the other way round."""
+    ends = iter([Marched(few, 0, 100), Marched(more, 0, 100)])
+    monkeypatch.setattr(truths, "to_its_end", lambda *given: next(ends))
+    monkeypatch.setattr(truths, "_scheme", lambda *given: None)
+    for name in ("end_of", "placed"):
+        monkeypatch.setattr(truths, name, lambda *given: 0)
+    end = truths.marched(None, 100.0, 1.0, 0)
+    assert (end.least, end.most, end.settled) == expected[:3]
+    assert end.left == pytest.approx(expected.left)
