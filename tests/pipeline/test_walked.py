@@ -15,9 +15,9 @@ from microslip.analyses.time.starts import end_of
 from microslip.analyses.time.steady import RAISED, raised_state, steady_state
 from microslip.analyses.time.watching import watched
 from microslip.errors import ContactError
-from microslip.pipeline import walked
+from microslip.pipeline import more_steps, walked
 from microslip.pipeline.more_steps import with_more_steps
-from microslip.pipeline.targets import TOLERANCE, Stepped
+from microslip.pipeline.targets import TOLERANCE, More, Stepped
 from microslip.pipeline.walked import after_raising, counted_from
 
 WALKS = """
@@ -219,3 +219,28 @@ def test_what_falls_on_the_way_with_more_steps_leaves(joint, on_the_way, monkeyp
     more = with_more_steps(joint, LOAD, one)
     assert more.amplitude is None
     assert (more.strays, more.varies) == (0.02, 0.01)
+
+
+def test_a_walk_with_more_steps_is_counted_from_where_that_with_fewer_is(joint, monkeypatch):
+    """Where raising the load leads elsewhere; from the same beginning both say the same."""
+    scheme = time_scheme(joint, 1 / (FREQUENCY * STEPS), frequency=FREQUENCY)
+    start, steady = after_raising(scheme, LOAD)
+    there = counted_from(scheme, start, steady, abs(steady.amplitude))
+    assert there.began is not None
+    Q, end = there.steady.amplitude, end_of(start, 0.0, scheme, FREQUENCY)
+    one = Stepped(FREQUENCY, Q, end, STEPS, marched=True, walks=True, began=there.began)
+    few = More(0.9 * Q, 100, drifts=0.1)
+    raised = more_steps._walked_anew(joint, LOAD, one, few)
+    assert raised.drifts < 0.01
+    assert raised.cycles > 100
+
+    def fails(*known):
+        raise ContactError("it opens")
+
+    monkeypatch.setattr(more_steps, "after_raising", fails)
+    began = more_steps._walked_anew(joint, LOAD, one, few)
+    assert began.drifts < 0.01
+    apart = abs(abs(began.amplitude) / abs(raised.amplitude) - 1)
+    assert apart <= began.drifts + raised.drifts
+    nowhere = more_steps._walked_anew(joint, LOAD, one._replace(began=None), few)
+    assert nowhere == few

@@ -137,6 +137,8 @@ class Crept(NamedTuple):
         Relative change of the amplitude until bodies do that have not by then: after
         `microslip.analyses.time.offset.HORIZON` cycles. nan where it is not found where they do, but where
         they are by then.
+    around : float
+        See `microslip.analyses.time.resting.Rested`.
     varies : float
         How far cycles stray from the amplitude for good, relative; zero where that may end.
     """
@@ -149,6 +151,7 @@ class Crept(NamedTuple):
     reached: float
     rest: Array | None = None
     ahead: float = 0.0
+    around: float = float("nan")
     varies: float = 0.0
 
 
@@ -317,6 +320,7 @@ def _walked(
         rest.cycles,
         place,
         ahead,
+        rest.around(before=reached),
         varies,
     )
 

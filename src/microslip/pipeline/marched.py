@@ -84,6 +84,7 @@ def _ended(joint: PreparedJoint, target: Target, ramps: Sequence[int]) -> Found:
         rest=one.rest,
         lasts=one.reached if one.rest is not None else 0.0,
         ahead=one.ahead,
+        around=one.around,
         own=own,
         varies=one.varies,
     )

@@ -8,12 +8,14 @@ state, with `REFINEMENT` times its steps.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 
 import numpy as np
 
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.time.offset import HORIZON
-from microslip.analyses.time.scheme import State, contact_memory, time_scheme
+from microslip.analyses.time.resting import Rested
+from microslip.analyses.time.scheme import State, TimeScheme, contact_memory, time_scheme
 from microslip.analyses.time.starts import placed
 from microslip.analyses.time.staying import Stay, stay_of
 from microslip.analyses.time.steady import RAISED, SteadyState, steady_state
@@ -22,7 +24,7 @@ from microslip.contact.pairs import mean_slip
 from microslip.errors import MicroslipError
 from microslip.numerics.execute import each, threads
 from microslip.pipeline.targets import REFINEMENT, TOLERANCE, More, Stepped
-from microslip.pipeline.walked import SOUGHT, after_raising, counted_from
+from microslip.pipeline.walked import SOUGHT, after_raising, counted_from, searched_from
 from microslip.typing import Array, Complex
 
 PATIENCE = 100
@@ -162,8 +164,8 @@ def _on_the_way(joint: PreparedJoint, load: float, one: Stepped) -> More:
     """What more steps make of a motion whose bodies are on their way to rest after `HORIZON` cycles.
 
     Marched from its state with its own steps and with more, so that what it has walked meanwhile is in both.
-    Where bodies walk by so much more or less in a cycle with more steps, they are elsewhere after those
-    cycles by `_farther` times that: what that changes the amplitude by, as the walk does, is not known.
+    Where bodies walk faster or slower with more steps, they are elsewhere after those cycles: what that
+    changes the amplitude by is not known (`_elsewhere`).
     """
     f, dimension = one.frequency, joint.model.dimension
     both = one.steps, REFINEMENT * one.steps
@@ -182,11 +184,43 @@ def _on_the_way(joint: PreparedJoint, load: float, one: Stepped) -> More:
         if len(times) > 1 and abs(times[1] - times[0]) <= ALIKE:
             break
     few, more = (places[-1] - places[-2]) / SPAN
-    far = float(np.linalg.norm(more - few)) * _farther(few, more)
     walked = float(np.linalg.norm(places[-1][0] - places[1][0]))
     # by few steps, as what more begin with has to die away
     changes = apart(means[0][0], means[-1][0]) / max(walked, 1e-300)
-    return More(one.amplitude * times[-1], spent, drifts=abs(times[1] - times[0]) + changes * far)
+    drifts = abs(times[1] - times[0]) + _elsewhere(few, more, changes, one.around)
+    return More(one.amplitude * times[-1], spent, drifts=drifts)
+
+
+def _elsewhere(few: Array, more: Array, changes: float, around: float) -> float:
+    """What the amplitude changes by, relative, as bodies walk at another speed with more steps.
+
+    After n cycles they are where they would be after `r n`, r the ratio of the speeds: between half and twice
+    as far, what that changes is known. Otherwise it is what the amplitude changes by on the way that it goes
+    on by, times how far they are apart.
+
+    Parameters
+    ----------
+    few, more : (d - 1,) arrays
+        By how much bodies move on in a cycle after `HORIZON`, m.
+    changes : float
+        Relative change of the amplitude as they do, 1/m.
+    around : float
+        See `Stepped`; nan where that is not known.
+
+    Examples
+    --------
+    >>> few = np.array([1.0])
+    >>> round(_elsewhere(few, 0.9 * few, 1.0, 2e-3), 5)
+    0.0004
+    >>> round(_elsewhere(few, 0.9 * few, 1e-6, float("nan")), 6)
+    0.000492
+    """
+    differ = float(np.linalg.norm(more - few))
+    size = float(np.linalg.norm(few))
+    if np.isfinite(around) and differ <= 0.5 * size:
+        # of a walk that decays the chord to half as far is steeper than the curve
+        return 2 * differ / max(size, 1e-300) * around
+    return changes * differ * _farther(few, more)
 
 
 def _farther(few: Array, more: Array) -> float:
@@ -208,18 +242,38 @@ def _farther(few: Array, more: Array) -> float:
 
 
 def _walked_anew(joint: PreparedJoint, load: float, one: Stepped, marched: More) -> More:
-    """Where bodies are with more steps from the beginning, if the load raised from rest leads there."""
-    f = one.frequency
+    """Where bodies are with more steps from the beginning: the load raised from rest, if that leads there.
+
+    Else, or where it is not found from there, what the walk with fewer steps is counted from.
+    """
+    f, spent = one.frequency, marched.cycles
     scheme = time_scheme(joint, 1 / (f * REFINEMENT * one.steps), frequency=f)
-    spent = REFINEMENT * (RAISED + SOUGHT) + marched.cycles
-    try:
-        there = counted_from(scheme, *after_raising(scheme, load), abs(one.amplitude))
-    except MicroslipError:
-        return marched._replace(cycles=spent)
-    if there is None or apart(one.amplitude, there.steady.amplitude) > FARTHEST:
-        return marched._replace(cycles=spent)
-    spent += REFINEMENT * there.cycles
-    return marched._replace(amplitude=there.steady.amplitude, drifts=there.apart, cycles=spent)
+    for begins in (_raised, _where_it_began):
+        there: Rested | None = None
+        with suppress(MicroslipError):
+            if (began := begins(scheme, load, one)) is not None:
+                spent += REFINEMENT * (RAISED + SOUGHT)
+                there = counted_from(scheme, *began, abs(one.amplitude))
+        if there is None or apart(one.amplitude, there.steady.amplitude) > FARTHEST:
+            continue
+        spent += REFINEMENT * there.cycles
+        amplitude = there.steady.amplitude
+        return marched._replace(amplitude=amplitude, drifts=there.apart, cycles=spent)
+    return marched._replace(cycles=spent)
+
+
+def _raised(scheme: TimeScheme, load: float, one: Stepped) -> tuple[State, SteadyState]:
+    """The state after the load was raised from rest, and what a search from it ends in."""
+    return after_raising(scheme, load)
+
+
+def _where_it_began(
+    scheme: TimeScheme, load: float, one: Stepped
+) -> tuple[State, SteadyState] | None:
+    """The same of the motion that a walk is counted from; None where that is not known."""
+    if one.began is None:
+        return None
+    return searched_from(scheme, load, placed(one.began, scheme, one.frequency, load))
 
 
 def _places(ends: Sequence[State], dimension: int) -> Array:

@@ -88,6 +88,8 @@ class Stepped(NamedTuple):
     walks : bool
         It is one of bodies that are on their way to where they rest, after
         `microslip.analyses.time.offset.HORIZON` cycles.
+    around, began : float, Start or None
+        See `microslip.analyses.time.resting.Rested`.
     """
 
     frequency: float
@@ -97,6 +99,8 @@ class Stepped(NamedTuple):
     marched: bool = False
     varies: bool = False
     walks: bool = False
+    around: float = float("nan")
+    began: Start | None = None
 
 
 class More(NamedTuple):
@@ -150,6 +154,8 @@ class Found:
         Cycles until they do, about; the relative change of the amplitude until then, where they have not
         within `microslip.analyses.time.offset.HORIZON` cycles: this is the motion after so many. Infinite and
         nan where it is not found where they do; `rest` is where they are then.
+    around, began : float, Start or None
+        See `microslip.analyses.time.resting.Rested`.
     own : bool
         Marched from the motion that was known there, as raising the load leads to another branch; where that
         has left its branch too, this is the motion after the load was raised.
@@ -171,6 +177,8 @@ class Found:
     rest: Array | None = None
     lasts: float = 0.0
     ahead: float = 0.0
+    around: float = float("nan")
+    began: Start | None = None
     own: bool = False
     varies: float = 0.0
     more: More | None = None
@@ -209,4 +217,14 @@ def stepped(frequency: float, found: Found, steps: int) -> Stepped:
     """A steady state of so many steps per cycle, to be sought on with more."""
     rests, varies = found.rest is not None, found.varies > 0
     walks = found.ahead != 0 and not varies
-    return Stepped(frequency, found.amplitude, found.state, steps, rests, varies, walks)
+    return Stepped(
+        frequency=frequency,
+        amplitude=found.amplitude,
+        state=found.state,
+        steps=steps,
+        marched=rests,
+        varies=varies,
+        walks=walks,
+        around=found.around,
+        began=found.began,
+    )

@@ -254,6 +254,8 @@ class _Seeking:
             rest=offset,
             lasts=there.lasts,
             ahead=there.ahead,
+            around=there.around,
+            began=there.began,
             varies=0.0,
             more=None,
         )

@@ -59,7 +59,11 @@ def after_raising(
 
     It need not have settled.
     """
-    start = raised_state(scheme, scheme.frequency, load, cycles)
+    return searched_from(scheme, load, raised_state(scheme, scheme.frequency, load, cycles))
+
+
+def searched_from(scheme: TimeScheme, load: float, start: State) -> tuple[State, SteadyState]:
+    """A state at phase 0, and what a search from it ends in; it need not have settled."""
     steady = steady_state(
         scheme, scheme.frequency, load, start=start, tolerance=TOLERANCE, max_cycles=SOUGHT
     )

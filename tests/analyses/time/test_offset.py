@@ -19,6 +19,7 @@ from microslip.contact.pairs import tangential_vectors
 from microslip.pipeline import creep
 from microslip.pipeline.brief_motion import patient_motion
 from microslip.pipeline.creep import Walk, crept
+from microslip.pipeline.more_steps import _elsewhere as elsewhere_by
 from microslip.pipeline.targets import STEPS, Found, Target
 from microslip.pipeline.time import walking
 from microslip.pipeline.walk import seek
@@ -99,6 +100,37 @@ def test_on_the_way_a_walk_is_where_its_speed_has_led(cycles):
     assert vector[0] == pytest.approx(1 - np.exp(-1e-4 * cycles), rel=1e-3)
     assert abs(amplitude) == pytest.approx(1 + 0.2 * vector[0], rel=1e-3)
     assert rest.on_the_way(60000.0) is None
+
+
+@pytest.mark.parametrize("before", [0.0, 1000.0])
+@pytest.mark.parametrize("rate", [1e-5, 1e-4, 1e-3])
+def test_bodies_that_walk_faster_or_slower_are_as_far_elsewhere_as_is_said(rate, before):
+    """Of a speed that falls evenly: no less than the amplitude changes by, and not much more."""
+
+    def size(n):
+        return 1 + 0.2 * (1 - np.exp(-rate * n))
+
+    look = moving(lambda u: rate * (1 - u), lambda u: 1 + 0.2 * u)
+    rest = come_to_rest(look, look(np.array([1 - np.exp(-rate * before)])))
+    around = rest.around(before=before)
+    changes = max(abs(size(times * HORIZON) / size(HORIZON) - 1) for times in (0.5, 2.0))
+    assert around == pytest.approx(changes, rel=0.1, abs=1e-4)
+    few = np.array([rate * np.exp(-rate * HORIZON)])
+    slope = 0.2 / size(HORIZON)
+    for ratio in (0.5, 0.8, 1.2, 1.5):
+        off = abs(size(ratio * HORIZON) / size(HORIZON) - 1)
+        said = elsewhere_by(few, ratio * few, slope, around)
+        assert off <= said + 1e-4
+        assert said <= 8 * off + 1e-4
+
+
+def test_what_is_not_known_of_a_walk_is_said_so():
+    look = moving(lambda u: 1e-4 * (1 - u), lambda u: 1 + 0.2 * u)
+    rest = come_to_rest(look, look(np.array([0.5])))
+    assert np.isnan(rest.around(before=0.6 * HORIZON)), "nothing is known of half as many"
+    far = as_far([look(np.array([u])) for u in (0.0, 0.2, 0.4)])
+    assert np.isnan(far.around()), "nor of twice as many"
+    assert far.around(2000.0) > 0.01
 
 
 @pytest.mark.parametrize("cycles", [1000.0, 4000.0])

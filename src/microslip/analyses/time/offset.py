@@ -184,6 +184,29 @@ class Rest(NamedTuple):
             cycles -= lasts
         return None
 
+    def around(self, cycles: float = HORIZON, before: float = 0.0) -> float:
+        """By how much the size is another after half as many cycles, or twice as many, relative.
+
+        Parameters
+        ----------
+        cycles : float
+            Of the walk.
+        before : float
+            How many of them before the first look.
+
+        Returns
+        -------
+        float
+            The larger; nan where that is not known.
+        """
+        sizes = list[float]()
+        for times in (0.5, 1.0, 2.0):
+            there = self.on_the_way(times * cycles - before) if times * cycles >= before else None
+            if there is None and (self.speed or times * cycles < before):
+                return float("nan")
+            sizes.append(abs(self.amplitude if there is None else there[1]))
+        return max(abs(size / sizes[1] - 1) for size in sizes)
+
 
 def walks(rate: Array) -> bool:
     """Whether all pairs move on alike.

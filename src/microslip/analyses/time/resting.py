@@ -79,6 +79,11 @@ class Rested(NamedTuple):
         Relative change of the amplitude until they rest; zero where they do, nan where that is not found.
     cycles : int
         Marched to find it.
+    around : float
+        By how much the amplitude is another after half or twice `offset.HORIZON` cycles, relative; nan where
+        that is not known.
+    began : Start or None
+        The motion that it is counted from; None where they were marched.
     """
 
     steady: SteadyState
@@ -88,6 +93,8 @@ class Rested(NamedTuple):
     lasts: float
     ahead: float
     cycles: int
+    around: float = float("nan")
+    began: Start | None = None
 
 
 class AtOffset(NamedTuple):
@@ -255,7 +262,17 @@ def rested(
         offset, ahead = None, np.nan
     walked = float(np.linalg.norm(place - start.offset.mean(axis=0)))
     spent += final.cycles + 1
-    return Rested(final, float(apart), offset, walked, rest.cycles, ahead, spent)
+    return Rested(
+        steady=final,
+        apart=float(apart),
+        offset=offset,
+        walked=walked,
+        lasts=rest.cycles,
+        ahead=ahead,
+        cycles=spent,
+        around=rest.around(),
+        began=end_of(space.state(start.vector, last), 0.0, scheme, frequency),
+    )
 
 
 def sought_there(
