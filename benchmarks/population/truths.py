@@ -80,6 +80,10 @@ class End(NamedTuple):
         """Largest relative difference of a size to these."""
         return max(abs(own / self.least - 1), abs(own / self.most - 1))
 
+    def beyond(self, size: float) -> float:
+        """How far a size is beyond these, relative; zero in between."""
+        return max(self.least / size - 1, size / self.most - 1, 0.0)
+
     @property
     def spread(self) -> float:
         """How far sizes in its last cycles are from their middle at most, relative."""
@@ -96,8 +100,8 @@ def marched(
     """Where a motion ends, marched from a state at a phase of the load; None where a step does not solve.
 
     Without a state from rest, after the load was raised. Then it is marched on with more steps: what few have
-    beat for good may repeat. Where it has settled with few and does not with more, and stays, it is the truth
-    as well as that.
+    beat for good may repeat, and is the truth as well as it lies within that beat. Where it has settled with
+    few and does not with more, and stays, it is the truth as well as that.
     """
     scheme, finer = _scheme(joint, f), _scheme(joint, f, FINER)
     try:
@@ -110,7 +114,9 @@ def marched(
         better = to_its_end(finer, load, state, phase, MOST_FINER, cycles).end
     except MicroslipError:
         return end
-    if better.settled or not end.settled or not better.near(end.most):
+    if not end.settled:
+        return better._replace(left=better.left + end.beyond(better.least))
+    if better.settled or not better.near(end.most):
         return better
     return end._replace(left=max(end.left, better.off(end.most)))
 
@@ -200,7 +206,7 @@ def varies(joint: PreparedJoint, curve: Response, k: int) -> End | None:
 def pushed(joint: PreparedJoint, f: float, load: float, steady: SteadyState) -> End | None:
     """Where the motion beside a periodic one ends, marched with more steps, and larger by `PUSH` at first.
 
-    With the steps that it has, and for longer, where it does not settle with more.
+    From the steps that it has, and for longer, where it does not settle with more.
     """
     scheme = _scheme(joint, f, FINER)
     settings = {"tolerance": TOLERANCE, "max_cycles": CYCLES}

@@ -80,7 +80,8 @@ def marched(done: Run, steady: SteadyState | None) -> float:
         return np.nan
     f = steady.frequency
     scheme = time_scheme(done.prepared, 1 / (f * REFINEMENT * STEPS), frequency=f)
-    Q, _ = watched(scheme, steady.load, placed(steady.end, scheme, f, steady.load), CYCLES)
+    state = placed(steady.end, scheme, f, steady.load)
+    Q, _ = watched(scheme, steady.load, state, CYCLES, steady.phase)
     return float(np.abs(Q[-PART:]).mean())
 
 

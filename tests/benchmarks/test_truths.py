@@ -97,13 +97,14 @@ def test_with_more_steps_what_was_marched_before_counts(monkeypatch):
 @pytest.mark.parametrize(
     ("few", "more", "expected"),
     [
-        (End(0.98, 1.02, False), SMALL, SMALL),
-        (End(0.98, 1.02, False), End(0.97, 1.03, False), End(0.97, 1.03, False)),
+        (End(0.09, 0.11, False), SMALL, SMALL),
+        (End(0.96, 1.02, False), End(0.97, 1.03, False), End(0.97, 1.03, False)),
+        (End(0.104, 0.105, False), SMALL, SMALL._replace(left=0.104 / 0.1 - 1)),
         (SMALL, End(0.101, 0.101, True), End(0.101, 0.101, True)),
         (SMALL, End(0.2, 0.2, False), End(0.2, 0.2, False)),
         (SMALL, End(0.1, 0.104, False), SMALL._replace(left=0.1 / 0.1 - 0.1 / 0.104)),
     ],
-    ids=["few beat", "both do", "both settle", "more lead elsewhere", "more beat"],
+    ids=["few beat", "both do", "few creep", "both settle", "more lead elsewhere", "more beat"],
 )
 def test_a_motion_is_what_more_steps_make_of_it(monkeypatch, few, more, expected):
     """What beats with few steps may repeat with more, or the other way round."""

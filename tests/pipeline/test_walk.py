@@ -15,7 +15,7 @@ from microslip.analyses.time.steady import RAISED, raised_state, steady_state
 from microslip.analyses.time.watching import watched
 from microslip.errors import ContactError
 from microslip.pipeline import walk, walked
-from microslip.pipeline.targets import STEPS, TOLERANCE, More
+from microslip.pipeline.targets import STEPS, TOLERANCE, More, stepped
 from microslip.pipeline.walk import (
     DOUBTFUL,
     RAISED_AGAIN,
@@ -24,6 +24,7 @@ from microslip.pipeline.walk import (
     Target,
     seek,
 )
+from microslip.pipeline.walked import after_raising
 
 LOAD = 40.0
 
@@ -51,6 +52,7 @@ def test_it_has_a_past_of_its_own_whatever_the_states_beside(joint, beside):
 
 def test_bodies_that_walk_to_where_no_rest_is_found_leave_a_motion_unsettled(joint, monkeypatch):
     """Unless marching soon leads to rest. Where the search for that fails otherwise, it is what it was."""
+    monkeypatch.setattr(walk, "may_walk", lambda *known: True)
     settled = seek(joint, Target(0, 182.0, LOAD, 0.0))
     assert settled.change <= TOLERANCE
 
@@ -91,6 +93,7 @@ def test_bodies_that_walk_to_where_no_rest_is_found_leave_a_motion_unsettled(joi
 
 def test_bodies_that_walk_on_are_shown_where_they_are_by_then(joint, monkeypatch):
     """Where they come to rest is not found, but where they are after many cycles; unless the joint opens."""
+    monkeypatch.setattr(walk, "may_walk", lambda *known: True)
 
     def walks_on(scheme, steady, tolerance, **options):
         later = replace(steady, amplitude=1.02 * steady.amplitude)
@@ -121,8 +124,30 @@ def test_bodies_that_walk_on_are_shown_where_they_are_by_then(joint, monkeypatch
     assert found.rest is None
 
 
+def test_motions_that_do_not_walk_stay_as_they_are_where_the_raised_load_has_not_settled(
+    joint, monkeypatch
+):
+    """Nor are they taken to where another walks."""
+    found = seek(joint, Target(0, 182.0, LOAD, 0.0))
+    scheme = time_scheme(joint, 1 / (182.0 * STEPS), frequency=182.0)
+    search = walk._Seeking(scheme, Target(0, 182.0, LOAD, 0.0))
+    _, steady = after_raising(scheme, LOAD)
+    search.after_raising = None, replace(steady, converged=False, change=2e-4)
+    assert search.at_rest(found) is found
+    later = Rested(steady, 1e-3, np.zeros(1), 1e-6, 400.0, 0.02, 400, 0.3, "began")
+    monkeypatch.setattr(walk, "counted_from", lambda *known: later)
+    assert search.at_rest(found) is found
+    monkeypatch.setattr(walk, "may_walk", lambda *known: True)
+    at_rest = search.at_rest(found)
+    assert (at_rest.around, at_rest.began) == (0.3, "began")
+    one = stepped(182.0, at_rest, STEPS)
+    assert one.walks
+    assert (one.around, one.began) == (0.3, "began")
+
+
 def test_bodies_that_walk_are_where_the_raised_load_leads_them(joint, monkeypatch):
     """Not where those of the motion that was found are, found or not; where nothing is counted, these."""
+    monkeypatch.setattr(walk, "may_walk", lambda *known: True)
     settled = seek(joint, Target(0, 182.0, LOAD, 0.0))
     shares = {"found": 1.04, "raised": 0.97}
 

@@ -227,20 +227,34 @@ def test_a_walk_with_more_steps_is_counted_from_where_that_with_fewer_is(joint, 
     start, steady = after_raising(scheme, LOAD)
     there = counted_from(scheme, start, steady, abs(steady.amplitude))
     assert there.began is not None
-    Q, end = there.steady.amplitude, end_of(start, 0.0, scheme, FREQUENCY)
+    Q, end = there.steady.amplitude, end_of(there.steady.cycle.state, 0.0, scheme, FREQUENCY)
     one = Stepped(FREQUENCY, Q, end, STEPS, marched=True, walks=True, began=there.began)
     few = More(0.9 * Q, 100, drifts=0.1)
     raised = more_steps._walked_anew(joint, LOAD, one, few)
     assert raised.drifts < 0.01
     assert raised.cycles > 100
 
+    def elsewhere(*known):
+        return start, SimpleNamespace(amplitude=0.1 * Q, converged=True, cycles=9)
+
+    def none(scheme, start, steady, size):
+        return (
+            None
+            if abs(steady.amplitude) < 0.5 * size
+            else counted_from(scheme, start, steady, size)
+        )
+
     def fails(*known):
         raise ContactError("it opens")
 
+    monkeypatch.setattr(more_steps, "counted_from", none)
+    monkeypatch.setattr(more_steps, "after_raising", elsewhere)
+    other = more_steps._walked_anew(joint, LOAD, one, few)
     monkeypatch.setattr(more_steps, "after_raising", fails)
     began = more_steps._walked_anew(joint, LOAD, one, few)
     assert began.drifts < 0.01
     apart = abs(abs(began.amplitude) / abs(raised.amplitude) - 1)
     assert apart <= began.drifts + raised.drifts
+    assert began.amplitude == other.amplitude
     nowhere = more_steps._walked_anew(joint, LOAD, one._replace(began=None), few)
     assert nowhere == few

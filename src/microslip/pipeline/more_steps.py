@@ -24,7 +24,7 @@ from microslip.contact.pairs import mean_slip
 from microslip.errors import MicroslipError
 from microslip.numerics.execute import each, threads
 from microslip.pipeline.targets import REFINEMENT, TOLERANCE, More, Stepped
-from microslip.pipeline.walked import SOUGHT, after_raising, counted_from, searched_from
+from microslip.pipeline.walked import after_raising, counted_from, searched_from
 from microslip.typing import Array, Complex
 
 PATIENCE = 100
@@ -194,9 +194,9 @@ def _on_the_way(joint: PreparedJoint, load: float, one: Stepped) -> More:
 def _elsewhere(few: Array, more: Array, changes: float, around: float) -> float:
     """What the amplitude changes by, relative, as bodies walk at another speed with more steps.
 
-    After n cycles they are where they would be after `r n`, r the ratio of the speeds: between half and twice
-    as far, what that changes is known. Otherwise it is what the amplitude changes by on the way that it goes
-    on by, times how far they are apart.
+    After n cycles they are taken to be where they would be after `r n`, r the ratio of the speeds: up to half
+    of them more or less, what that changes is known. Otherwise it is what the amplitude changes by on the way
+    that it goes on by, times how far they are apart.
 
     Parameters
     ----------
@@ -205,21 +205,20 @@ def _elsewhere(few: Array, more: Array, changes: float, around: float) -> float:
     changes : float
         Relative change of the amplitude as they do, 1/m.
     around : float
-        See `Stepped`; nan where that is not known.
+        See `microslip.analyses.time.resting.Rested`.
 
     Examples
     --------
     >>> few = np.array([1.0])
     >>> round(_elsewhere(few, 0.9 * few, 1.0, 2e-3), 5)
-    0.0004
+    0.0002
     >>> round(_elsewhere(few, 0.9 * few, 1e-6, float("nan")), 6)
     0.000492
     """
     differ = float(np.linalg.norm(more - few))
     size = float(np.linalg.norm(few))
     if np.isfinite(around) and differ <= 0.5 * size:
-        # of a walk that decays the chord to half as far is steeper than the curve
-        return 2 * differ / max(size, 1e-300) * around
+        return differ / max(size, 1e-300) * around
     return changes * differ * _farther(few, more)
 
 
@@ -248,11 +247,11 @@ def _walked_anew(joint: PreparedJoint, load: float, one: Stepped, marched: More)
     """
     f, spent = one.frequency, marched.cycles
     scheme = time_scheme(joint, 1 / (f * REFINEMENT * one.steps), frequency=f)
-    for begins in (_raised, _where_it_began):
+    for begins, cycles in ((_raised, RAISED), (_where_it_began, 0)):
         there: Rested | None = None
         with suppress(MicroslipError):
             if (began := begins(scheme, load, one)) is not None:
-                spent += REFINEMENT * (RAISED + SOUGHT)
+                spent += REFINEMENT * (cycles + began[1].cycles)
                 there = counted_from(scheme, *began, abs(one.amplitude))
         if there is None or apart(one.amplitude, there.steady.amplitude) > FARTHEST:
             continue

@@ -32,7 +32,7 @@ import numpy as np
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.time.classify import motion_of
 from microslip.analyses.time.readings import opening_of
-from microslip.analyses.time.resting import Rested, WalksOnError, at_phase_0
+from microslip.analyses.time.resting import Rested, WalksOnError, at_phase_0, may_walk
 from microslip.analyses.time.scheme import State, TimeScheme, time_scheme
 from microslip.analyses.time.starts import Start, end_of, mixed
 from microslip.analyses.time.staying import LEAVES
@@ -261,13 +261,18 @@ class _Seeking:
         )
 
     def _walked(self, found: Found) -> Rested | None:
-        """Counted from the raised load where that leads to the same branch, else from where they are."""
+        """Counted from the raised load where that leads to the same branch, else from where they are.
+
+        None where they do not walk.
+        """
+        steady = _searched(self.scheme, self.target, found.state, TOLERANCE, SOUGHT)
+        self.spent += steady.cycles
+        if not may_walk(steady, self.scheme):
+            return None
         if self.after_raising is not None:
             own = counted_from(self.scheme, *self.after_raising, abs(found.amplitude))
             if own is not None:
                 return own
-        steady = _searched(self.scheme, self.target, found.state, TOLERANCE, SOUGHT)
-        self.spent += steady.cycles
         return rested_soon(self.scheme, steady, found.state)
 
     def from_raised(self) -> Found | None:

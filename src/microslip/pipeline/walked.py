@@ -79,7 +79,7 @@ def counted_from(
     ----------
     scheme : TimeScheme
     start : State
-        After the load was raised from rest, at phase 0.
+        After the load was raised from rest, or what else a walk begins with, at phase 0.
     steady : SteadyState
         What a search from there has ended with.
     size : float
@@ -100,5 +100,5 @@ def counted_from(
     if there is None:
         if steady.converged or other:
             return None
-        raise WalksOnError("after the load was raised no vibration settles")
+        raise WalksOnError("no vibration settles from where the walk begins")
     return None if elsewhere(abs(there.steady.amplitude), (size, size)) else there

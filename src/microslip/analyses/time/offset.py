@@ -71,6 +71,9 @@ HORIZON = 4000.0
 """Cycles after which a motion counts, where its bodies have not come to rest by then: that may take hours,
 and lead farther than small displacements mean."""
 
+TIMES = np.array([0.5, 0.6, 0.7, 0.8, 0.9, 1.1, 1.2, 1.3, 1.4, 1.5])
+"""Of a number of cycles, after which bodies that walk faster or slower are as far."""
+
 BRANCH = 0.3
 """Amplitudes that differ by more, in logarithm, are those of another branch."""
 
@@ -185,7 +188,9 @@ class Rest(NamedTuple):
         return None
 
     def around(self, cycles: float = HORIZON, before: float = 0.0) -> float:
-        """By how much the size is another after half as many cycles, or twice as many, relative.
+        """By how much the size differs after other numbers of cycles, per share that they differ by.
+
+        The largest of ``|A(t n)/A(n) - 1|/|t - 1|`` for t in `TIMES`, n the cycles; linear between looks.
 
         Parameters
         ----------
@@ -197,15 +202,16 @@ class Rest(NamedTuple):
         Returns
         -------
         float
-            The larger; nan where that is not known.
+            Relative; nan where that is not known.
         """
         sizes = list[float]()
-        for times in (0.5, 1.0, 2.0):
+        for times in (1.0, *TIMES):
             there = self.on_the_way(times * cycles - before) if times * cycles >= before else None
             if there is None and (self.speed or times * cycles < before):
                 return float("nan")
             sizes.append(abs(self.amplitude if there is None else there[1]))
-        return max(abs(size / sizes[1] - 1) for size in sizes)
+        differ = np.abs(np.array(sizes[1:]) / sizes[0] - 1)
+        return float((differ / np.abs(TIMES - 1)).max())
 
 
 def walks(rate: Array) -> bool:

@@ -80,8 +80,8 @@ class Rested(NamedTuple):
     cycles : int
         Marched to find it.
     around : float
-        By how much the amplitude is another after half or twice `offset.HORIZON` cycles, relative; nan where
-        that is not known.
+        By how much the amplitude differs after other numbers of cycles than `offset.HORIZON`, relative, per
+        share that they differ by, up to half of them; nan where that is not known.
     began : Start or None
         The motion that it is counted from; None where they were marched.
     """
@@ -203,7 +203,7 @@ def rested(
     WalksOnError
         Where they walk, and where they come to rest is not found.
     """
-    if not _drifts(steady, scheme):
+    if not may_walk(steady, scheme):
         return None
     memory = memory or contact_memory(scheme)
     frequency, load = steady.frequency, steady.load
@@ -406,7 +406,7 @@ def _by_the_walk(space: StateSpace, rest: Rest) -> float:
     return space.change(first.vector, other) * first.speed(first.along) / way if way > 0 else 0.0
 
 
-def _drifts(steady: SteadyState, scheme: TimeScheme) -> bool:
+def may_walk(steady: SteadyState, scheme: TimeScheme) -> bool:
     """Whether the bodies of a motion may walk: that of one that has not settled says little."""
     dimension = scheme.joint.model.dimension
     moves = abs(walk_of(steady, dimension)) > SLOW
