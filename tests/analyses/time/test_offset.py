@@ -313,6 +313,11 @@ def test_a_long_walk_is_where_marching_alone_is_at_the_horizon(rings):
     assert abs(size[-1] / size[200] - 1) > 0.03, "it walks"
     assert abs(found.amplitude) == pytest.approx(size[-40:].mean(), rel=found.doubt + 5e-4)
     assert found.ahead > 0.1, "and far on"
+    for share in (0.5, 0.7, 0.9):
+        middle = int(share * HORIZON)
+        before = abs(size[middle - 20 : middle + 20].mean() / size[-40:].mean() - 1)
+        assert before <= (1 - share) * found.around + found.doubt + 5e-4
+    assert found.around <= 3 * abs(size[2000] / size[-1] - 1) / 0.5
 
 
 @pytest.mark.validate
