@@ -24,10 +24,11 @@ COARSE = {
 
 IN_SPACE = {
     "cycle": {"count": 2, "steps": 60},
+    "response": COARSE["response"] | {"checks": 1},
     "reduced": {"amplitudes": 6, "steps": 60},
     "backbone": {"count": 2, "steps": 60},
 }
-"""The same of a mesh, whose contact steps take ten times as long."""
+"""The same of a mesh, whose contact steps take ten times as long; held against one motion, not three."""
 
 
 def coarse(document):
