@@ -27,7 +27,7 @@ test-oldest:
 	NUMBA_CACHE_DIR=$(abspath $(VENV))-oldest/numba $(VENV)-oldest/bin/python -m pytest tests/describe tests/model tests/results tests/cli
 
 validate: $(VENV)/installed-test
-	$(SERIAL) $(BIN)/python -m pytest -m validate -n 2 --dist loadfile --no-loadscope-reorder --durations=5 --findings=docs/validation.md
+	$(SERIAL) $(BIN)/python -m pytest -m validate -n 2 --dist loadfile --durations=5 --findings=docs/validation.md
 
 lint: $(VENV)/installed-lint
 	$(BIN)/ruff check .
