@@ -69,9 +69,10 @@ flanks and five frequencies at random, each after the load was raised from rest,
 amplitude no longer drifts, in 150 and then in 1,200 steps per cycle
 (`python benchmarks/population/auto.py`, {pairs} contact pairs). *Claimed*: the
 response states an error of at most 1 %; the rest is *flagged*. A motion that has not settled within 4000
-cycles is no truth, but what is shown of bodies that walk is the motion after so many; where it has stayed
-beside the one shown, how far from that its last hundred cycles are is counted apart. Where motions are said
-to vary from cycle to cycle for good, two of the frequencies are marched to as well.
+cycles, nor then in 1,200 steps, is no truth, but what is shown of bodies that walk is the motion after so
+many; where it has stayed beside the one shown, how far from that its last hundred cycles are is counted
+apart. Where motions are said to vary from cycle to cycle for good, two of the frequencies are marched to as
+well.
 
 """
 

@@ -8,14 +8,12 @@ state, with `REFINEMENT` times its steps.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
 
 import numpy as np
 
 from microslip.analyses.prepared.joint import PreparedJoint
-from microslip.analyses.time.offset import HORIZON
-from microslip.analyses.time.resting import Rested
-from microslip.analyses.time.scheme import State, TimeScheme, contact_memory, time_scheme
+from microslip.analyses.time.offset import HORIZON, TIMES
+from microslip.analyses.time.scheme import State, contact_memory, time_scheme
 from microslip.analyses.time.starts import placed
 from microslip.analyses.time.staying import Stay, stay_of
 from microslip.analyses.time.steady import RAISED, SteadyState, steady_state
@@ -165,7 +163,7 @@ def _on_the_way(joint: PreparedJoint, load: float, one: Stepped) -> More:
 
     Marched from its state with its own steps and with more, so that what it has walked meanwhile is in both.
     Where bodies walk faster or slower with more steps, they are elsewhere after those cycles: what that
-    changes the amplitude by is not known (`_elsewhere`).
+    changes the amplitude by is not known (`_at_another_speed`).
     """
     f, dimension = one.frequency, joint.model.dimension
     both = one.steps, REFINEMENT * one.steps
@@ -187,11 +185,11 @@ def _on_the_way(joint: PreparedJoint, load: float, one: Stepped) -> More:
     walked = float(np.linalg.norm(places[-1][0] - places[1][0]))
     # by few steps, as what more begin with has to die away
     changes = apart(means[0][0], means[-1][0]) / max(walked, 1e-300)
-    drifts = abs(times[1] - times[0]) + _elsewhere(few, more, changes, one.around)
+    drifts = abs(times[1] - times[0]) + _at_another_speed(few, more, changes, one.around)
     return More(one.amplitude * times[-1], spent, drifts=drifts)
 
 
-def _elsewhere(few: Array, more: Array, changes: float, around: float) -> float:
+def _at_another_speed(few: Array, more: Array, changes: float, around: float) -> float:
     """What the amplitude changes by, relative, as bodies walk at another speed with more steps.
 
     After n cycles they are taken to be where they would be after `r n`, r the ratio of the speeds: up to half
@@ -210,14 +208,14 @@ def _elsewhere(few: Array, more: Array, changes: float, around: float) -> float:
     Examples
     --------
     >>> few = np.array([1.0])
-    >>> round(_elsewhere(few, 0.9 * few, 1.0, 2e-3), 5)
+    >>> round(_at_another_speed(few, 0.9 * few, 1.0, 2e-3), 5)
     0.0002
-    >>> round(_elsewhere(few, 0.9 * few, 1e-6, float("nan")), 6)
+    >>> round(_at_another_speed(few, 0.9 * few, 1e-6, float("nan")), 6)
     0.000492
     """
     differ = float(np.linalg.norm(more - few))
     size = float(np.linalg.norm(few))
-    if np.isfinite(around) and differ <= 0.5 * size:
+    if np.isfinite(around) and differ <= (1 - TIMES[0]) * size:
         return differ / max(size, 1e-300) * around
     return changes * differ * _farther(few, more)
 
@@ -247,32 +245,22 @@ def _walked_anew(joint: PreparedJoint, load: float, one: Stepped, marched: More)
     """
     f, spent = one.frequency, marched.cycles
     scheme = time_scheme(joint, 1 / (f * REFINEMENT * one.steps), frequency=f)
-    for begins, cycles in ((_raised, RAISED), (_where_it_began, 0)):
-        there: Rested | None = None
-        with suppress(MicroslipError):
-            if (began := begins(scheme, load, one)) is not None:
-                spent += REFINEMENT * (cycles + began[1].cycles)
-                there = counted_from(scheme, *began, abs(one.amplitude))
+    begins = [(RAISED, lambda: after_raising(scheme, load))]
+    if (start := one.began) is not None:
+        begins += [(0, lambda: searched_from(scheme, load, placed(start, scheme, f, load)))]
+    for cycles, begin in begins:
+        try:
+            began, steady = begin()
+            spent += REFINEMENT * (cycles + steady.cycles)
+            there = counted_from(scheme, began, steady, abs(one.amplitude))
+        except MicroslipError:
+            continue
         if there is None or apart(one.amplitude, there.steady.amplitude) > FARTHEST:
             continue
         spent += REFINEMENT * there.cycles
         amplitude = there.steady.amplitude
         return marched._replace(amplitude=amplitude, drifts=there.apart, cycles=spent)
     return marched._replace(cycles=spent)
-
-
-def _raised(scheme: TimeScheme, load: float, one: Stepped) -> tuple[State, SteadyState]:
-    """The state after the load was raised from rest, and what a search from it ends in."""
-    return after_raising(scheme, load)
-
-
-def _where_it_began(
-    scheme: TimeScheme, load: float, one: Stepped
-) -> tuple[State, SteadyState] | None:
-    """The same of the motion that a walk is counted from; None where that is not known."""
-    if one.began is None:
-        return None
-    return searched_from(scheme, load, placed(one.began, scheme, one.frequency, load))
 
 
 def _places(ends: Sequence[State], dimension: int) -> Array:

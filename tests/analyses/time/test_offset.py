@@ -19,7 +19,7 @@ from microslip.contact.pairs import tangential_vectors
 from microslip.pipeline import creep
 from microslip.pipeline.brief_motion import patient_motion
 from microslip.pipeline.creep import Walk, crept
-from microslip.pipeline.more_steps import _elsewhere as elsewhere_by
+from microslip.pipeline.more_steps import _at_another_speed as at_another_speed
 from microslip.pipeline.targets import STEPS, Found, Target
 from microslip.pipeline.time import walking
 from microslip.pipeline.walk import seek
@@ -119,7 +119,7 @@ def test_bodies_that_walk_faster_or_slower_are_as_far_elsewhere_as_is_said(rate,
     slope = 0.2 / size(HORIZON)
     for ratio in (0.5, 0.8, 1.2, 1.5):
         off = abs(size(ratio * HORIZON) / size(HORIZON) - 1)
-        said = elsewhere_by(few, ratio * few, slope, around)
+        said = at_another_speed(few, ratio * few, slope, around)
         assert off <= said + 1e-4
         assert said <= 8 * off + 1e-4
 

@@ -204,10 +204,12 @@ class Rest(NamedTuple):
         float
             Relative; nan where that is not known.
         """
+        if TIMES[0] * cycles < before:
+            return float("nan")
         sizes = list[float]()
         for times in (1.0, *TIMES):
-            there = self.on_the_way(times * cycles - before) if times * cycles >= before else None
-            if there is None and (self.speed or times * cycles < before):
+            there = self.on_the_way(times * cycles - before)
+            if there is None and self.speed:
                 return float("nan")
             sizes.append(abs(self.amplitude if there is None else there[1]))
         differ = np.abs(np.array(sizes[1:]) / sizes[0] - 1)
