@@ -207,8 +207,8 @@ def test_what_falls_from_its_branch_says_nothing_of_the_other(scheme, raised, mo
     the former is the answer, marched to its end and not left as one of another branch."""
     settled = steady_state(scheme, FREQUENCY, LOAD, start=raised, tolerance=1e-5)
     passed = creep.Crept(0.9 + 0j, 0.0, 1e-4, raised, 60, 60.0)
-    fallen = passed._replace(amplitude=0.92 + 0j, rest=np.array([1.0]))
-    ended = passed._replace(amplitude=0.901 + 0j)
+    fallen = passed._replace(amplitude=0.92 + 0j, rest=np.array([1.0]), around=0.2)
+    ended = passed._replace(amplitude=0.901 + 0j, around=0.3)
     met = []
 
     def marching(*arguments, sizes=(0.0, 0.0), **settings):
@@ -220,6 +220,7 @@ def test_what_falls_from_its_branch_says_nothing_of_the_other(scheme, raised, mo
     (found,) = raised_and_marched(scheme.joint, [target])
     assert found.own
     assert found.amplitude == ended.amplitude
+    assert found.around == ended.around
     assert met == [(10.0, 10.0), (0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (0.0, 0.0)]
     assert found.cycles == 5 * 60 + 10 + 10 + 16
 
