@@ -203,18 +203,48 @@ def test_smaller_motions_far_apart_are_looked_between(refined, monkeypatch):
     assert choosing.unfilled(instead) == []
 
 
-def test_a_seed_that_motions_leave_with_more_steps_begins_nothing(refined, monkeypatch):
-    """What would be sought beside it then begins from the refined model: the larger."""
+def leaves_with_more(refine, least=None):
+    """What `Search.refine` does where motions leave with more steps what so few have made."""
 
-    def refine(low, joint):
+    def refined(low, joint):
+        if least is not None and low.steps >= least:
+            return refine(low, joint)
         for k in [*low.anchors]:
             del low.anchors[k], low.found[k]
+            low.lost[k] = Lost("it leaves", 0, left=True)
 
-    monkeypatch.setattr(Search, "refine", refine)
+    return refined
+
+
+def test_a_seed_that_motions_leave_with_more_steps_begins_nothing(refined, monkeypatch):
+    """What would be sought beside it then begins from the refined model: the larger. Nor is the load raised
+    elsewhere with so few steps: they matter there."""
+    monkeypatch.setattr(Search, "refine", leaves_with_more(Search.refine))
     ends, asked = of("smaller")
     _, told = with_smaller(known(refined), monkeypatch, ends)
     assert not told
-    assert len(asked) == 3
+    assert asked == [70, 70]
+
+
+def test_where_few_steps_lead_to_a_motion_that_is_left_more_are_taken(refined, monkeypatch):
+    """They are what is shown then, and known to be of so many."""
+    search = known(refined, varies=0.0)
+    steps, stands_in = [], of("smaller")[0]
+
+    def raised(joint, targets):
+        steps.extend(one.steps for one in targets)
+        return stands_in(joint, targets)
+
+    few, more = search.steps, search.stepping.more
+    monkeypatch.setattr(Search, "refine", leaves_with_more(Search.refine, more))
+    instead, told = with_smaller(search, monkeypatch, raised)
+    ((low, high, _),) = told
+    assert steps == [few] + [more] * (len(steps) - 1)
+    shown = {k for k in instead.anchors if low <= FOLD[k] <= high}
+    assert shown
+    assert {k for k in instead.anchors if instead.steps_at(k) == more} == shown
+    sizes = np.abs(instead.held().amplitude)[sorted(shown)]
+    assert sizes == pytest.approx(np.abs(branch("smaller"))[sorted(shown)], rel=1e-3)
 
 
 def test_no_more_is_spent_than_a_share_of_the_search(refined, monkeypatch):

@@ -3,7 +3,8 @@
 A response shows the larger of several motions. Where that varies from cycle to cycle for good, or motions
 leave it, no amplitude is the answer as well as is asked for. Another motion may repeat there: the one that
 raising the load from rest leads to, as it does for a point over time. Where that is another branch it is
-shown instead. It is sought in a search of its own, which does not follow larger motions.
+shown instead. It is sought in a search of its own, which does not follow larger motions; with more steps
+where with few the load leads to one that is left with more.
 """
 
 from __future__ import annotations
@@ -89,19 +90,27 @@ def with_smaller(
         seconds = max((low.seconds for low in sought_here), default=0.0)
         return count >= SHARE * search.points or seconds >= SHARE * search.may_take
 
+    def begun(ends: tuple[int, int], sizes: Array, steps: int) -> Search:
+        unknown = search.stepping.unknown
+        low = Search(search.surface, search.base, search.points, Stepping(steps, unknown))
+        sought_here.append(low)
+        for k in _seeds(*ends):
+            # what motions leave with more steps says that the steps matter there
+            if low.anchors or low.lost or spent():
+                break
+            _begin(joint, low, k, sizes, wanted)
+        return low
+
     done = set[tuple[int, int]]()
     # a larger motion beside a smaller one may turn out to be left
     while todo := [ends for ends in stretches(shown, wanted) if ends not in done]:
         for ends in todo:
             done.add(ends)
-            unknown = search.stepping.unknown
-            low = Search(
-                search.surface, search.base, search.points, Stepping(search.steps, unknown)
-            )
-            sought_here.append(low)
             sizes = _sizes_that_vary(shown, *ends, wanted)
-            seeds = (k for k in _seeds(*ends) if not spent())
-            if not any(_begun(joint, low, k, sizes, wanted) for k in seeds):
+            low = begun(ends, sizes, search.steps)
+            if low.lost:
+                low = begun(ends, sizes, search.stepping.more)
+            if not low.anchors:
                 continue
             while not spent() and (picks := _unknown(low, *ends, wanted)):
                 _learn(joint, low, picks, sizes, guess, wanted)
@@ -111,8 +120,10 @@ def with_smaller(
                 if _known(instead, wanted) > _known(shown, wanted):
                     shown = instead
                     told.append(_outgrown(search, low, run))
-    cycles, count, marched = (
-        sum(getattr(low, name) for low in sought_here) for name in ("cycles", "count", "marched")
+    count = sum(low.count for low in sought_here)
+    cycles, marched = (
+        sum(getattr(low, name) * (low.steps // search.steps) for low in sought_here)
+        for name in ("cycles", "marched")
     )
     shown = replace(
         shown.copied(),
@@ -159,18 +170,19 @@ def _sizes_that_vary(search: Search, left: int, right: int, wanted: float) -> Ar
     return np.array([abs(search.anchors[k].amplitude) for k in varying])
 
 
-def _begun(joint: PreparedJoint, low: Search, k: int, sizes: Array, wanted: float) -> bool:
-    """Whether raising the load at a frequency leads to a motion that repeats, and to none that varies."""
+def _begin(joint: PreparedJoint, low: Search, k: int, sizes: Array, wanted: float) -> None:
+    """Learn of what raising the load at a frequency leads to, if that repeats and is none that varies.
+
+    What leaves its branch with more steps is lost.
+    """
     base = low.base
     target = Target(k, float(base.frequency[k]), base.load, 0j, steps=low.steps)
     (answer,) = raised_and_marched(joint, [target])
     low.marched += answer.cycles
-    if not _is_other(answer, sizes, wanted):
-        return False
-    low.keep(target, replace(answer, cycles=0))
-    low.ended.add(k)
-    low.refine(joint)
-    return k in low.anchors
+    if _is_other(answer, sizes, wanted):
+        low.keep(target, replace(answer, cycles=0))
+        low.ended.add(k)
+        low.refine(joint)
 
 
 def _is_other(answer: Found | Lost, sizes: Array, wanted: float) -> TypeGuard[Found]:
@@ -232,6 +244,8 @@ def _instead(
     """
     new = shown.copied()
     new.put_back(set(run.tolist()), low)
+    if low.steps > new.steps:
+        new.finer |= low.anchors.keys() & run.tolist()
     for k in (run[0] - 1, run[-1] + 1):  # no branch goes on from one to the other
         if ends[0] < k < ends[1] and k not in new.anchors:
             new.lost.setdefault(int(k), Lost(BETWEEN, 0))
