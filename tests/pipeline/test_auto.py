@@ -1200,3 +1200,25 @@ def test_over_a_wider_band_what_is_known_is_not_sought_again(refined, monkeypatc
     assert (found.response.error_indicator <= 0.01).all()
     assert (off <= found.response.error_indicator).all()
     assert found.spent.startswith(f"{len(asked)} steady states")
+
+
+@pytest.mark.parametrize(("points", "share"), [(100, 0.25), (9, 0.25), (100, 0.0)])
+def test_what_is_far_apart_is_filled_where_all_is_spent(refined, monkeypatch, points, share):
+    """After the first few, on top of what a search may cost: else nothing bounds what lies between."""
+    asked = []
+
+    def steady(joint, targets):
+        for target in targets:
+            asked.append(target.point)
+            yield Found(complex(branch("smaller")[target.point]), 1e-8, 0.0, "", 10)
+
+    monkeypatch.setattr("microslip.pipeline.search.CYCLES_EACH", 0)
+    monkeypatch.setattr(method, "FILLS", share)
+    found = held_to(steady, refined, monkeypatch, points)
+    widest = choosing.GAP * len(FOLD)
+    far = np.diff(sorted(found.search.marks)) > widest
+    assert len(asked) == len(set(asked)) <= points
+    assert far.any() == (points == 9 or not share)
+    unbounded = np.isinf(found.response.error_indicator)
+    assert set(np.flatnonzero(unbounded)) >= set(choosing.unfilled(found.search))
+    assert unbounded.any() == far.any()

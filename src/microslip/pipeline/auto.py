@@ -39,6 +39,9 @@ from microslip.pipeline.walk import sought, what_it_is
 from microslip.pipeline.wider import wider
 from microslip.typing import Array, Mask
 
+FILLS = 0.25
+"""Share of the time that a search may take in which it is filled on top of that, where states are far apart."""
+
 SAID = 2
 """Of so many motions that are not steady it is said what they are."""
 
@@ -131,6 +134,7 @@ def anchored_response(
             advance(_learn(assembly, search, picks))
             if not search.tried and (ends := choosing.walking(search)):
                 advance(_march(assembly, search, ends, settings.error))
+        _fill(assembly, search, guess, advance)
         _to_their_ends(assembly, search, guess, settings.error, advance)
         search.refine(assembly.prepared)
         # with more steps there may be more to see than there was with fewer
@@ -193,6 +197,18 @@ def _response(search: Search, unseen: Sequence[int] = ()) -> Response:
     beside = below[np.searchsorted(middle, np.arange(len(base.frequency)))]
     fell = (response.flag == CONVERGED) & beside
     return replace(response, outgrown=fell if fell.any() else None)
+
+
+def _fill(
+    assembly: Assembly, search: Search, guess: Contours, advance: Callable[[int], None]
+) -> None:
+    """Seek what lies between states too far apart where all was spent before: nothing else bounds it."""
+    began = search.seconds
+    while search.seconds - began < FILLS * search.may_take:
+        picks = choosing.between_far(search, guess)
+        if not picks:
+            return
+        advance(_learn(assembly, search, picks))
 
 
 def _to_their_ends(

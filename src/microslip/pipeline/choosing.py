@@ -76,7 +76,7 @@ def least_known(search: Search, guess: Contours, wanted: float, beside: Array) -
     marks, doubtful = search.marks, ~(now.of_mean + beside <= wanted)
     doubtful[marks] = False
     blurred = search.blurred(wanted)
-    weighed, widest = [], max(GAP * len(doubtful), 1)
+    weighed, widest = list[tuple[float, int, int, int]](), _widest(search)
     for left, right in pairwise(marks):
         unknown = int(doubtful[left + 1 : right].sum())
         gone = sum(k in search.lost or k in blurred for k in (left, right))
@@ -205,9 +205,22 @@ def ends_to_march(search: Search, wanted: float) -> list[int]:
     return sorted(last)[: max(ENDS - len(search.firm), 0)]
 
 
+def between_far(search: Search, guess: Contours) -> list[Target]:
+    """The middles between steady states too far apart, the farthest first: as many as may be sought."""
+    now, widest = search.held(), _widest(search)
+    apart = [(right - left, left, right) for left, right in pairwise(search.marks)]
+    far = [(width, (a + b) // 2, a, b) for width, a, b in apart if width > widest]
+    return _middles(search, guess, now, far)[: max(min(AT_A_TIME, search.points - search.count), 0)]
+
+
 def unfilled(search: Search) -> list[int]:
     """What lies between steady states too far apart, by index: all may be spent before they are closer."""
-    return far_between(search.marks, max(GAP * len(search.base.frequency), 1))
+    return far_between(search.marks, _widest(search))
+
+
+def _widest(search: Search) -> float:
+    """How many frequencies two steady states may be apart at most."""
+    return max(GAP * len(search.base.frequency), 1)
 
 
 def to_march(search: Search, wanted: float) -> list[Target]:
