@@ -40,7 +40,7 @@ from microslip.pipeline.wider import wider
 from microslip.typing import Array, Mask
 
 FILLS = 0.25
-"""Share of the time that a search may take in which it is filled on top of that, where states are far apart."""
+"""Share of the time that a search may take, on top of it, for states between those too far apart."""
 
 SAID = 2
 """Of so many motions that are not steady it is said what they are."""
