@@ -91,20 +91,30 @@ def test_what_rings_where_bodies_rest_rings_out(monkeypatch, decay, beat):
     """Also where it is of two frequencies, and strays more in some blocks than in those before."""
     spent = []
     monkeypatch.setattr(module, "watched", ringing(decay, spent, beat))
-    _, state, doubt, cycles, varies = module.rung_out(None, 40.0, 0, None, 1.0, 0.02)
+    _, state, doubt, cycles, varies, rings = module.rung_out(None, 40.0, 0, None, 1.0, 0.02)
     assert cycles == state == sum(spent) < 1000
     assert 1e-3 * 0.99 < doubt < 1e-3 + 2 * creep.STILL
     assert varies == 0.0
+    assert rings <= creep.STILL
 
 
 def test_what_does_not_decay_where_bodies_rest_is_doubted_and_left(monkeypatch):
     spent = []
     monkeypatch.setattr(module, "watched", ringing(0.0, spent))
-    amplitude, _, doubt, cycles, varies = module.rung_out(None, 40.0, 0, None, 1.0, 0.02)
+    amplitude, _, doubt, cycles, varies, rings = module.rung_out(None, 40.0, 0, None, 1.0, 0.02)
     assert doubt >= 0.019
     assert varies == pytest.approx(0.02, rel=0.02)
+    assert rings == 0.0
     assert amplitude == pytest.approx(1.001, rel=1e-3)
     assert cycles == sum(spent) <= 300
+
+
+def test_what_decays_too_slowly_to_tell_rings(monkeypatch):
+    """It may end: how far it strays is in the doubt, and told apart."""
+    monkeypatch.setattr(module, "watched", ringing(6e-4, []))
+    _, _, doubt, _, varies, rings = module.rung_out(None, 40.0, 0, None, 1.0, 0.02)
+    assert varies == 0.0
+    assert 2 * creep.STILL < rings < doubt <= rings + 1e-3 + creep.STILL
 
 
 CREEPS = """

@@ -126,6 +126,18 @@ def test_how_far_a_motion_varies_is_said_by_more_steps_where_they_tell():
     assert variation(stepping, 3, found) == 0.07
 
 
+def test_what_rings_with_few_steps_is_no_doubt_where_more_have_told():
+    """Where they have not, or have led elsewhere, it is one; so is what the place of rest is not known by."""
+    found, stepping = Found(1 + 0j, 0.0, 0.021, "", 10, rings=0.02), Stepping()
+    assert doubt_with(stepping, 3, found) == pytest.approx(0.021)
+    stepping.keep(3, More(None, 10))
+    assert doubt_with(stepping, 3, found) == pytest.approx(0.021)
+    stepping.keep(3, More(1 + 0j, 10))
+    assert doubt_with(stepping, 3, found) == pytest.approx(0.001)
+    stepping.keep(3, More(1 + 0j, 10, strays=0.005, drifts=0.002, varies=0.004))
+    assert doubt_with(stepping, 3, found) == pytest.approx(0.002 + 0.004)
+
+
 def test_a_motion_beside_one_that_varies_may_vary_and_is_no_better_known():
     sure, vague = (
         Anchor(f, 1 + 0j, 0j, 0.0, doubt) for f, doubt in ((100.0, 0.001), (102.0, 0.03))

@@ -139,8 +139,9 @@ class Crept(NamedTuple):
         they are by then.
     around : float
         See `microslip.analyses.time.resting.Rested`.
-    varies : float
-        How far cycles stray from the amplitude for good, relative; zero where that may end.
+    varies, rings : float
+        How far cycles stray from the amplitude for good, relative, zero where that may end; and how far they
+        do where bodies rest and that may.
     """
 
     amplitude: complex
@@ -153,6 +154,7 @@ class Crept(NamedTuple):
     ahead: float = 0.0
     around: float = float("nan")
     varies: float = 0.0
+    rings: float = 0.0
 
 
 def crept(
@@ -303,10 +305,10 @@ def _walked(
         if rest.speed:  # where they rest is not known
             ahead, place = np.nan, one.offset.mean(axis=0)
     size = abs(amplitude)
-    settled, varies = _stable(scheme, load, start, size, memory), 0.0
+    settled, varies, rings = _stable(scheme, load, start, size, memory), 0.0, 0.0
     if settled is None:
         kicked = replace(start, rate=KICK * start.rate)
-        amplitude, end, doubt, more, varies = rung_out(
+        amplitude, end, doubt, more, varies, rings = rung_out(
             scheme, load, kicked, memory, amplitude, np.inf
         )
     else:
@@ -322,6 +324,7 @@ def _walked(
         ahead,
         rest.around(before=reached),
         varies,
+        rings,
     )
 
 

@@ -105,5 +105,10 @@ def as_doubtful(one: Anchor, *others: Anchor, mean: float = 0.0) -> Anchor:
 
 
 def _but_for_beats(stepping: Stepping, k: int, found: Found | Anchor) -> float:
-    """How well a mean amplitude is known but for beats that were not seen to go on, relative."""
-    return max(found.doubt - found.varies, stepping.drifts.get(k, 0.0))
+    """How well a mean amplitude is known but for beats that were not seen to go on, relative.
+
+    What rings with few steps where bodies rest is no doubt where more steps have told.
+    """
+    told = stepping.sought_on.get(k) is not None
+    rings = found.rings if told and isinstance(found, Found) else 0.0
+    return max(found.doubt - found.varies - rings, stepping.drifts.get(k, 0.0))

@@ -87,6 +87,7 @@ def _ended(joint: PreparedJoint, target: Target, ramps: Sequence[int]) -> Found:
         around=one.around,
         own=own,
         varies=one.varies,
+        rings=one.rings,
     )
 
 

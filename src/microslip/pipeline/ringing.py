@@ -51,8 +51,8 @@ class Rung(NamedTuple):
         the one given beyond what it varies by, relative.
     cycles : int
         Spent.
-    varies : float
-        The first of these where it goes on, else zero.
+    varies, rings : float
+        The first of these where it goes on, and where it may not; else zero.
     """
 
     amplitude: complex
@@ -60,6 +60,7 @@ class Rung(NamedTuple):
     doubt: float
     cycles: int
     varies: float
+    rings: float
 
 
 def rung_out(
@@ -91,14 +92,15 @@ def rung_out(
         state, spent = states[-1], spent + block
         means.append(complex(TAPER @ Q[STEP:]))
         strays.append(stray_of(Q, abs(means[-1])))
-    strayed, varies, last, fell = max(strays[-2:]), 0.0, means[-1:], 0.0
-    if goes_on(strays):
-        varies, last = strayed, means[-SAME_FOR:]
+    strayed, last, fell = max(strays[-2:]), means[-1:], 0.0
+    varies, rings = (strayed, 0.0) if goes_on(strays) else (0.0, strayed)
+    if varies:
+        last = means[-SAME_FOR:]
         mean = complex(np.mean(last))
         # a mean farther from where it began than it varies by may be that of another motion
         fell, amplitude = max(abs(abs(mean) / abs(amplitude) - 1) - varies, 0.0), mean
     moved = max((abs(abs(one) / abs(amplitude) - 1) for one in last), default=0.0)
-    return Rung(amplitude, state, strayed + moved + fell, spent, varies)
+    return Rung(amplitude, state, strayed + moved + fell, spent, varies, rings)
 
 
 def stays(strays: Sequence[float]) -> bool:

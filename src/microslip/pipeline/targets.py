@@ -161,6 +161,8 @@ class Found:
         has left its branch too, this is the motion after the load was raised.
     varies : float
         See `microslip.analyses.reduced.anchors.Anchor`.
+    rings : float
+        Of the doubt, how far cycles stray where bodies rest, which may end: with more steps that is known.
     more : More or None
         What this very state has become with more steps; None where it was not sought on.
     """
@@ -181,6 +183,7 @@ class Found:
     began: Start | None = None
     own: bool = False
     varies: float = 0.0
+    rings: float = 0.0
     more: More | None = None
 
 
