@@ -136,6 +136,7 @@ def anchored_response(
                 advance(_march(assembly, search, ends, settings.error))
         _fill(assembly, search, guess, advance)
         _to_their_ends(assembly, search, guess, settings.error, advance)
+        _fill(assembly, search, guess, advance)
         search.refine(assembly.prepared)
         # with more steps there may be more to see than there was with fewer
         while sought_more := _refine_on(assembly, search, guess, settings.error):
@@ -202,9 +203,10 @@ def _response(search: Search, unseen: Sequence[int] = ()) -> Response:
 def _fill(
     assembly: Assembly, search: Search, guess: Contours, advance: Callable[[int], None]
 ) -> None:
-    """Seek what lies between states too far apart where all was spent before: nothing else bounds it."""
+    """Seek what lies between states too far apart where all is spent, as nothing bounds it then: that was so
+    before they were closer, or what was between them has been left."""
     began = search.seconds
-    while search.seconds - began < FILLS * search.may_take:
+    while search.over and search.seconds - began < FILLS * search.may_take:
         picks = choosing.between_far(search, guess)
         if not picks:
             return
