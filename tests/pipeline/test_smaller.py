@@ -247,6 +247,15 @@ def test_where_few_steps_lead_to_a_motion_that_is_left_more_are_taken(refined, m
     assert sizes == pytest.approx(np.abs(branch("smaller"))[sorted(shown)], rel=1e-3)
 
 
+def test_more_steps_are_not_taken_where_they_would_take_too_long(refined, monkeypatch):
+    """As many times as long as there are more of them."""
+    monkeypatch.setattr(Search, "refine", leaves_with_more(Search.refine))
+    monkeypatch.setattr(smaller, "REFINEMENT", 1e12)
+    ends, asked = of("smaller")
+    with_smaller(known(refined), monkeypatch, ends)
+    assert asked == [70]
+
+
 def test_no_more_is_spent_than_a_share_of_the_search(refined, monkeypatch):
     """Where sizes scatter so that nothing between them is known, all would be asked for."""
     asked = []

@@ -25,7 +25,7 @@ from microslip.pipeline.marched import raised_and_marched
 from microslip.pipeline.neighbours import around
 from microslip.pipeline.search import Search
 from microslip.pipeline.stepping import Stepping
-from microslip.pipeline.targets import Found, Lost, Target
+from microslip.pipeline.targets import REFINEMENT, Found, Lost, Target
 from microslip.pipeline.walk import sought
 from microslip.typing import Array, Indices, Mask
 
@@ -108,7 +108,7 @@ def with_smaller(
             done.add(ends)
             sizes = _sizes_that_vary(shown, *ends, wanted)
             low = begun(ends, sizes, search.steps)
-            if low.lost:
+            if low.lost and REFINEMENT * low.seconds < SHARE * search.may_take:
                 low = begun(ends, sizes, search.stepping.more)
             if not low.anchors:
                 continue
