@@ -76,7 +76,7 @@ def least_known(search: Search, guess: Contours, wanted: float, beside: Array) -
     marks, doubtful = search.marks, ~(now.of_mean + beside <= wanted)
     doubtful[marks] = False
     blurred = search.blurred(wanted)
-    weighed, widest = list[tuple[float, int, int, int]](), _widest(search)
+    weighed, widest = list[tuple[float, int, int, int]](), may_be_apart(search)
     for left, right in pairwise(marks):
         unknown = int(doubtful[left + 1 : right].sum())
         gone = sum(k in search.lost or k in blurred for k in (left, right))
@@ -87,7 +87,7 @@ def least_known(search: Search, guess: Contours, wanted: float, beside: Array) -
             wanting = max(unknown, UNSEEN * (right - left))
             weighed.append((weight * wanting, (left + right) // 2, left, right))
     targets += _middles(search, guess, now, weighed)
-    return targets[: max(min(AT_A_TIME, search.points - search.count), 0)]
+    return _at_once(search, targets)
 
 
 def beside_larger(search: Search, guess: Contours) -> list[Target]:
@@ -105,7 +105,7 @@ def beside_larger(search: Search, guess: Contours) -> list[Target]:
         for k, beside in chosen.items()
         if beside not in chosen
     ]
-    return targets[: max(min(AT_A_TIME, search.points - search.count), 0)]
+    return _at_once(search, targets)
 
 
 def anew(search: Search, guess: Contours, wanted: float) -> list[Target]:
@@ -142,7 +142,7 @@ def between_refined(search: Search, guess: Contours, wanted: float) -> list[Targ
         if unknown and sure and middle not in search.passed:
             weighed.append((unknown, middle, left, right))
     targets = _middles(search, guess, now, weighed)
-    return targets[: max(min(AT_A_TIME, search.points - search.count), 0)]
+    return _at_once(search, targets)
 
 
 def vague(search: Search, now: Held, wanted: float) -> set[int]:
@@ -161,6 +161,11 @@ def _middles(
     """Targets in the middle of stretches, from their weights, middles and ends; the heaviest first."""
     heaviest = sorted(weighed, reverse=True)
     return [target_at(search, k, guess, now, (left, right)) for _, k, left, right in heaviest]
+
+
+def _at_once(search: Search, targets: list[Target]) -> list[Target]:
+    """The first of some targets, as many as may be sought at a time."""
+    return targets[: max(min(AT_A_TIME, search.points - search.count), 0)]
 
 
 def to_march_on(search: Search) -> list[int]:
@@ -207,18 +212,18 @@ def ends_to_march(search: Search, wanted: float) -> list[int]:
 
 def between_far(search: Search, guess: Contours) -> list[Target]:
     """The middles between steady states too far apart, the farthest first: as many as may be sought."""
-    now, widest = search.held(), _widest(search)
+    now, widest = search.held(), may_be_apart(search)
     apart = [(right - left, left, right) for left, right in pairwise(search.marks)]
     far = [(width, (a + b) // 2, a, b) for width, a, b in apart if width > widest]
-    return _middles(search, guess, now, far)[: max(min(AT_A_TIME, search.points - search.count), 0)]
+    return _at_once(search, _middles(search, guess, now, far))
 
 
 def unfilled(search: Search) -> list[int]:
     """What lies between steady states too far apart, by index: all may be spent before they are closer."""
-    return far_between(search.marks, _widest(search))
+    return far_between(search.marks, may_be_apart(search))
 
 
-def _widest(search: Search) -> float:
+def may_be_apart(search: Search) -> float:
     """How many frequencies two steady states may be apart at most."""
     return max(GAP * len(search.base.frequency), 1)
 

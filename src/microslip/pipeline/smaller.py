@@ -19,7 +19,7 @@ import numpy as np
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.reduced.surface import Contours
 from microslip.analyses.time.offset import BRANCH
-from microslip.pipeline.choosing import AT_A_TIME, GAP, target_at, to_march_on
+from microslip.pipeline.choosing import AT_A_TIME, may_be_apart, target_at, to_march_on
 from microslip.pipeline.doubts import variation
 from microslip.pipeline.marched import raised_and_marched
 from microslip.pipeline.neighbours import around
@@ -198,7 +198,7 @@ def _unknown(low: Search, left: int, right: int, wanted: float) -> list[int]:
     if beside := [k for k in dict.fromkeys((left + 1, right - 1)) if k not in marks]:
         return beside
     doubtful, weighed = ~(low.held().error <= wanted), list[tuple[int, int]]()
-    widest = max(GAP * len(doubtful), 1)
+    widest = may_be_apart(low)
     for one, other in pairwise(marks):
         count = int(doubtful[one + 1 : other].sum())
         if (count or other - one > widest) and not low.lost.keys() >= {one, other}:
