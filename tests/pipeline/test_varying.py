@@ -174,7 +174,7 @@ def test_beside_a_jump_a_motion_is_as_well_known_as_those_of_its_own_branch():
     anchors[2] = replace(anchors[2], doubt=0.031)
     stepping = Stepping()
     alone = by_themselves(anchors, found, set(found), 0.0, stepping)
-    known = doubted(alone, found, stepping)
+    known = doubted(alone, found, (), stepping)
     assert [known[k].doubt for k in range(5)] == pytest.approx([1e-4, 0.031, 0.031, 1e-4, 1e-4])
 
 
@@ -186,5 +186,6 @@ def test_beside_a_mean_that_drifts_one_that_beats_is_no_better_known():
         stepping = Stepping()
         stepping.keep(0, More(1 + 0j, 10, 0.03, varies=0.029))
         stepping.keep(1, More(1 + 0j, 10, strays, drifts))
-        known = doubted(by_themselves(anchors, found, set(found), 0.0, stepping), found, stepping)
+        alone = by_themselves(anchors, found, set(found), 0.0, stepping)
+        known = doubted(alone, found, (), stepping)
         assert known[0].doubt - known[0].varies == pytest.approx(mean)

@@ -42,6 +42,9 @@ from microslip.typing import Array, Mask
 FILLS = 0.25
 """Share of the time that a search may take, on top of it, for states between those too far apart."""
 
+WATCHES = 0.5
+"""The same, for marching what has settled and is unsure."""
+
 SAID = 2
 """Of so many motions that are not steady it is said what they are."""
 
@@ -250,12 +253,35 @@ def _refine_on(assembly: Assembly, search: Search, guess: Contours, wanted: floa
         if picks := picks or choosing.between_refined(search, guess, wanted):
             search.keep_refined(joint, _answers(assembly, picks))
             return len(picks)
-        if picks := choosing.anew(search, guess, wanted):
-            search.keep_anew(joint, _answers(assembly, picks))
-            return len(picks)
+    if watched := _watch(assembly, search, wanted):
+        return watched
+    if not search.over and (picks := choosing.anew(search, guess, wanted)):
+        search.keep_anew(joint, _answers(assembly, picks))
+        return len(picks)
     if ends := choosing.ends_to_march(search, wanted):
         search.march_on(joint, ends, ends=True)
     return len(ends)
+
+
+def _watch(assembly: Assembly, search: Search, wanted: float) -> int:
+    """March what is itself unsure: to its end where that is not known, else with more steps; how many were.
+
+    On top of what the rest may cost.
+    """
+    if search.watching >= WATCHES * search.may_take:
+        return 0
+    joint, count = assembly.prepared, search.count
+    cycles, began = search.cycles, search.seconds
+    if ends := choosing.to_their_ends(search, wanted):
+        _march(assembly, search, ends, wanted)
+        search.refine(joint)
+    elif unsure := choosing.to_watch(search, wanted):
+        search.march_on(joint, unsure)
+    took, (before, then) = search.seconds - began, search.before or (0, 0.0)
+    search.watching += took
+    search.count = count
+    search.before = before + search.cycles - cycles, then + took
+    return len(ends or unsure)
 
 
 def _said(assembly: Assembly, search: Search, stop: threading.Event) -> tuple[str, ...]:

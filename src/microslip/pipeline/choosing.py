@@ -197,6 +197,34 @@ def to_march_on(search: Search) -> list[int]:
     return list(dict.fromkeys(chosen))[: max(search.points - search.count, 0)]
 
 
+def to_their_ends(search: Search, wanted: float) -> list[Target]:
+    """Settled motions to be marched to their end next, each once: those that are unsure as others are.
+
+    As others have gone farther when they were marched, or beat beside it.
+    """
+    known, own = search.doubted(), search.anchors
+    unsure = search.blurred(wanted) - search.tried - search.ended
+    open_ = [k for k in unsure if known[k].doubt > own[k].doubt]
+    open_.sort(key=lambda k: (-known[k].doubt, k))
+    return [_marched_target(search, k) for k in open_[:AT_A_TIME]]
+
+
+def to_watch(search: Search, wanted: float) -> list[int]:
+    """Motions to be marched with more steps next, by index, each once: what these make of them is not known.
+
+    Not what has settled with more where most of what is not known is another's doubt, or the steps'.
+    """
+    now, stepping = search.held(), search.stepping
+    open_ = [
+        k
+        for k in vague(search, now, wanted) - search.passed
+        if not stepping.drifts.get(k)
+        and (stepping.sought_on.get(k) is None or 2 * search.anchors[k].doubt > now.of_mean[k])
+    ]
+    open_.sort(key=lambda k: (-now.of_mean[k], k))
+    return open_[:ANEW_AT_A_TIME]
+
+
 def ends_to_march(search: Search, wanted: float) -> list[int]:
     """The last motions of branches that end, by index, each once: where they are known as well as is wanted.
 

@@ -10,9 +10,15 @@ from itertools import pairwise
 import numpy as np
 
 from microslip.analyses.reduced.anchors import Anchor, branches, vary_between
+from microslip.analyses.time.offset import HORIZON
+from microslip.pipeline.more_steps import BLOCK, BLOCKS
 from microslip.pipeline.stepping import Stepping
-from microslip.pipeline.targets import Found
+from microslip.pipeline.targets import TOLERANCE, Found
 from microslip.pipeline.walk import FINE
+
+GOES_ON = 2 * HORIZON / (BLOCKS * BLOCK)
+"""Times what a mean has drifted by in half of the cycles that it is marched for with more steps that an even
+drift makes until `microslip.analyses.time.offset.HORIZON`."""
 
 
 def by_themselves(
@@ -42,33 +48,46 @@ def by_themselves(
     for k, one in anchors.items():
         varies = variation(stepping, k, found[k])
         known[k] = replace(one, scatter=found[k].scatter, varies=varies)
-        if k not in ended and found[k].rest is None and one.change > FINE:
+        watched = stepping.drifts.get(k)
+        if k not in ended and not watched and found[k].rest is None and one.change > FINE:
             known[k] = no_better(known[k], moved)
     return known
 
 
 def doubted(
-    alone: Mapping[int, Anchor], found: Mapping[int, Found], stepping: Stepping
+    alone: Mapping[int, Anchor],
+    found: Mapping[int, Found],
+    ended: Container[int],
+    stepping: Stepping,
 ) -> dict[int, Anchor]:
     """Anchors as they are known beside the others.
 
     Of motions at rest that beat those beside one may not, and those beside one that does not may: each is
-    known no better than the next are, on its branch.
+    known no better than the next are, on its branch. Not those that were marched after the load was raised,
+    or with more steps: what they do themselves was seen.
 
     Parameters
     ----------
     alone : mapping
         `by_themselves`.
-    found, stepping
+    found, ended, stepping
         See there.
     """
     known = dict(alone)
     beside = defaultdict[int, list[int]](list)
     for run in branches(alone, ()):
-        for left, right in pairwise(int(k) for k in run if found[int(k)].rest is not None):
-            beside[left].append(right)
-            beside[right].append(left)
+        told = [
+            int(k)
+            for k in run
+            if found[int(k)].rest is not None or alone[int(k)].change <= TOLERANCE
+        ]
+        for left, right in pairwise(told):
+            if found[left].rest is not None and found[right].rest is not None:
+                beside[left].append(right)
+                beside[right].append(left)
     for k, others in beside.items():
+        if k in ended or stepping.drifts.get(k):
+            continue
         mean = max(_but_for_beats(stepping, j, found[j]) for j in others)
         known[k] = as_doubtful(alone[k], *(alone[j] for j in others), mean=mean)
     return known
@@ -107,8 +126,13 @@ def as_doubtful(one: Anchor, *others: Anchor, mean: float = 0.0) -> Anchor:
 def _but_for_beats(stepping: Stepping, k: int, found: Found | Anchor) -> float:
     """How well a mean amplitude is known but for beats that were not seen to go on, relative.
 
-    What rings with few steps where bodies rest is no doubt where more steps have told.
+    What rings with few steps where bodies rest is no doubt where more steps have told. Where the motion was
+    marched with more steps, and bodies are not on the way, its drift in these tells: as if it went on.
     """
-    told = stepping.sought_on.get(k) is not None
-    rings = found.rings if told and isinstance(found, Found) else 0.0
-    return max(found.doubt - found.varies - rings, stepping.drifts.get(k, 0.0))
+    drifts, few = stepping.drifts.get(k, 0.0), found.doubt - found.varies
+    if isinstance(found, Found):
+        if stepping.sought_on.get(k) is not None:
+            few -= found.rings
+        if drifts and found.ahead == 0:
+            few = min(few, GOES_ON * drifts)
+    return max(few, drifts)

@@ -77,6 +77,7 @@ class Search:
     before: tuple[int, float] | None = None
     past: tuple[int, int, float] = (0, 0, 0.0)
     following: float = 0.0
+    watching: float = 0.0
     began: float = field(default_factory=time.process_time)
 
     @property
@@ -326,7 +327,7 @@ class Search:
 
     def doubted(self) -> dict[int, Anchor]:
         """The anchors, each with how well it is known beside the others, `microslip.pipeline.doubts`."""
-        return doubted(self.alone(), self.found, self.stepping)
+        return doubted(self.alone(), self.found, self.ended, self.stepping)
 
     def alone(self) -> dict[int, Anchor]:
         """The same, whatever is known of those next to each."""
