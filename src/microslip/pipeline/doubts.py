@@ -11,14 +11,13 @@ import numpy as np
 
 from microslip.analyses.reduced.anchors import Anchor, branches, vary_between
 from microslip.analyses.time.offset import HORIZON
-from microslip.pipeline.more_steps import BLOCK, BLOCKS
 from microslip.pipeline.stepping import Stepping
 from microslip.pipeline.targets import TOLERANCE, Found
 from microslip.pipeline.walk import FINE
 
-GOES_ON = 2 * HORIZON / (BLOCKS * BLOCK)
-"""Times what a mean has drifted by in half of the cycles that it is marched for with more steps that an even
-drift makes until `microslip.analyses.time.offset.HORIZON`."""
+THIRD = 3
+"""A mean that drifts evenly is known to what it drifts by in one of so many parts of the cycles marched:
+`microslip.analyses.time.watching.known_mean`."""
 
 
 def by_themselves(
@@ -48,7 +47,7 @@ def by_themselves(
     for k, one in anchors.items():
         varies = variation(stepping, k, found[k])
         known[k] = replace(one, scatter=found[k].scatter, varies=varies)
-        watched = stepping.drifts.get(k)
+        watched = stepping.over.get(k)
         if k not in ended and not watched and found[k].rest is None and one.change > FINE:
             known[k] = no_better(known[k], moved)
     return known
@@ -86,7 +85,7 @@ def doubted(
                 beside[left].append(right)
                 beside[right].append(left)
     for k, others in beside.items():
-        if k in ended or stepping.drifts.get(k):
+        if k in ended or stepping.over.get(k):
             continue
         mean = max(_but_for_beats(stepping, j, found[j]) for j in others)
         known[k] = as_doubtful(alone[k], *(alone[j] for j in others), mean=mean)
@@ -127,12 +126,13 @@ def _but_for_beats(stepping: Stepping, k: int, found: Found | Anchor) -> float:
     """How well a mean amplitude is known but for beats that were not seen to go on, relative.
 
     What rings with few steps where bodies rest is no doubt where more steps have told. Where the motion was
-    marched with more steps, and bodies are not on the way, its drift in these tells: as if it went on.
+    marched with more steps, and bodies are not on the way, its drift in these tells: as if it went on for
+    `microslip.analyses.time.offset.HORIZON` cycles.
     """
     drifts, few = stepping.drifts.get(k, 0.0), found.doubt - found.varies
     if isinstance(found, Found):
         if stepping.sought_on.get(k) is not None:
             few -= found.rings
-        if drifts and found.ahead == 0:
-            few = min(few, GOES_ON * drifts)
+        if stepping.over.get(k) and found.ahead == 0:
+            few = min(few, drifts * THIRD * HORIZON / stepping.over[k])
     return max(few, drifts)

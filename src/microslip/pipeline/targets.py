@@ -120,6 +120,8 @@ class More(NamedTuple):
         of what varies for good, how far its mean may.
     varies : float
         See `microslip.analyses.time.staying.Stay`.
+    over : int
+        Cycles that it was marched for to know its mean; zero where it was not.
     """
 
     amplitude: complex | None
@@ -127,6 +129,7 @@ class More(NamedTuple):
     strays: float = 0.0
     drifts: float = 0.0
     varies: float = 0.0
+    over: int = 0
 
 
 @dataclass(frozen=True)
