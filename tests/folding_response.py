@@ -75,6 +75,7 @@ def held_to(
         monkeypatch.setattr(auto.choosing, "ends_to_march", lambda *known: [])
     if more is None:
         monkeypatch.setattr(auto.Search, "seek_on", lambda search, joint: None)
+        monkeypatch.setattr(auto.choosing, "to_watch", lambda *known: [])
     else:
         monkeypatch.setattr("microslip.pipeline.stepping.more_steps", more)
     return auto.anchored_response(
