@@ -43,7 +43,7 @@ FILLS = 0.25
 """Share of the time that a search may take, on top of it, for states between those too far apart."""
 
 WATCHES = 0.5
-"""The same, for marching what has settled and is unsure."""
+"""The same, for marching what is itself unsure in the end."""
 
 SAID = 2
 """Of so many motions that are not steady it is said what they are."""
@@ -181,11 +181,16 @@ def _answers(assembly: Assembly, targets: list[Target]) -> list[tuple[Target, Fo
 
 def _march(assembly: Assembly, search: Search, targets: list[Target], wanted: float) -> int:
     """Where the motions at targets end; how many were marched."""
+    _to_an_end(assembly, search, targets)
+    forget.left_on_the_way(search, wanted)
+    return len(targets)
+
+
+def _to_an_end(assembly: Assembly, search: Search, targets: list[Target]) -> None:
+    """Where the motions at targets end."""
     ended = raised_and_marched(assembly.prepared, targets)
     for target, answer in zip(targets, ended, strict=True):
         search.keep_end(target, answer)
-    forget.left_on_the_way(search, wanted)
-    return len(targets)
 
 
 def _response(search: Search, unseen: Sequence[int] = ()) -> Response:
@@ -273,7 +278,7 @@ def _watch(assembly: Assembly, search: Search, wanted: float) -> int:
     joint, count = assembly.prepared, search.count
     cycles, began = search.cycles, search.seconds
     if ends := choosing.to_their_ends(search, wanted):
-        _march(assembly, search, ends, wanted)
+        _to_an_end(assembly, search, ends)
         search.refine(joint)
     elif unsure := choosing.to_watch(search, wanted):
         search.march_on(joint, unsure)

@@ -15,7 +15,9 @@ from microslip.analyses.reduced.anchors import JUMP, branches, step_of
 from microslip.analyses.reduced.surface import Contours
 from microslip.analyses.reduced.through_anchors import Held
 from microslip.analyses.time.starts import Start
+from microslip.analyses.time.staying import OPEN
 from microslip.describe.requests import MARCHED_EACH
+from microslip.pipeline.more_steps import STEADY
 from microslip.pipeline.neighbours import around, far_between, larger_sides
 from microslip.pipeline.search import Search
 from microslip.pipeline.targets import STEPS, TOLERANCE, Target, known_rest
@@ -198,28 +200,36 @@ def to_march_on(search: Search) -> list[int]:
 
 
 def to_their_ends(search: Search, wanted: float) -> list[Target]:
-    """Settled motions to be marched to their end next, each once: those that are unsure as others are.
+    """Motions to be marched to their end next, each once: where what one will come to is not known otherwise.
 
-    As others have gone farther when they were marched, or beat beside it.
+    It has not settled; or it has, and is as unsure as others have moved; or it was still on its way where it
+    was pushed off what is unstable.
     """
-    known, own = search.doubted(), search.anchors
-    unsure = search.blurred(wanted) - search.tried - search.ended
-    open_ = [k for k in unsure if known[k].doubt > own[k].doubt]
+    known, own, strays = search.alone(), search.anchors, search.stepping.strays
+    unsure = vague(search, search.held(), wanted) - search.tried - search.ended
+    open_ = [
+        k
+        for k in unsure
+        if own[k].change > TOLERANCE
+        or known[k].doubt > own[k].doubt
+        or strays.get(k, 0.0) - known[k].varies >= OPEN
+    ]
     open_.sort(key=lambda k: (-known[k].doubt, k))
     return [_marched_target(search, k) for k in open_[:AT_A_TIME]]
 
 
 def to_watch(search: Search, wanted: float) -> list[int]:
-    """Motions to be marched with more steps next, by index, each once: what these make of them is not known.
+    """Settled motions to be marched with more steps next, by index, each once: they do not settle with these.
 
-    Not what has settled with more where most of what is not known is another's doubt, or the steps'.
+    Not unstable ones, which grow from where they are too slowly to see.
     """
     now, stepping = search.held(), search.stepping
     open_ = [
         k
-        for k in vague(search, now, wanted) - search.passed
-        if not stepping.drifts.get(k)
-        and (stepping.sought_on.get(k) is None or 2 * search.anchors[k].doubt > now.of_mean[k])
+        for k in vague(search, now, wanted) - search.passed - (search.tried - search.ended)
+        if search.anchors[k].change <= TOLERANCE
+        and stepping.sought_on.get(k) is None
+        and stepping.strays.get(k, 0.0) <= STEADY
     ]
     open_.sort(key=lambda k: (-now.of_mean[k], k))
     return open_[:ANEW_AT_A_TIME]

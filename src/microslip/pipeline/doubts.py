@@ -30,7 +30,7 @@ def by_themselves(
     """Anchors, each with how far its amplitude scatters with its past and varies from cycle to cycle.
 
     Of a motion that has not settled a search cannot tell how far its bodies will walk: as far as others have,
-    where that has led.
+    where that has led, or as far as it goes where it was watched with more steps.
 
     Parameters
     ----------
@@ -47,9 +47,9 @@ def by_themselves(
     for k, one in anchors.items():
         varies = variation(stepping, k, found[k])
         known[k] = replace(one, scatter=found[k].scatter, varies=varies)
-        watched = stepping.over.get(k)
-        if k not in ended and not watched and found[k].rest is None and one.change > FINE:
-            known[k] = no_better(known[k], moved)
+        if k not in ended and found[k].rest is None and one.change > FINE:
+            settled = one.change <= TOLERANCE
+            known[k] = no_better(known[k], min(moved, _to_come(stepping, k)) if settled else moved)
     return known
 
 
@@ -62,8 +62,7 @@ def doubted(
     """Anchors as they are known beside the others.
 
     Of motions at rest that beat those beside one may not, and those beside one that does not may: each is
-    known no better than the next are, on its branch. Not those that were marched after the load was raised,
-    or with more steps: what they do themselves was seen.
+    known no better than the next are, on its branch. What is known to repeat between two parts them.
 
     Parameters
     ----------
@@ -72,21 +71,21 @@ def doubted(
     found, ended, stepping
         See there.
     """
+
+    def repeats(k: int) -> bool:
+        seen = alone[k].change <= FINE or k in ended or stepping.watched.get(k)
+        stays = not (alone[k].varies or stepping.strays.get(k))
+        return bool(seen) and stays and stepping.sought_on.get(k) is not None
+
     known = dict(alone)
     beside = defaultdict[int, list[int]](list)
     for run in branches(alone, ()):
-        told = [
-            int(k)
-            for k in run
-            if found[int(k)].rest is not None or alone[int(k)].change <= TOLERANCE
-        ]
+        told = [int(k) for k in run if found[int(k)].rest is not None or repeats(int(k))]
         for left, right in pairwise(told):
             if found[left].rest is not None and found[right].rest is not None:
                 beside[left].append(right)
                 beside[right].append(left)
     for k, others in beside.items():
-        if k in ended or stepping.over.get(k):
-            continue
         mean = max(_but_for_beats(stepping, j, found[j]) for j in others)
         known[k] = as_doubtful(alone[k], *(alone[j] for j in others), mean=mean)
     return known
@@ -125,14 +124,14 @@ def as_doubtful(one: Anchor, *others: Anchor, mean: float = 0.0) -> Anchor:
 def _but_for_beats(stepping: Stepping, k: int, found: Found | Anchor) -> float:
     """How well a mean amplitude is known but for beats that were not seen to go on, relative.
 
-    What rings with few steps where bodies rest is no doubt where more steps have told. Where the motion was
-    marched with more steps, and bodies are not on the way, its drift in these tells: as if it went on for
-    `microslip.analyses.time.offset.HORIZON` cycles.
+    What rings with few steps where bodies rest is no doubt where more steps have told.
     """
-    drifts, few = stepping.drifts.get(k, 0.0), found.doubt - found.varies
-    if isinstance(found, Found):
-        if stepping.sought_on.get(k) is not None:
-            few -= found.rings
-        if stepping.over.get(k) and found.ahead == 0:
-            few = min(few, drifts * THIRD * HORIZON / stepping.over[k])
-    return max(few, drifts)
+    told = stepping.sought_on.get(k) is not None
+    rings = found.rings if told and isinstance(found, Found) else 0.0
+    return max(found.doubt - found.varies - rings, stepping.drifts.get(k, 0.0))
+
+
+def _to_come(stepping: Stepping, k: int) -> float:
+    """What a mean may still drift by, relative: as evenly as where it was watched with more steps."""
+    cycles = stepping.watched.get(k, 0)
+    return stepping.drifts[k] * THIRD * HORIZON / cycles if cycles else np.inf

@@ -150,12 +150,14 @@ def _varying(joint: PreparedJoint, load: float, one: Stepped) -> More:
             break
         before = beats
     drifts = max(drifts, LEAK * beats if seen else abs(own / mean - 1))
-    amplitude, over = mean * complex(np.exp(1j * np.angle(Q.mean()))), len(sizes)
+    amplitude, cycles = mean * complex(np.exp(1j * np.angle(Q.mean()))), len(sizes)
     if strays <= STEADY:  # with more steps it repeats
-        return More(amplitude, spent, drifts=strays, over=over)
+        return More(amplitude, spent, drifts=strays, watched=cycles)
     if drifts > beats:  # it creeps: a beat has the same mean for long
-        return More(amplitude, spent, strays, drifts + to_come(size) / mean, over=over)
-    return More(amplitude, spent, strays, drifts, strays if same else 0.0, over)
+        return More(amplitude, spent, strays, drifts + to_come(size) / mean, watched=cycles)
+    return More(
+        amplitude, spent, strays, drifts, strays if same else 0.0, cycles if same and seen else 0
+    )
 
 
 def _on_the_way(joint: PreparedJoint, load: float, one: Stepped) -> More:

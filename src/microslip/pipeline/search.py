@@ -367,6 +367,7 @@ class Search:
         if not left and answer.rest is not None and k in self.anchors:
             self.moved = max(self.moved, *apart)
         self.lost.pop(k, None)
+        self.finer.discard(k)
         if k not in self.anchors:
             self.fell.discard(k)
         self._take(target, answer)

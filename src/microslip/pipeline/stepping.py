@@ -32,7 +32,7 @@ than with the number of steps."""
 BEYOND = 2
 """Times `Stepping.more` steps with which the last motions of a branch are marched, where it ends."""
 
-BY_INDEX = ("sought_on", "strays", "drifts", "varies", "over", "off")
+BY_INDEX = ("sought_on", "strays", "drifts", "varies", "watched", "off")
 """What is known of each state, by index of its frequency."""
 
 
@@ -82,8 +82,8 @@ class Stepping:
         How far the means of those may drift that are marched with more steps and stay, relative.
     varies : dict of int to float
         How far the size of motions beside those varies for good, relative.
-    over : dict of int to int
-        Cycles for which they were marched.
+    watched : dict of int to int
+        See `microslip.pipeline.targets.More`.
     off : dict of int to float
         What states with the fewest steps that have been replaced have turned out to be off by, relative.
     cycles : int
@@ -96,7 +96,7 @@ class Stepping:
     strays: dict[int, float] = field(default_factory=dict)
     drifts: dict[int, float] = field(default_factory=dict)
     varies: dict[int, float] = field(default_factory=dict)
-    over: dict[int, int] = field(default_factory=dict)
+    watched: dict[int, int] = field(default_factory=dict)
     off: dict[int, float] = field(default_factory=dict)
     cycles: int = 0
 
@@ -118,6 +118,8 @@ class Stepping:
         moving, told = {k: one._replace(varies=True) for k, one in states.items()}, set[int]()
         for k, more in self._asked(joint, load, moving):
             if more.amplitude is not None or not np.isfinite(more.strays):
+                if not more.watched:  # what it will come to was seen no better than before
+                    more = more._replace(strays=max(more.strays, self.strays.get(k, 0.0)))
                 self.keep(k, more)
                 told.add(k)
         return told
@@ -154,12 +156,12 @@ class Stepping:
         """What a state has become with more steps."""
         self.sought_on[k] = more.amplitude
         self.strays[k], self.drifts[k], self.varies[k] = more.strays, more.drifts, more.varies
-        self.over[k] = more.over
+        self.watched[k] = more.watched
 
     def forget(self, k: int) -> None:
         """That a state was sought on."""
         self.sought_on.pop(k, None)
-        for known in (self.strays, self.drifts, self.varies, self.over):
+        for known in (self.strays, self.drifts, self.varies, self.watched):
             known.pop(k, None)
 
     def err_by_more(self, states: Mapping[int, Stepped], wanted: float) -> bool:

@@ -120,8 +120,9 @@ class More(NamedTuple):
         of what varies for good, how far its mean may.
     varies : float
         See `microslip.analyses.time.staying.Stay`.
-    over : int
-        Cycles that it was marched for to know its mean; zero where it was not.
+    watched : int
+        Cycles in which what it does was seen, where it was marched alone: that it varies for good, repeats or
+        creeps; else zero.
     """
 
     amplitude: complex | None
@@ -129,7 +130,7 @@ class More(NamedTuple):
     strays: float = 0.0
     drifts: float = 0.0
     varies: float = 0.0
-    over: int = 0
+    watched: int = 0
 
 
 @dataclass(frozen=True)
