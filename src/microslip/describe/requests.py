@@ -169,9 +169,9 @@ class ResponseAnalysis(Section):
     points: Count = Field(default=200, ge=8, le=10_000)
     """Of method "auto": steady states at most, per load, and eighty cycles and 0.6 s of processor time each
     on average; as much again with more steps, and four times as much where these begin (pairs that bounce);
-    320 cycles more where motions creep, as much once more to follow branches that these lead to, and half as
-    much to march what stays unsure; all of it again where the band is widened. Some tenths of a second each
-    where the motion settles."""
+    320 cycles more where motions creep, as much once more to follow branches that these lead to, and 0.3 s
+    more to march what is unsure in the end; all of it again where the band is widened. Some tenths of a
+    second each where the motion settles."""
     variants: Variants = ("refined",)
     """Reduced models: the accurate one, "refined"; as the paper prints it, "printed"; put right,
     "consistent". Each gives a curve per load."""
