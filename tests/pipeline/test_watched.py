@@ -179,6 +179,7 @@ def test_what_a_motion_comes_to_is_marched(refined, monkeypatch, unsure, told):
     assert auto._watch(Joint, search, WANTED) == 0
     assert asked == [UNSURE]
     assert doubtful in search.anchors
+    assert not told or search.stepping.sought_on[UNSURE] is not None
     # it has the fewest steps then
     assert (UNSURE in search.finer) != told
 
@@ -208,6 +209,18 @@ def test_what_does_not_settle_with_more_steps_is_marched_with_these(refined, mon
     now = search.held()
     assert now.of_mean[UNSURE] <= 0.006
     assert beats <= now.error[UNSURE] <= beats + 0.006
+
+
+def test_what_a_march_said_nothing_of_is_not_watched_once_more(refined, monkeypatch):
+    """Nor what was marched to an end that is not its own."""
+    unsure = Found(0j, 1e-8, 0.02, "", 10, scatter=0.0, past=0.0, more=More(None, 16))
+    search = searched(refined, unsure)
+    search.tried.add(UNSURE)
+    assert choosing.to_watch(search, WANTED) == []
+    search.ended.add(UNSURE)
+    monkeypatch.setattr(stepping, "more_steps", lambda *of: [(k, More(None, 9)) for k in of[2]])
+    assert auto._watch(Joint, search, WANTED) == 1
+    assert auto._watch(Joint, search, WANTED) == 0
 
 
 @pytest.mark.parametrize(
