@@ -27,7 +27,7 @@ FIRST = (0.0, -1.2, 1.2)
 """Detunings of the first anchors: the resonance, below and above half power. Then come the ends."""
 
 ANEW_AT_A_TIME = 2
-"""Steady states sought at once with more steps from the beginning: each takes long."""
+"""Steady states sought at once with more steps from the beginning, or marched in the end: each takes long."""
 
 AT_A_TIME = 4
 """Steady states sought at a time."""
@@ -215,7 +215,7 @@ def to_their_ends(search: Search, wanted: float) -> list[Target]:
         or strays.get(k, 0.0) - known[k].varies >= OPEN
     ]
     open_.sort(key=lambda k: (-known[k].doubt, k))
-    return [_marched_target(search, k) for k in open_[:AT_A_TIME]]
+    return [_marched_target(search, k) for k in open_[:ANEW_AT_A_TIME]]
 
 
 def to_watch(search: Search, wanted: float) -> list[int]:
