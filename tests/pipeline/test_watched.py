@@ -245,5 +245,5 @@ def test_what_is_unstable_or_settles_with_more_is_not_watched(refined, known):
 def test_marching_what_is_unsure_has_its_own_time(refined):
     search = searched(refined, UNSETTLED)
     search.watching = auto.WATCHES * search.may_take
-    assert [one.point for one in choosing.to_their_ends(search, WANTED)] == [UNSURE]
+    assert [one.point for one in choosing.unended(search, WANTED)] == [UNSURE]
     assert auto._watch(Joint, search, WANTED) == 0

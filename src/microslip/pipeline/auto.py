@@ -277,7 +277,7 @@ def _watch(assembly: Assembly, search: Search, wanted: float) -> int:
         return 0
     joint, count = assembly.prepared, search.count
     cycles, began = search.cycles, search.seconds
-    if ends := choosing.to_their_ends(search, wanted):
+    if ends := choosing.unended(search, wanted):
         _to_an_end(assembly, search, ends)
         search.refine(joint)
     elif unsure := choosing.to_watch(search, wanted):

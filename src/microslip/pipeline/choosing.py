@@ -26,7 +26,7 @@ from microslip.typing import Array
 FIRST = (0.0, -1.2, 1.2)
 """Detunings of the first anchors: the resonance, below and above half power. Then come the ends."""
 
-ANEW_AT_A_TIME = 2
+LONG_AT_A_TIME = 2
 """Steady states sought at once with more steps from the beginning, or marched in the end: each takes long."""
 
 AT_A_TIME = 4
@@ -122,7 +122,7 @@ def anew(search: Search, guess: Contours, wanted: float) -> list[Target]:
     # last what more steps alone do not make sure
     others = now.of_mean - search.accuracy
     unsure.sort(key=lambda k: (not others[k] <= wanted, -now.of_mean[k], k))
-    for k in unsure[:ANEW_AT_A_TIME]:
+    for k in unsure[:LONG_AT_A_TIME]:
         beside = tuple(around(refined - {k}, k))
         anew = replace(target_at(search, k, guess, now, beside), steps=search.stepping.more)
         targets.append(anew)
@@ -199,7 +199,7 @@ def to_march_on(search: Search) -> list[int]:
     return list(dict.fromkeys(chosen))[: max(search.points - search.count, 0)]
 
 
-def to_their_ends(search: Search, wanted: float) -> list[Target]:
+def unended(search: Search, wanted: float) -> list[Target]:
     """Motions to be marched to their end next, each once: where what one will come to is not known otherwise.
 
     It has not settled; or it has, and is as unsure as others have moved; or it was still on its way where it
@@ -215,7 +215,7 @@ def to_their_ends(search: Search, wanted: float) -> list[Target]:
         or strays.get(k, 0.0) - known[k].varies >= OPEN
     ]
     open_.sort(key=lambda k: (-known[k].doubt, k))
-    return [_marched_target(search, k) for k in open_[:ANEW_AT_A_TIME]]
+    return [_marched_target(search, k) for k in open_[:LONG_AT_A_TIME]]
 
 
 def to_watch(search: Search, wanted: float) -> list[int]:
@@ -232,7 +232,7 @@ def to_watch(search: Search, wanted: float) -> list[int]:
         and stepping.strays.get(k, 0.0) <= STEADY
     ]
     open_.sort(key=lambda k: (-now.of_mean[k], k))
-    return open_[:ANEW_AT_A_TIME]
+    return open_[:LONG_AT_A_TIME]
 
 
 def ends_to_march(search: Search, wanted: float) -> list[int]:

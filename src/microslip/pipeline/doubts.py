@@ -11,13 +11,10 @@ import numpy as np
 
 from microslip.analyses.reduced.anchors import Anchor, branches, vary_between
 from microslip.analyses.time.offset import HORIZON
+from microslip.analyses.time.watching import goes_on_by
 from microslip.pipeline.stepping import Stepping
 from microslip.pipeline.targets import TOLERANCE, Found
 from microslip.pipeline.walk import FINE
-
-THIRD = 3
-"""A mean that drifts evenly is known to what it drifts by in one of so many parts of the cycles marched:
-`microslip.analyses.time.watching.known_mean`."""
 
 
 def by_themselves(
@@ -71,18 +68,12 @@ def doubted(
     found, ended, stepping
         See there.
     """
-
-    def repeats(k: int) -> bool:
-        seen = alone[k].change <= FINE or k in ended or stepping.watched.get(k)
-        stays = not (alone[k].varies or stepping.strays.get(k))
-        return bool(seen) and stays and stepping.sought_on.get(k) is not None
-
-    known = dict(alone)
+    known, rest = dict(alone), {k for k, one in found.items() if one.rest is not None}
+    told = rest | {k for k, one in alone.items() if _repeats(one, k in ended, k, stepping)}
     beside = defaultdict[int, list[int]](list)
     for run in branches(alone, ()):
-        told = [int(k) for k in run if found[int(k)].rest is not None or repeats(int(k))]
-        for left, right in pairwise(told):
-            if found[left].rest is not None and found[right].rest is not None:
+        for left, right in pairwise(int(k) for k in run if k in told):
+            if rest >= {left, right}:
                 beside[left].append(right)
                 beside[right].append(left)
     for k, others in beside.items():
@@ -131,7 +122,14 @@ def _but_for_beats(stepping: Stepping, k: int, found: Found | Anchor) -> float:
     return max(found.doubt - found.varies - rings, stepping.drifts.get(k, 0.0))
 
 
+def _repeats(one: Anchor, ended: bool, k: int, stepping: Stepping) -> bool:
+    """Whether a motion is known to repeat, with more steps as well, and others to stay beside it."""
+    seen = ended or one.change <= FINE or stepping.watched.get(k, 0) > 0
+    varies = one.varies > 0 or stepping.strays.get(k, 0.0) > 0
+    return seen and not varies and stepping.sought_on.get(k) is not None
+
+
 def _to_come(stepping: Stepping, k: int) -> float:
     """What a mean may still drift by, relative: as evenly as where it was watched with more steps."""
     cycles = stepping.watched.get(k, 0)
-    return stepping.drifts[k] * THIRD * HORIZON / cycles if cycles else np.inf
+    return goes_on_by(stepping.drifts[k], cycles, HORIZON) if cycles else np.inf
