@@ -57,6 +57,7 @@ from microslip.contact.pairs import tangential_vectors
 from microslip.errors import MicroslipError
 from microslip.pipeline.ringing import (
     BLOCKS,
+    SAME_FOR,
     STEP,
     STILL,
     TAPER,
@@ -67,6 +68,7 @@ from microslip.pipeline.ringing import (
     stray_of,
 )
 from microslip.pipeline.walk import DOUBTFUL
+from microslip.pipeline.wandering import Block, wander_of
 from microslip.typing import Array, Complex
 
 LEAP, FARTHEST = 60.0, 1280.0
@@ -97,6 +99,9 @@ marched from so many times its rates: what is not leaves."""
 
 TRIES = 3
 """Blocks at most until what a move has stirred is gone."""
+
+STAYS_FOR = 2 * SAME_FOR
+"""Blocks in which one that beats by more than a motion that is shown strays no less: a slow decay is uneven."""
 
 LAST = 3
 """Blocks of which the largest drift counts: a drift that turns is none for an instant."""
@@ -191,7 +196,7 @@ def crept(
     space = StateSpace(scheme, 2 * np.pi * scheme.frequency)
     before: _Drift | None = None
     reached, leapt, missed, lost, look = 0.0, 0.0, 0.0, 0, WALKS_AFTER
-    drifts, strays = list[float](), list[float]()
+    drifts, strays, means = list[float](), list[float](), list[Block]()
     for count in range(1, blocks + 1):
         Q, states = watched(scheme, load, state, block, memory=memory)
         seen, state = _looked(Q, states, space), states[-1]
@@ -201,11 +206,15 @@ def crept(
         stray = stray_of(Q, float(abs(end)))
         drifts.append(abs(own))
         strays.append(stray)
+        means.append(Block(reached, end, np.abs(Q)))
         left = max(drifts[-LAST:]) * reached + stray
+        about = wander_of(means, max(2 * reached, HORIZON))
         if (
             count == blocks
             or (count >= LAST and (left <= STILL or elsewhere(float(abs(end)), sizes)))
-            or (stray > DOUBTFUL and stays(strays))
+            or (about is not None and about.doubt <= STILL)
+            or (stray > DOUBTFUL and stays(strays, STAYS_FOR))
+            or (about is not None and about.varies > DOUBTFUL)
         ):
             break
         if count >= look and walk is not None and walks(seen.rate):
@@ -222,8 +231,8 @@ def crept(
             # the drift was another than it was to be: from where the leap began, shorter
             reached -= leapt + block
             now, leapt = before, SHORTER * leapt
-            drifts.pop()
-            strays.pop()
+            for kept in (drifts, strays, means):
+                kept.pop()
         elif before is not None:
             missed += off
             now = now.after(before, leapt + block)
@@ -235,11 +244,12 @@ def crept(
             state = space.state(space.vector(state) + now.summed(leapt, block) * now.way, state)
             reached += leapt
             strays.clear()  # a leap stirs
-    varies = max(strays[-2:]) if goes_on(strays) else 0.0
+    varies, size, cycles = max(strays[-2:]) if goes_on(strays) else 0.0, end, count * block + lost
     left = max(left, varies)
-    cycles = count * block + lost
+    if about is not None and about.doubt + about.strays < left:
+        left, size, own, varies = about.doubt + about.strays, *about[:2], about.varies
     return Crept(
-        complex(end), float(own), float(left + missed), state, cycles, reached, varies=varies
+        complex(size), float(own), float(left + missed), state, cycles, reached, varies=varies
     )
 
 

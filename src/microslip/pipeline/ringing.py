@@ -103,8 +103,8 @@ def rung_out(
     return Rung(amplitude, state, strayed + moved + fell, spent, varies, rings)
 
 
-def stays(strays: Sequence[float]) -> bool:
-    """Whether cycles stray no less than some blocks before.
+def stays(strays: Sequence[float], blocks: int = SAME_FOR) -> bool:
+    """Whether cycles stray no less than so many blocks before.
 
     A vibration that beats while it decays strays more in one block than in that before, but not in all.
 
@@ -115,9 +115,9 @@ def stays(strays: Sequence[float]) -> bool:
     >>> stays([0.3, 0.26, 0.22, 0.24, 0.16, 0.17, 0.12]), stays([0.15, 0.16, 0.15])
     (False, False)
     """
-    if len(strays) <= SAME_FOR:
+    if len(strays) <= blocks:
         return False
-    return min(strays[-SAME_FOR:]) > RINGS * strays[-SAME_FOR - 1]
+    return min(strays[-blocks:]) > RINGS * strays[-blocks - 1]
 
 
 def goes_on(strays: Sequence[float]) -> bool:

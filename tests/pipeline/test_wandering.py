@@ -1,0 +1,119 @@
+"""What wanders about a mean: series whose mean, drift and beat are known beforehand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from microslip.pipeline.wandering import FEWEST, Block, wander_of
+
+UNTIL, CYCLES = 4000.0, 60
+N = np.arange(CYCLES)
+
+
+def blocks(means, beat=0.0, decay=0.0, every=CYCLES):
+    """Blocks of cycles with these mean sizes, in which the size beats by so much, less in each."""
+    return [
+        Block(
+            float(every * (i + 1)),
+            m * np.exp(0.4j),
+            np.asarray(m * (1 + beat * np.exp(-decay * i) * np.cos(0.9 * N))),
+        )
+        for i, m in enumerate(means)
+    ]
+
+
+def noise(memory, seed, count=30):
+    """A stationary series of unit variance, each value with so much of the one before."""
+    own, out = np.random.default_rng(seed).standard_normal(count + 50), [0.0]
+    for one in own:
+        out.append(memory * out[-1] + np.sqrt(1 - memory**2) * one)
+    return np.array(out[-count:])
+
+
+@pytest.mark.parametrize("memory", [-0.6, 0.0, 0.4])
+@pytest.mark.parametrize("drift", [0.0, 1e-6, -3e-6])
+def test_the_mean_after_many_cycles_is_within_its_doubt(memory, drift):
+    """Two standard errors of a slope through twenty points leave out one in thirty (Student's t, 18 degrees),
+    and some more as the best known of three counts, and where neighbours have in common what is not known:
+    not one in ten.
+
+    The doubt is what a drift would make that cannot be told from none, not more.
+    """
+    right, stated = 0, []
+    for seed in range(400):
+        i = np.arange(1, 31)
+        found = wander_of(blocks(1 + drift * CYCLES * i + 1e-3 * noise(memory, seed)), UNTIL)
+        if found is None:
+            continue
+        off = abs(abs(found.amplitude) / (1 + drift * UNTIL) - 1)
+        right += off <= found.doubt
+        stated.append(found.doubt)
+    assert len(stated) > 300
+    assert right / len(stated) > 0.9
+    even = 1e-3 * np.sqrt((1 + max(memory, 0)) / (1 - max(memory, 0)) * 12 / 20**3) / CYCLES
+    assert np.median(stated) < (abs(drift) + 3.5 * even) * (UNTIL - 20.5 * CYCLES)
+
+
+@pytest.mark.parametrize("turn", [0.9, 2.0, 2.9])
+def test_the_mean_of_a_beat_is_within_its_doubt(turn):
+    """One that turns by so much from block to block, wherever it begins; faster, to a tenth of it."""
+    for start in np.linspace(0, 2 * np.pi, 40):
+        found = wander_of(blocks(1 + 0.004 * np.sin(turn * np.arange(30) + start)), UNTIL)
+        assert abs(abs(found.amplitude) - 1) < found.doubt
+        if turn > 2.5:
+            assert found.doubt < 0.0004
+
+
+def test_it_is_better_known_by_more_blocks():
+    """Errors of a slope fall as the number of blocks to the power 3/2, what is to come with the square root."""
+    short, long = (
+        np.median(
+            [f.doubt for s in range(99) if (f := wander_of(blocks(1 + 1e-3 * noise(0, s, n)), 1e5))]
+        )
+        for n in (18, 72)
+    )
+    assert short / long == pytest.approx(4**1.5, rel=0.25)
+
+
+def test_amplitude_and_drift_are_those_of_the_series():
+    even = 1 + 1e-6 * CYCLES * np.arange(1, 31) + 1e-5 * (-1.0) ** np.arange(30)
+    found = wander_of(blocks(even), UNTIL)
+    assert found.drift == pytest.approx(1e-6, rel=0.02)
+    assert np.angle(found.amplitude) == pytest.approx(0.4)
+    assert abs(found.amplitude) == pytest.approx(1 + 1e-6 * CYCLES * 20.5, rel=1e-6)
+
+
+@pytest.mark.parametrize("decay, lasts", [(0.0, True), (0.02, True), (0.2, False), (-0.1, False)])
+def test_a_beat_lasts_that_neither_decays_nor_grows(decay, lasts):
+    even = 1 + 1e-5 * (-1.0) ** np.arange(30)
+    found = wander_of(blocks(even, 0.01, decay), UNTIL)
+    assert found.strays == pytest.approx(0.01 * np.exp(-decay * (10 if decay > 0 else 29)), rel=0.01)
+    assert found.varies == (found.strays if lasts else 0.0)
+
+
+@pytest.mark.parametrize(
+    "bends",
+    [
+        lambda i: np.exp(-i / 9),  # comes to rest
+        lambda i: -np.exp(i / 5 - 6),  # leaves
+        lambda i: np.sin(i / 4),  # beats slowly
+    ],
+)
+def test_what_bends_does_not_wander(bends):
+    """Also where it is not quite smooth."""
+    means = 1 + 1e-3 * (bends(np.arange(30.0)) + 0.003 * noise(0.0, 3))
+    assert wander_of(blocks(means), UNTIL) is None
+
+
+def test_few_blocks_do_not_tell():
+    """The first third is left out: twelve leave eight."""
+    even = 1 + 1e-5 * (-1.0) ** np.arange(30)
+    assert wander_of(blocks(even[: 3 * FEWEST // 2]), UNTIL) is not None
+    assert wander_of(blocks(even[: 3 * FEWEST // 2 - 2]), UNTIL) is None
+
+
+def test_what_came_first_is_forgotten():
+    even = 1 + 1e-5 * (-1.0) ** np.arange(30)
+    began = np.concatenate([[0.3, 0.8, 0.9], even[3:]])
+    assert wander_of(blocks(began), UNTIL) == wander_of(blocks(even), UNTIL)
