@@ -66,7 +66,7 @@ def test_the_mean_of_a_beat_is_within_its_doubt(turn):
 
 
 def test_it_is_better_known_by_more_blocks():
-    """Errors of a slope fall as the number of blocks to the power 3/2, what is to come with the square root."""
+    """The error of a slope falls as the number of blocks to the power 3/2."""
     short, long = (
         np.median(
             [f.doubt for s in range(99) if (f := wander_of(blocks(1 + 1e-3 * noise(0, s, n)), 1e5))]
@@ -84,11 +84,15 @@ def test_amplitude_and_drift_are_those_of_the_series():
     assert abs(found.amplitude) == pytest.approx(1 + 1e-6 * CYCLES * 20.5, rel=1e-6)
 
 
-@pytest.mark.parametrize("decay, lasts", [(0.0, True), (0.02, True), (0.2, False), (-0.1, False)])
+@pytest.mark.parametrize(
+    ("decay", "lasts"), [(0.0, True), (0.02, True), (0.2, False), (-0.1, False)]
+)
 def test_a_beat_lasts_that_neither_decays_nor_grows(decay, lasts):
     even = 1 + 1e-5 * (-1.0) ** np.arange(30)
     found = wander_of(blocks(even, 0.01, decay), UNTIL)
-    assert found.strays == pytest.approx(0.01 * np.exp(-decay * (10 if decay > 0 else 29)), rel=0.01)
+    assert found.strays == pytest.approx(
+        0.01 * np.exp(-decay * (10 if decay > 0 else 29)), rel=0.01
+    )
     assert found.varies == (found.strays if lasts else 0.0)
 
 

@@ -247,3 +247,18 @@ def test_marching_what_is_unsure_has_its_own_time(refined):
     search.watching = auto.WATCHES * search.may_take
     assert [one.point for one in choosing.unended(search, WANTED)] == [UNSURE]
     assert auto._watch(Joint, search, WANTED) == 0
+
+
+@pytest.mark.parametrize(
+    ("more", "picked"),
+    [
+        (More(None, 16, 0.02), [UNSURE]),
+        (More(1 + 0j, 16, 0.02), []),
+        (More(None, 16), []),
+    ],
+)
+def test_what_varies_where_more_steps_do_not_settle_is_marched_to_its_end(refined, more, picked):
+    """Not where they tell, nor where it is stable: that is marched with more steps as it is."""
+    search = searched(refined, Found(0j, 1e-8, 0.02, "", 10, scatter=0.0, past=0.0, more=more))
+    assert UNSURE in choosing.vague(search, search.held(), WANTED)
+    assert [one.point for one in choosing.unended(search, WANTED)] == picked

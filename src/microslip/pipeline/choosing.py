@@ -132,7 +132,8 @@ def anew(search: Search, guess: Contours, wanted: float) -> list[Target]:
 def between_refined(search: Search, guess: Contours, wanted: float) -> list[Target]:
     """The middles of the stretches between states with more steps, or known as well, where most is not known.
 
-    Not between two that are themselves not known as well as is wanted, whatever those beside them are.
+    Where what is there has been passed over, the middle of either half. Not between two that are themselves
+    not known as well as is wanted, whatever those beside them are.
     """
     now, refined = search.held(), search.refined
     unsure, doubtful, weighed = vague(search, now, wanted), ~(now.of_mean <= wanted), []
@@ -141,8 +142,10 @@ def between_refined(search: Search, guess: Contours, wanted: float) -> list[Targ
         ends = (left, right)
         sure = not unsure.issuperset(ends)
         sure = sure and all(k in refined or not doubtful[k] for k in ends)
-        if unknown and sure and middle not in search.passed:
-            weighed.append((unknown, middle, left, right))
+        within = (middle, (left + middle) // 2, (middle + right) // 2)
+        one = next((k for k in within if k not in {*ends, *search.passed}), None)
+        if unknown and sure and one is not None:
+            weighed.append((unknown, one, left, right))
     targets = _middles(search, guess, now, weighed)
     return _at_once(search, targets)
 
@@ -203,9 +206,10 @@ def unended(search: Search, wanted: float) -> list[Target]:
     """Motions to be marched to their end next, each once: where what one will come to is not known otherwise.
 
     It has not settled; or it has, and is as unsure as others have moved; or it was still on its way where it
-    was pushed off what is unstable.
+    was pushed off what is unstable; or varies about that, and more steps do not find the former.
     """
     known, own, strays = search.alone(), search.anchors, search.stepping.strays
+    sought_on = search.stepping.sought_on
     unsure = vague(search, search.held(), wanted) - search.tried - search.ended
     open_ = [
         k
@@ -213,6 +217,7 @@ def unended(search: Search, wanted: float) -> list[Target]:
         if own[k].change > TOLERANCE
         or known[k].doubt > own[k].doubt
         or strays.get(k, 0.0) - known[k].varies >= OPEN
+        or (strays.get(k, 0.0) > STEADY and sought_on.get(k) is None)
     ]
     open_.sort(key=lambda k: (-known[k].doubt, k))
     return [_marched_target(search, k) for k in open_[:LONG_AT_A_TIME]]

@@ -101,7 +101,7 @@ TRIES = 3
 """Blocks at most until what a move has stirred is gone."""
 
 STAYS_FOR = 2 * SAME_FOR
-"""Blocks in which one that beats by more than a motion that is shown strays no less: a slow decay is uneven."""
+"""Blocks in which what beats by more than a motion that is shown strays no less: a slow decay is uneven."""
 
 LAST = 3
 """Blocks of which the largest drift counts: a drift that turns is none for an instant."""

@@ -1,9 +1,9 @@
 """Motions that wander about a mean: means over blocks of cycles scatter, and go nowhere.
 
-Where contact beats against a vibration that hardly decays the size varies from cycle to cycle for good, and not
-evenly: the mean over a window differs from the next by a part in a thousand, now up and now down. What one
-window differs by from that before is no drift then. A straight line through the means of many tells what is:
-its slope, and what that is not known by for their scatter.
+Where contact beats against a vibration that hardly decays the size varies from cycle to cycle for good, and
+not evenly: the mean over a window differs from the next by a part in a thousand, now up and now down. What
+one window differs by from that before is no drift then. A straight line through the means of many tells what
+is: its slope, and what that is not known by for their scatter.
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ FEWEST = 8
 """Blocks through which the line is laid, at least."""
 
 CROSSES = 0.25
-"""Share of the blocks after which the line is crossed, at least: of what scatters without memory it is a half,
-what bends crosses it twice."""
+"""Share of the blocks after which the line is crossed, at least: what bends crosses it twice, what scatters
+without memory after every other one."""
 
 SURE = 2.0
 """Standard errors of the slope that it may be off by."""
 
 
 MOST = 0.8
-"""Correlation of neighbours about the line at most: what has more in common crosses it less often."""
+"""Correlation of neighbours about the line, at most: what has more in common crosses it less often."""
 
 SMOOTHED = 2
-"""Times that means are smoothed by their neighbours at most, where that has the slope known better: what beats
-from one to the next is no drift."""
+"""Times that means are smoothed by their neighbours at most, where that has the slope known better: what
+beats from one to the next is no drift."""
 
 
 class Block(NamedTuple):
@@ -130,7 +130,7 @@ def wander_of(blocks: Sequence[Block], until: float) -> Wander | None:
 
 
 class _Line(NamedTuple):
-    """A line through sizes after n cycles: their mean, its slope and the error of that, and what is off it."""
+    """A line through sizes after n cycles: their mean, its slope and the error of that, and what is off."""
 
     n: Array
     size: Array
