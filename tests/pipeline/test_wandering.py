@@ -76,6 +76,14 @@ def test_it_is_better_known_by_more_blocks():
     assert short / long == pytest.approx(4**1.5, rel=0.25)
 
 
+def test_a_beat_that_may_end_or_a_mean_that_is_not_known_is_marched_on():
+    found = wander_of(blocks(1 + 1e-4 * noise(0.0, 1), 0.01), UNTIL)
+    assert found.varies > found.doubt
+    assert found.known_to(1.01 * found.doubt)
+    assert not found.known_to(0.99 * found.doubt)
+    assert not found._replace(varies=0.0).known_to(1.01 * found.doubt)
+
+
 def test_amplitude_and_drift_are_those_of_the_series():
     even = 1 + 1e-6 * CYCLES * np.arange(1, 31) + 1e-5 * (-1.0) ** np.arange(30)
     found = wander_of(blocks(even), UNTIL)
@@ -94,6 +102,8 @@ def test_a_beat_lasts_that_neither_decays_nor_grows(decay, lasts):
         0.01 * np.exp(-decay * (10 if decay > 0 else 29)), rel=0.01
     )
     assert found.varies == (found.strays if lasts else 0.0)
+    assert found.known_to(1e-3) == lasts
+    assert found.known_to(found.strays)
 
 
 @pytest.mark.parametrize(

@@ -212,7 +212,7 @@ def crept(
         if (
             count == blocks
             or (count >= LAST and (left <= STILL or elsewhere(float(abs(end)), sizes)))
-            or (about is not None and about.doubt <= STILL)
+            or (about is not None and about.known_to(STILL))
             or (stray > DOUBTFUL and stays(strays, STAYS_FOR))
             or (about is not None and about.varies > DOUBTFUL)
         ):

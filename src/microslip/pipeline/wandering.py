@@ -66,6 +66,10 @@ class Wander(NamedTuple):
     strays: float
     varies: float
 
+    def known_to(self, doubt: float) -> bool:
+        """Whether its mean is so well known, and no beat about it is left that may end."""
+        return self.doubt <= doubt and self.strays <= max(self.varies, doubt)
+
 
 def wander_of(blocks: Sequence[Block], until: float) -> Wander | None:
     """What a motion wanders about, by the last two thirds of its blocks; None where it is not seen to.
