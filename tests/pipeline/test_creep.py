@@ -2,6 +2,7 @@
 
 import tomllib
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from microslip.pipeline.brief_motion import patient_motion
 from microslip.pipeline.creep import crept
 from microslip.pipeline.marched import raised_and_marched
 from microslip.pipeline.targets import STEPS, Found, Lost, Target
+from microslip.pipeline.wandering import wander_of
 
 LOAD, FREQUENCY = 40.0, 182.0
 
@@ -172,6 +174,98 @@ def test_a_short_motion_says_how_far_it_may_still_creep(creeping, share):
     scheme, _, frequency, load, _, end = creeping
     found = patient_motion(scheme.joint, load, frequency, share * end + 0j)
     assert abs(abs(found.amplitude) / end - 1) <= found.doubt < 0.1
+
+
+class Counted:
+    """States that are the number of cycles so far."""
+
+    def __init__(self, *of):
+        pass
+
+    def vector(self, state):
+        return np.array([state])
+
+    def measure(self, vector):
+        return np.asarray(vector)
+
+    def state(self, vector, like):
+        return float(vector[0])
+
+
+def fake(monkeypatch, size, leaps=False):
+    """`crept` of a motion whose size is known after every number of cycles; how far it came in each block.
+
+    With leaps every block has the same drift, along which a leap is as many cycles as it is long.
+    """
+    ends = []
+
+    def watched(scheme, load, state, cycles, memory=None):
+        n = state + np.arange(1, cycles + 1)
+        return size(n) + 0j, [float(one) for one in n]
+
+    def looked(Q, states, space):
+        ends.append(states[-1])
+        way = np.array([1.0 if leaps else (-1.0) ** len(ends)])
+        return SimpleNamespace(amplitude=complex(creep.TAPER @ Q[creep.STEP :]), way=way, rate=None)
+
+    monkeypatch.setattr(creep, "StateSpace", Counted)
+    monkeypatch.setattr(creep, "contact_memory", lambda scheme: None)
+    monkeypatch.setattr(creep, "watched", watched)
+    monkeypatch.setattr(creep, "_looked", looked)
+    return crept(SimpleNamespace(frequency=1.0), 1.0, 0.0), ends
+
+
+def uneven(scatter, beat):
+    """Sizes that beat, while what they beat about scatters from block to block."""
+    own = scatter * np.random.default_rng(3).standard_normal(4000)
+    return lambda n: 1 + own[(n / 23).astype(int)] + beat * np.cos(0.9 * n)
+
+
+def test_what_wanders_is_known_by_all_of_its_blocks(monkeypatch):
+    """About one: its last drifts would make three per cent of it, and nothing of it drifts."""
+    found, ends = fake(monkeypatch, uneven(2e-3, 0.004))
+    assert found.cycles == found.reached == ends[-1] == 1800
+    assert abs(abs(found.amplitude) - 1) < found.doubt - found.varies < 0.01
+    assert 0.004 < found.varies < 0.012
+    assert 0 < found.drift < 1e-5
+    monkeypatch.setattr(creep, "wander_of", lambda *of: None)
+    assert fake(monkeypatch, uneven(2e-3, 0.004))[0].doubt > 0.03
+
+
+def test_where_the_end_leaves_the_last_drifts_count(monkeypatch):
+    own = uneven(2e-4, 0.003)
+    found, _ = fake(monkeypatch, lambda n: own(n) * (1 - 0.02 * np.exp((n - 1800) / 60)))
+    assert found.doubt > 0.1
+
+
+def test_a_beat_of_a_creeping_motion_is_told_from_its_way(monkeypatch):
+    """Also after leaps, which are where no drift has turned; and how far it goes on is in the doubt."""
+    own = uneven(2e-5, 0.002)
+    seen = []
+
+    def noted(means, until):
+        seen[:] = [one.reached for one in means]
+        return wander_of(means, until)
+
+    monkeypatch.setattr(creep, "wander_of", noted)
+    found, ends = fake(monkeypatch, lambda n: own(np.minimum(n, 9e4)) * (1 + 1e-6 * n), leaps=True)
+    assert found.reached > 2 * found.cycles
+    assert found.reached == seen[-1] == pytest.approx(ends[-1])
+    assert (np.diff(seen) >= 60).all()
+    assert len(seen) < len(ends), "some leaps are taken back"
+    assert found.varies == pytest.approx(0.002, rel=0.1)
+    assert abs(1 + 1e-6 * ends[-1] - abs(found.amplitude)) < found.doubt
+
+
+@pytest.mark.parametrize(("lasts", "blocks"), [(np.inf, 9), (1500.0, 30)])
+def test_what_beats_by_much_is_left_where_it_stays_for_long(monkeypatch, lasts, blocks):
+    """A ring-down that falls by a tenth in four blocks, or not at all in some, goes on falling."""
+    found, _ = fake(
+        monkeypatch,
+        lambda n: 1 + 0.3 * np.exp(-60 * np.floor(n / 240) / lasts * 4) * np.cos(0.9 * n),
+    )
+    assert found.cycles == 60 * blocks
+    assert found.varies == (pytest.approx(0.3, rel=0.02) if lasts == np.inf else 0.0)
 
 
 def test_two_ramps_tell_how_well_an_end_is_known(scheme):

@@ -125,11 +125,11 @@ class Crept(NamedTuple):
     Attributes
     ----------
     amplitude : complex
-        First harmonic of the modal coordinate, of the last window.
+        First harmonic of the modal coordinate: mean of the last window, or of what it wanders about.
     drift : float
         Relative change of its size per cycle.
     doubt : float
-        By how much it may still change, and how far cycles of the last window stray from it, relative.
+        By how much it may still change, and how far the last cycles stray from it, relative.
     state : State
         The last, at the phase of the first.
     cycles : int
@@ -206,13 +206,12 @@ def crept(
         stray = stray_of(Q, float(abs(end)))
         drifts.append(abs(own))
         strays.append(stray)
-        means.append(Block(reached, end, np.abs(Q)))
+        means.append(Block(reached, end, np.abs(Q[-STEP:])))
         left = max(drifts[-LAST:]) * reached + stray
         about = wander_of(means, max(2 * reached, HORIZON))
         if (
             count == blocks
             or (count >= LAST and (left <= STILL or elsewhere(float(abs(end)), sizes)))
-            or (about is not None and about.known_to(STILL))
             or (stray > DOUBTFUL and stays(strays, STAYS_FOR))
             or (about is not None and about.varies > DOUBTFUL)
         ):
@@ -247,7 +246,9 @@ def crept(
     varies, size, cycles = max(strays[-2:]) if goes_on(strays) else 0.0, end, count * block + lost
     left = max(left, varies)
     if about is not None and about.doubt + about.strays < left:
-        left, size, own, varies = about.doubt + about.strays, *about[:2], about.varies
+        # what a beat that may end hides of a drift is not known to be none
+        drift = about.drift if about.varies else max(about.drift, abs(own))
+        left, size, own, varies = about.doubt + about.strays, about.amplitude, drift, about.varies
     return Crept(
         complex(size), float(own), float(left + missed), state, cycles, reached, varies=varies
     )

@@ -13,10 +13,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from microslip.pipeline.ringing import GROWS, RINGS, SAME_FOR
+from microslip.pipeline.ringing import GROWS
 from microslip.typing import Array, Complex
 
-FEWEST = 8
+FEWEST = 12
 """Blocks through which the line is laid, at least."""
 
 CROSSES = 0.25
@@ -26,6 +26,9 @@ without memory after every other one."""
 SURE = 2.0
 """Standard errors of the slope that it may be off by."""
 
+LATEST, BEYOND = 3, 4.0
+"""Last blocks that may not be off the line through those before, and by how many times the standard error
+that one has there: what has begun to leave shows in them first."""
 
 MOST = 0.8
 """Correlation of neighbours about the line, at most: what has more in common crosses it less often."""
@@ -34,9 +37,12 @@ SMOOTHED = 2
 """Times that means are smoothed by their neighbours at most, where that has the slope known better: what
 beats from one to the next is no drift."""
 
+WEIGHTS = (0.25, 0.5, 0.25)
+"""Of neighbours and what they smooth."""
+
 
 class Block(NamedTuple):
-    """A block of cycles: how many had passed at its end, its mean amplitude, and the size in each cycle."""
+    """A block of cycles: how many had passed at its end, its mean amplitude, and sizes of its last ones."""
 
     reached: float
     mean: complex
@@ -51,11 +57,11 @@ class Wander(NamedTuple):
     amplitude : complex
         Mean.
     drift : float
-        Relative change of its size per cycle.
+        Relative change of its size per cycle, at most.
     doubt : float
         By how much its size may change until as many cycles have passed as are asked for, relative.
     strays : float
-        How far cycles stray from it, relative.
+        How far cycles stray from it where it was then, relative.
     varies : float
         The same, where that neither grows nor decays; else zero.
     """
@@ -65,10 +71,6 @@ class Wander(NamedTuple):
     doubt: float
     strays: float
     varies: float
-
-    def known_to(self, doubt: float) -> bool:
-        """Whether its mean is so well known, and no beat about it is left that may end."""
-        return self.doubt <= doubt and self.strays <= max(self.varies, doubt)
 
 
 def wander_of(blocks: Sequence[Block], until: float) -> Wander | None:
@@ -89,12 +91,15 @@ def wander_of(blocks: Sequence[Block], until: float) -> Wander | None:
     that is seen too small by about ``(2 + 4 r)/N``. The same is asked of means smoothed once and twice by
     their neighbours, with weights 1, 2, 1, as a beat leaves less of itself in those.
 
+    It bounds an even drift. What leaves a motion ever faster, and has not come out of the scatter yet, no
+    line tells; once it has, the last blocks are off the line through those before.
+
     Examples
     --------
     Means that scatter by a thousandth about one that does not drift, while cycles stray by a hundredth:
 
     >>> scatter = 1e-3 * np.random.default_rng(1).standard_normal(30)
-    >>> cycles = 1 + 0.01 * np.cos(np.arange(60.0))
+    >>> cycles = 1 + 0.01 * np.cos(np.arange(20.0))
     >>> blocks = [Block(60.0 * (i + 1), 1 + e, (1 + e) * cycles) for i, e in enumerate(scatter)]
     >>> found = wander_of(blocks, 4000.0)
     >>> abs(found.amplitude - 1) < 5e-4, found.doubt < 0.01, 0.01 < found.varies < 0.013
@@ -102,7 +107,8 @@ def wander_of(blocks: Sequence[Block], until: float) -> Wander | None:
 
     What bends does not wander:
 
-    >>> wander_of([Block(60.0 * i, 1 + np.exp(-i / 9), np.ones(1)) for i in range(30)], 4000.0) is None
+    >>> bends = [Block(60.0 * i, 1 + np.exp(-i / 9), np.ones(1)) for i in range(30)]
+    >>> wander_of(bends, 4000.0) is None
     True
     """
     last = list(blocks[len(blocks) // 3 :])
@@ -110,23 +116,19 @@ def wander_of(blocks: Sequence[Block], until: float) -> Wander | None:
         return None
     means: Complex = np.array([one.mean for one in last])
     line = lines = _line(np.array([one.reached for one in last]), np.abs(means))
-    if np.count_nonzero(np.diff(np.sign(line.off))) < CROSSES * len(last):
+    crossed = np.count_nonzero(np.diff(np.sign(line.off)))
+    if crossed < CROSSES * len(last) or _leaves(line):
         return None
+    lasts, strays = _beats(last, line)
     changes = line.changes(until)
     for _ in range(SMOOTHED):
-        lines = _line(lines.n[1:-1], np.convolve(lines.size, (0.25, 0.5, 0.25), "valid"))
+        lines = _line(*(np.convolve(one, WEIGHTS, "valid") for one in (lines.n, lines.size)))
         if lines.changes(until) < changes:
             line, changes = lines, lines.changes(until)
     mean = line.mean
-    sizes = [np.abs(one.sizes / mean - 1) for one in last]
-    strays = max(float(one.max()) for one in sizes)
-    half = len(sizes) // 2
-    before, after = (np.mean([one.max() for one in some]) for some in (sizes[:half], sizes[half:]))
-    times = half / SAME_FOR
-    lasts = RINGS**times * before <= after <= GROWS**times * before
     return Wander(
         mean * complex(np.exp(1j * np.angle(means.mean()))),
-        line.slope / mean,
+        (abs(line.slope) + SURE * line.error) / mean,
         changes / mean,
         strays,
         strays if lasts else 0.0,
@@ -142,6 +144,10 @@ class _Line(NamedTuple):
     slope: float
     error: float
     off: Array
+
+    def at(self, n: float) -> float:
+        """Size on the line."""
+        return self.mean + self.slope * (n - float(self.n.mean()))
 
     def changes(self, until: float) -> float:
         """By how much the mean may change from the middle until so many cycles have passed."""
@@ -159,3 +165,29 @@ def _line(n: Array, size: Array) -> _Line:
     common = float(np.clip(common + (2 + 4 * common) / count, 0.0, MOST))
     error = float(np.sqrt(squares / (count - 2) / spread * (1 + common) / (1 - common)))
     return _Line(n, size, mean, slope, error, off)
+
+
+def _leaves(line: _Line) -> bool:
+    """Whether one of the last means is off the line through those before by more than these scatter."""
+    for left_out in range(1, LATEST + 1):
+        before = _line(line.n[:-left_out], line.size[:-left_out])
+        count, away = len(before.n), before.n - before.n.mean()
+        scatter = float(before.off @ before.off) / (count - 2)
+        for n, size in zip(line.n[-left_out:], line.size[-left_out:], strict=True):
+            there = (float(n) - float(before.n.mean())) ** 2 / float(away @ away)
+            if abs(size - before.at(float(n))) > BEYOND * np.sqrt(
+                scatter * (1 + 1 / count + there)
+            ):
+                return True
+    return False
+
+
+def _beats(blocks: Sequence[Block], line: _Line) -> tuple[bool, float]:
+    """Whether cycles stray from a line in the last half of the blocks as in the first, but for what that
+    scatters by from block to block; how far, relative."""
+    strays = np.array([np.abs(one.sizes / line.at(one.reached) - 1).max() for one in blocks])
+    halves = np.array_split(strays, 2)
+    before, after = (float(one.mean()) for one in halves)
+    scatter = SURE * float(np.sqrt(sum(one.var(ddof=1) / len(one) for one in halves)))
+    apart = max((GROWS - 1) * min(before, after), scatter)
+    return abs(after - before) <= apart, float(strays.max())
