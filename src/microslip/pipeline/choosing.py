@@ -335,7 +335,7 @@ def _marched_target(search: Search, k: int) -> Target:
         k,
         float(f[k]),
         load,
-        0j if k in search.found else begin,
+        _from_rest(search, k) if k in search.found else begin,
         starts,
         cold=raised,
         expected=min(sizes),
@@ -343,6 +343,12 @@ def _marched_target(search: Search, k: int) -> Target:
         offset=_rest_at(search, k),
         steps=search.steps,
     )
+
+
+def _from_rest(search: Search, k: int) -> complex:
+    """Amplitude with which a motion that is known begins at rest: where its bodies walk, which is counted."""
+    found = search.found[k]
+    return found.amplitude if found.rest is not None else 0j
 
 
 def _rest_at(search: Search, k: int) -> Array | None:

@@ -13,7 +13,7 @@ import numpy as np
 
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.time.offset import elsewhere
-from microslip.analyses.time.scheme import State, TimeScheme, march, prestressed_state, time_scheme
+from microslip.analyses.time.scheme import State, TimeScheme, time_scheme
 from microslip.analyses.time.starts import end_of, mixed, placed
 from microslip.analyses.time.staying import LEAVES
 from microslip.analyses.time.steady import RAISED, raised_state
@@ -22,6 +22,7 @@ from microslip.numerics.execute import each, threads
 from microslip.pipeline.creep import Crept, Walk, crept
 from microslip.pipeline.targets import Found, Lost, Target, known_rest
 from microslip.pipeline.walk import RAISED_AGAIN
+from microslip.pipeline.walked import kicked
 
 
 def raised_and_marched(joint: PreparedJoint, targets: Sequence[Target]) -> Iterator[Found | Lost]:
@@ -97,13 +98,19 @@ def _stays(one: Crept, target: Target) -> bool:
 
 
 def _own_ends(scheme: TimeScheme, target: Target, walk: Walk) -> list[Crept]:
-    """From the starts on the branch that is known; an error where none of them ends."""
+    """From the starts on the branch that is known; an error where none of them ends.
+
+    Bodies that walk are counted from rest, where that ends on the branch: beside it they have walked before.
+    """
     ends, reason = list[Crept](), MicroslipError("no start")
     for start in _own_starts(scheme, target):
         try:
             ends.append(crept(scheme, target.load, start, walk=walk))
         except MicroslipError as error:
             reason = error
+            continue
+        if target.guess and ends[0].rest is not None and _stays(ends[0], target):
+            break
     if not ends:
         raise reason
     return ends
@@ -131,13 +138,9 @@ def _own_starts(scheme: TimeScheme, target: Target) -> Iterator[State]:
     begins at rest has others.
     """
     if target.guess:
-        whole = target.steps
-        steps = whole - round(float(-np.angle(target.guess)) % (2 * np.pi) / (2 * np.pi) * whole)
-        wave = target.load * np.sin(2 * np.pi * np.arange(-steps, 1) / whole)
-        rest = prestressed_state(scheme, abs(target.guess), 2 * np.pi * target.frequency)
-        kicked: State | None = None
+        begun: State | None = None
         with suppress(ContactError):
-            kicked = march(scheme, rest, wave).state
-        if kicked is not None:
-            yield kicked
+            begun = kicked(scheme, target.load, target.guess)
+        if begun is not None:
+            yield begun
     yield placed(mixed(target.starts[0]), scheme, target.frequency, target.load)

@@ -31,6 +31,7 @@ import numpy as np
 
 from microslip.analyses.prepared.joint import PreparedJoint
 from microslip.analyses.time.classify import motion_of
+from microslip.analyses.time.offset import elsewhere
 from microslip.analyses.time.readings import opening_of
 from microslip.analyses.time.resting import Rested, WalksOnError, at_phase_0, may_walk
 from microslip.analyses.time.scheme import State, TimeScheme, time_scheme
@@ -43,7 +44,14 @@ from microslip.errors import JointOpensError, MicroslipError
 from microslip.numerics.execute import each, threads
 from microslip.pipeline.more_steps import FARTHEST, apart, with_more_steps
 from microslip.pipeline.targets import LEFT, TOLERANCE, Found, Lost, More, Stepped, Target
-from microslip.pipeline.walked import SOUGHT, after_raising, counted_from, rested_soon
+from microslip.pipeline.walked import (
+    SOUGHT,
+    after_raising,
+    counted_from,
+    kicked,
+    rested_soon,
+    searched_from,
+)
 
 WARM, COLD = 50, 100
 """Cycles at most: from states beside; from rest, and after the load was raised if that leads to nothing."""
@@ -261,7 +269,8 @@ class _Seeking:
         )
 
     def _walked(self, found: Found) -> Rested | None:
-        """Counted from the raised load where that leads to the same branch, else from where they are.
+        """Counted from the raised load where that leads to the same branch, else from rest with its velocity,
+        else from where they are.
 
         None where they do not walk.
         """
@@ -269,11 +278,23 @@ class _Seeking:
         self.spent += steady.cycles
         if not may_walk(steady, self.scheme):
             return None
-        if self.after_raising is not None:
-            own = counted_from(self.scheme, *self.after_raising, abs(found.amplitude))
-            if own is not None:
-                return own
+        size = abs(found.amplitude)
+        begun = self.after_raising
+        if begun is None or elsewhere(abs(begun[1].amplitude), (size, size)):
+            begun = self._kicked(found.amplitude)
+        if begun is not None and (own := counted_from(self.scheme, *begun, size)) is not None:
+            return own
         return rested_soon(self.scheme, steady, found.state)
+
+    def _kicked(self, amplitude: complex) -> tuple[State, SteadyState] | None:
+        """What began at rest with the velocity of a motion, and what a search from there ends in."""
+        load = self.target.load
+        try:
+            begun = searched_from(self.scheme, load, kicked(self.scheme, load, amplitude))
+        except MicroslipError:
+            return None
+        self.spent += 1 + begun[1].cycles
+        return begun
 
     def from_raised(self) -> Found | None:
         """The motion after the load was raised."""

@@ -2,15 +2,17 @@
 
 A search moves bodies by as much as hundreds of cycles do, and one that begins beside another motion by what
 those of that have walked. What raising the load from rest leads to is what is meant: from there a walk is
-counted, where that is on the same branch.
+counted, where that is on the same branch; else from rest with the velocity of the motion.
 """
 
 from __future__ import annotations
 
+import numpy as np
+
 from microslip.analyses.time.offset import elsewhere
 from microslip.analyses.time.readings import opening_of
 from microslip.analyses.time.resting import Rested, WalksOnError, rested
-from microslip.analyses.time.scheme import State, TimeScheme
+from microslip.analyses.time.scheme import State, TimeScheme, march, prestressed_state
 from microslip.analyses.time.starts import Start
 from microslip.analyses.time.steady import RAISED, SteadyState, raised_state, steady_state
 from microslip.analyses.time.walking_on import marched_on
@@ -62,6 +64,20 @@ def after_raising(
     return searched_from(scheme, load, raised_state(scheme, scheme.frequency, load, cycles))
 
 
+def kicked(scheme: TimeScheme, load: float, amplitude: complex) -> State:
+    """The state at phase 0 of what began at rest, with the velocity of a motion, when that went through zero.
+
+    Raises
+    ------
+    MicroslipError
+        Where a step does not solve.
+    """
+    whole, omega = scheme.steps, 2 * np.pi * scheme.frequency
+    steps = whole - round(float(-np.angle(amplitude)) % (2 * np.pi) / (2 * np.pi) * whole)
+    wave = load * np.sin(2 * np.pi * np.arange(-steps, 1) / whole)
+    return march(scheme, prestressed_state(scheme, abs(amplitude), omega), wave).state
+
+
 def searched_from(scheme: TimeScheme, load: float, start: State) -> tuple[State, SteadyState]:
     """A state at phase 0, and what a search from it ends in; it need not have settled."""
     steady = steady_state(
@@ -79,7 +95,7 @@ def counted_from(
     ----------
     scheme : TimeScheme
     start : State
-        After the load was raised from rest, or what else a walk begins with, at phase 0.
+        After the load was raised from rest, or kicked, or what else a walk begins with, at phase 0.
     steady : SteadyState
         What a search from there has ended with.
     size : float
