@@ -243,15 +243,15 @@ def crept(
             state = space.state(space.vector(state) + now.summed(leapt, block) * now.way, state)
             reached += leapt
             strays.clear()  # a leap stirs
-    varies, size, cycles = max(strays[-2:]) if goes_on(strays) else 0.0, end, count * block + lost
-    left = max(left, varies)
+    varies, size, cycles = 0.0, complex(end), count * block + lost
+    if goes_on(strays):
+        varies, size = max(strays[-2:]), complex(np.mean([one.mean for one in means[-SAME_FOR:]]))
+        left = max(left, varies) + float(abs(abs(end) / abs(size) - 1))
     if about is not None and about.doubt + about.strays < left:
         # what a beat that may end hides of a drift is not known to be none
         drift = about.drift if about.varies else max(about.drift, abs(own))
         left, size, own, varies = about.doubt + about.strays, about.amplitude, drift, about.varies
-    return Crept(
-        complex(size), float(own), float(left + missed), state, cycles, reached, varies=varies
-    )
+    return Crept(size, float(own), float(left + missed), state, cycles, reached, varies=varies)
 
 
 def _walked(
