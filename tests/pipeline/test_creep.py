@@ -18,7 +18,7 @@ from microslip.pipeline.brief_motion import patient_motion
 from microslip.pipeline.creep import crept
 from microslip.pipeline.marched import raised_and_marched
 from microslip.pipeline.targets import STEPS, Found, Lost, Target
-from microslip.pipeline.wandering import wander_of
+from microslip.pipeline.wandering import Wander, wander_of
 
 LOAD, FREQUENCY = 40.0, 182.0
 
@@ -226,10 +226,25 @@ def test_what_wanders_is_known_by_all_of_its_blocks(monkeypatch):
     found, ends = fake(monkeypatch, uneven(2e-3, 0.004))
     assert found.cycles == found.reached == ends[-1] == 1800
     assert abs(abs(found.amplitude) - 1) < found.doubt - found.varies < 0.01
+    assert abs(found.amplitude) == pytest.approx(
+        uneven(2e-3, 0.0)(np.arange(600, 1801)).mean(), abs=3e-4
+    )
     assert 0.004 < found.varies < 0.012
     assert 0 < found.drift < 1e-5
+    middle = np.mean(60 * np.arange(11, 31))
+    to_come = found.drift * (4000 - middle)
+    assert found.doubt - found.varies == pytest.approx(to_come, rel=1e-6)
     monkeypatch.setattr(creep, "wander_of", lambda *of: None)
     assert fake(monkeypatch, uneven(2e-3, 0.004))[0].doubt > 0.03
+
+
+@pytest.mark.parametrize("varies", [0.0, 1e-4])
+def test_what_may_end_hides_a_drift(monkeypatch, varies):
+    about = Wander(1 + 0j, 1e-9, 0.0, 1e-4, varies)
+    monkeypatch.setattr(creep, "wander_of", lambda means, until: about)
+    found, _ = fake(monkeypatch, uneven(2e-3, 0.0))
+    assert found.drift == 1e-9 if varies else found.drift > 1e-7
+    assert found.doubt == pytest.approx(1e-4, rel=1e-6)
 
 
 def test_where_the_end_leaves_the_last_drifts_count(monkeypatch):
@@ -266,6 +281,16 @@ def test_what_beats_by_much_is_left_where_it_stays_for_long(monkeypatch, lasts, 
     )
     assert found.cycles == 60 * blocks
     assert found.varies == (pytest.approx(0.3, rel=0.02) if lasts == np.inf else 0.0)
+
+
+def test_what_beats_by_much_is_shown_by_its_mean(monkeypatch):
+    """Over the last four blocks, while what it beats about scatters by a hundredth."""
+    own = uneven(0.01, 0.3)
+    found, ends = fake(monkeypatch, own)
+    last = np.arange(ends[-1] - 240, ends[-1]) + 1
+    about = (own(last) - 0.3 * np.cos(0.9 * last)).mean()
+    assert found.cycles == 540
+    assert abs(found.amplitude) == pytest.approx(about, abs=3e-3)
 
 
 def test_two_ramps_tell_how_well_an_end_is_known(scheme):

@@ -12,14 +12,14 @@ import microslip
 from microslip.analyses.time.offset import HORIZON
 from microslip.analyses.time.scheme import time_scheme
 from microslip.analyses.time.starts import end_of
-from microslip.analyses.time.steady import RAISED, raised_state
+from microslip.analyses.time.steady import RAISED, raised_state, steady_state
 from microslip.analyses.time.watching import watched
 from microslip.pipeline import choosing
 from microslip.pipeline.marched import raised_and_marched
 from microslip.pipeline.search import Search
-from microslip.pipeline.targets import STEPS, Found, Target
-from microslip.pipeline.walk import seek
-from microslip.pipeline.walked import kicked
+from microslip.pipeline.targets import STEPS, TOLERANCE, Found, Target
+from microslip.pipeline.walk import _Seeking, seek
+from microslip.pipeline.walked import kicked, rested_soon
 
 JOINT = """
 [beams]
@@ -91,6 +91,16 @@ def test_a_larger_motion_walks_from_rest(walk):
     assert abs(walk.Q[400] / walk.Q[-1]) < 0.995, "the walk tells"
     found = seek(walk.joint, target(walk, 0j))
     assert off(found, walk) <= found.doubt < 2e-3
+
+
+def test_it_does_where_it_was_found_later(walk):
+    """By a search for it that began half-way; from there it would be that of a longer walk."""
+    steady = steady_state(walk.scheme, FREQUENCY, walk.load, start=walk.half, tolerance=TOLERANCE)
+    found = Found(steady.amplitude, steady.change, 1e-4, walk.half, 10)
+    search = _Seeking(walk.scheme, target(walk, 0j))
+    assert off(search.at_rest(found), walk) <= search.at_rest(found).doubt < 2e-3
+    there = rested_soon(walk.scheme, steady, walk.half)
+    assert off(there.steady, walk) > 2e-3
 
 
 def test_it_does_where_it_is_marched(walk):

@@ -208,12 +208,10 @@ def crept(
         strays.append(stray)
         means.append(Block(reached, end, np.abs(Q[-STEP:])))
         left = max(drifts[-LAST:]) * reached + stray
-        about = wander_of(means, max(2 * reached, HORIZON))
         if (
             count == blocks
             or (count >= LAST and (left <= STILL or elsewhere(float(abs(end)), sizes)))
             or (stray > DOUBTFUL and stays(strays, STAYS_FOR))
-            or (about is not None and about.varies > DOUBTFUL)
         ):
             break
         if count >= look and walk is not None and walks(seen.rate):
@@ -243,6 +241,7 @@ def crept(
             state = space.state(space.vector(state) + now.summed(leapt, block) * now.way, state)
             reached += leapt
             strays.clear()  # a leap stirs
+    about = wander_of(means, max(2 * reached, HORIZON))
     varies, size, cycles = 0.0, complex(end), count * block + lost
     if goes_on(strays):
         varies, size = max(strays[-2:]), complex(np.mean([one.mean for one in means[-SAME_FOR:]]))
