@@ -84,8 +84,10 @@ $(VENV)/installed-%: pyproject.toml $(VENV)/installed | $(VENV)/created
 	$(PIP) -e '.[$*]'
 	touch $@
 
-# At once: each call of pip makes and resolves the package anew.
+# At once: each call of pip makes and resolves the package anew. What opens pages only where there is a browser.
+EXTRAS := $(strip test lint docs $(if $(shell command -v chromium),pages))
+COMMA := ,
 $(VENV)/installed-all: pyproject.toml | $(VENV)/created
-	$(PIP) -e '.[test,lint,docs,pages]'
+	$(PIP) -e '.[$(subst $() ,$(COMMA),$(EXTRAS))]'
 	$(BIN)/python -m microslip.pipeline.compile
-	touch $(VENV)/installed $(addprefix $(VENV)/installed-,test lint docs pages) $@
+	touch $(VENV)/installed $(addprefix $(VENV)/installed-,$(EXTRAS)) $@

@@ -16,7 +16,7 @@ is what damping there has of it."""
 
 REQUESTS = {
     "cycle": {"moment": ["2 kN*m/m", "15 kN*m/m"], "drives": ["load", "mode"], "steps": 100},
-    "response": {"count": 101},
+    "response": {"count": 101, "checks": 1},
     "reduced": {"amplitudes": 8},
     "harmonic": {"frequencies": [172.0, 176.0], "harmonics": 3, "stability": False},
     "time": {"frequencies": [174.0]},

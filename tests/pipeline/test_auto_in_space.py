@@ -16,7 +16,7 @@ CASES = {"plates": (plates_document, 3000.0), "aslant": (matching_document, 2000
 
 
 @pytest.fixture(
-    scope="module", params=[pytest.param("plates", marks=pytest.mark.validate), "aslant"]
+    scope="module", params=[pytest.param(one, marks=pytest.mark.validate) for one in CASES]
 )
 def auto(request, tmp_path_factory):
     document, load = CASES[request.param]
