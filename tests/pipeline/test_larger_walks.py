@@ -62,7 +62,7 @@ def walk(joint):
     begun = kicked(scheme, load, GUESS)
     Q, states = watched(scheme, load, begun, int(HORIZON))
     half = end_of(states[len(states) // 2], 0.0, scheme, FREQUENCY)
-    return SimpleNamespace(joint=prepared, scheme=scheme, load=load, Q=Q, begun=begun, half=half)
+    return SimpleNamespace(joint=prepared, scheme=scheme, load=load, Q=Q, half=half)
 
 
 def target(walk, guess):
@@ -98,9 +98,10 @@ def test_it_does_where_it_was_found_later(walk):
     steady = steady_state(walk.scheme, FREQUENCY, walk.load, start=walk.half, tolerance=TOLERANCE)
     found = Found(steady.amplitude, steady.change, 1e-4, walk.half, 10)
     search = _Seeking(walk.scheme, target(walk, 0j))
-    assert off(search.at_rest(found), walk) <= search.at_rest(found).doubt < 2e-3
-    there = rested_soon(walk.scheme, steady, walk.half)
-    assert off(there.steady, walk) > 2e-3
+    there = search.at_rest(found)
+    assert off(there, walk) <= there.doubt < 2e-3
+    longer = rested_soon(walk.scheme, steady, walk.half)
+    assert off(longer.steady, walk) > 2e-3
 
 
 def test_it_does_where_it_is_marched(walk):

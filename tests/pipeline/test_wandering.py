@@ -11,11 +11,11 @@ UNTIL, CYCLES = 4000.0, 60
 N = np.arange(CYCLES)
 
 
-def blocks(means, beat=0.0, decay=0.0, every=CYCLES):
+def blocks(means, beat=0.0, decay=0.0):
     """Blocks of cycles with these mean sizes, in which the size beats by so much, less in each."""
     return [
         Block(
-            float(every * (i + 1)),
+            float(CYCLES * (i + 1)),
             m * np.exp(0.4j),
             np.asarray(m * (1 + beat * np.exp(-decay * i) * np.cos(0.9 * N))),
         )

@@ -115,21 +115,20 @@ def wander_of(blocks: Sequence[Block], until: float) -> Wander | None:
     if len(last) < FEWEST:
         return None
     means: Complex = np.array([one.mean for one in last])
-    line = lines = _line(np.array([one.reached for one in last]), np.abs(means))
+    line = _line(np.array([one.reached for one in last]), np.abs(means))
     crossed = np.count_nonzero(np.diff(np.sign(line.off)))
     if crossed < CROSSES * len(last) or _leaves(line):
         return None
     lasts, strays = _beats(last, line)
-    changes = line.changes(until)
+    lines = [line]
     for _ in range(SMOOTHED):
-        lines = _line(*(np.convolve(one, WEIGHTS, "valid") for one in (lines.n, lines.size)))
-        if lines.changes(until) < changes:
-            line, changes = lines, lines.changes(until)
-    mean = line.mean
+        n, size = (np.convolve(one, WEIGHTS, "valid") for one in (lines[-1].n, lines[-1].size))
+        lines.append(_line(n, size))
+    best = min(lines, key=lambda one: one.changes(until))
     return Wander(
-        mean * complex(np.exp(1j * np.angle(means.mean()))),
-        (abs(line.slope) + SURE * line.error) / mean,
-        changes / mean,
+        best.mean * complex(np.exp(1j * np.angle(means.mean()))),
+        best.drift / best.mean,
+        best.changes(until) / best.mean,
         strays,
         strays if lasts else 0.0,
     )
@@ -145,13 +144,23 @@ class _Line(NamedTuple):
     error: float
     off: Array
 
-    def at(self, n: float) -> float:
-        """Size on the line."""
-        return self.mean + self.slope * (n - float(self.n.mean()))
+    @property
+    def middle(self) -> float:
+        """Cycles after which the mean is that of the line."""
+        return float(self.n.mean())
+
+    @property
+    def drift(self) -> float:
+        """By how much the mean may change in a cycle, at most."""
+        return abs(self.slope) + SURE * self.error
+
+    def at(self, n: Array) -> Array:
+        """Sizes on the line."""
+        return self.mean + self.slope * (n - self.middle)
 
     def changes(self, until: float) -> float:
         """By how much the mean may change from the middle until so many cycles have passed."""
-        return (abs(self.slope) + SURE * self.error) * (until - float(self.n.mean()))
+        return self.drift * (until - self.middle)
 
 
 def _line(n: Array, size: Array) -> _Line:
@@ -171,21 +180,21 @@ def _leaves(line: _Line) -> bool:
     """Whether one of the last means is off the line through those before by more than these scatter."""
     for left_out in range(1, LATEST + 1):
         before = _line(line.n[:-left_out], line.size[:-left_out])
-        count, away = len(before.n), before.n - before.n.mean()
+        count, away = len(before.n), before.n - before.middle
         scatter = float(before.off @ before.off) / (count - 2)
-        for n, size in zip(line.n[-left_out:], line.size[-left_out:], strict=True):
-            there = (float(n) - float(before.n.mean())) ** 2 / float(away @ away)
-            if abs(size - before.at(float(n))) > BEYOND * np.sqrt(
-                scatter * (1 + 1 / count + there)
-            ):
-                return True
+        n, size = line.n[-left_out:], line.size[-left_out:]
+        there = (n - before.middle) ** 2 / float(away @ away)
+        allowed = BEYOND * np.sqrt(scatter * (1 + 1 / count + there))
+        if (np.abs(size - before.at(n)) > allowed).any():
+            return True
     return False
 
 
 def _beats(blocks: Sequence[Block], line: _Line) -> tuple[bool, float]:
     """Whether cycles stray from a line in the last half of the blocks as in the first, but for what that
     scatters by from block to block; how far, relative."""
-    strays = np.array([np.abs(one.sizes / line.at(one.reached) - 1).max() for one in blocks])
+    about = zip(blocks, line.at(line.n), strict=True)
+    strays = np.array([np.abs(one.sizes / size - 1).max() for one, size in about])
     halves = np.array_split(strays, 2)
     before, after = (float(one.mean()) for one in halves)
     scatter = SURE * float(np.sqrt(sum(one.var(ddof=1) / len(one) for one in halves)))
